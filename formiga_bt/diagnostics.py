@@ -1,0 +1,81 @@
+"""Diagnostics: what is wrong in a file, where, and how to mend it.
+
+Built by `lang`, printed by `formiga check`, and fed back to a model that wrote the tree. Positions are 1-based.
+"""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import Literal
+
+Severity = Literal["error", "warning"]
+
+
+@dataclass(frozen=True, slots=True, order=True)
+class Mark:
+    """A span of a source file: 1-based line and column of its first character, and the column after its last."""
+
+    file: str
+    line: int
+    col: int
+    end_line: int = 0
+    end_col: int = 0
+
+    def __str__(self) -> str:
+        return f"{self.file}:{self.line}:{self.col}"
+
+
+@dataclass(frozen=True, slots=True)
+class Fix:
+    """A mechanical mend: replace the span of `mark` by `text`."""
+
+    mark: Mark
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class Diagnostic:
+    """One problem: a stable code (E = refused, W = warning), its place, what is wrong, and the mend."""
+
+    code: str
+    mark: Mark
+    message: str
+    help: str = ""
+    within: str = ""
+    """Where in the task, in words: `PickUp / steps / GoTo`."""
+    fix: Fix | None = field(default=None, compare=False)
+
+    @property
+    def severity(self) -> Severity:
+        """Return "error" for E codes and "warning" for W codes."""
+        return "warning" if self.code.startswith("W") else "error"
+
+
+def in_order(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
+    """Return the diagnostics without repeats, by file, line, column and code."""
+    unique = {(d.mark.file, d.mark.line, d.mark.col, d.code, d.message): d for d in diagnostics}
+    return [unique[key] for key in sorted(unique)]
+
+
+def render(diagnostic: Diagnostic, sources: Mapping[str, str]) -> str:
+    """Return the text of one diagnostic: head line, source line with carets, place in the task, help.
+
+    Args:
+        diagnostic: the problem.
+        sources: text of each file by the name used in marks; a missing file leaves the source line out.
+    """
+    mark = diagnostic.mark
+    lines = [f"{mark}: {diagnostic.code}: {diagnostic.message}"]
+    text = sources.get(mark.file, "").splitlines()
+    if 1 <= mark.line <= len(text):
+        line = text[mark.line - 1]
+        end = mark.end_col if mark.end_line == mark.line and mark.end_col > mark.col else 0
+        end = end or (len(line.rstrip()) + 1 if mark.end_line > mark.line else mark.col + 1)
+        pad = "".join("\t" if ch == "\t" else " " for ch in line[: mark.col - 1])
+        width = max(1, min(end, len(line) + 1) - mark.col)
+        lines.append(f"{mark.line:>5} | {line.rstrip()}")
+        lines.append(f"      | {pad}{'^' * width}")
+    if diagnostic.within:
+        lines.append(f"  in: {diagnostic.within}")
+    if diagnostic.help:
+        lines.append(f"  help: {diagnostic.help}")
+    return "\n".join(lines)

@@ -1,0 +1,79 @@
+"""Types of the task language, and the runtime values that belong to them.
+
+| type | value at run time |
+|---|---|
+| number, int, percent | float / int; percent is 0..100 |
+| distance, speed, angle, mass | float in m, m/s, deg, kg |
+| duration | float in seconds |
+| time | int, microseconds since 1970 (engine time) |
+| text, enum, bool | str, str, bool |
+| place, position, region | `geo.Place`, `geo.Position`, `geo.Region` |
+| agent | `AgentRef` |
+| list | tuple |
+| record | dict with text keys (results of actions, answers, `error`, `task`, `abort`, `result`) |
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from msgspec import Struct
+
+from formiga_bt.geo import Place, Position, Region
+
+
+class AgentRef(Struct, frozen=True, tag_field="is", tag="agent"):
+    """An agent as a value: its id. Fields are read through the environment of the expression."""
+
+    id: str
+
+
+Value = bool | int | float | str | Place | Position | Region | AgentRef | tuple[Any, ...] | dict[str, Any] | None
+"""Any value of a running tree; None only stands for "not set"."""
+
+
+@dataclass(frozen=True, slots=True)
+class Type:
+    """A type. `ANY` is the poison type that stops cascades of errors; it fits everything."""
+
+    name: str
+    item: "Type | None" = None
+    """Of a list."""
+    values: tuple[str, ...] = ()
+    """Of an enum."""
+    of: tuple[str, ...] = ()
+    """Agent types that an agent value may have; empty = any."""
+    fields: Mapping[str, "Type"] = field(default_factory=dict, hash=False)
+    """Of a record."""
+
+    def __str__(self) -> str:
+        if self.name == "list" and self.item is not None:
+            return f"list of {self.item}"
+        if self.name == "enum":
+            return "one of " + ", ".join(self.values)
+        if self.name == "agent" and self.of:
+            return " or ".join(self.of) + " agent"
+        return self.name
+
+
+ANY = Type("any")
+NUMBER, INT, TEXT, BOOL, PERCENT = Type("number"), Type("int"), Type("text"), Type("bool"), Type("percent")
+DISTANCE, DURATION, SPEED, ANGLE, MASS, TIME = (
+    Type("distance"), Type("duration"), Type("speed"), Type("angle"), Type("mass"), Type("time"),
+)  # fmt: skip
+PLACE, POSITION, REGION, AGENT = Type("place"), Type("position"), Type("region"), Type("agent")
+
+
+def list_of(item: Type) -> Type:
+    """Return the type of a list of `item`."""
+    return Type("list", item=item)
+
+
+def enum_of(*values: str) -> Type:
+    """Return the type of an enum."""
+    return Type("enum", values=values)
+
+
+def record_of(**fields: Type) -> Type:
+    """Return the type of a record with these fields."""
+    return Type("record", fields=fields)

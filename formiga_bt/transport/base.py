@@ -1,0 +1,83 @@
+"""The seam between the engine and the wires: `AgentTransport`, and the agent's side of it.
+
+Engine side: a driver owns some transports. It calls `poll()` (never blocks) and turns the events into engine inputs; it
+calls `send_goal`, `cancel_goal`, `query_goals` to carry out effects. No call blocks; what comes of it arrives as events.
+Wire threads only enqueue, then call the `wake` function given to `open`.
+
+Agent side: `AgentBody` is what a machine (or a person's app) can do, `AgentLink` is how its words reach an engine. The
+rules in between (remembered ids, epochs, expiry, repeated goals) live once, in `agent_side.py`.
+"""
+
+from collections.abc import Callable, Sequence
+from typing import Protocol
+
+from formiga_bt.transport.messages import AgentCard, AgentStatus, ClockBeat, GoalEvent, GoalRequest, TransportEvent
+
+
+class AgentTransport(Protocol):
+    """One wire to many agents, as the driver sees it."""
+
+    @property
+    def name(self) -> str:
+        """Return the short name used in messages and in site.yaml (memory, zenoh, desk)."""
+        ...
+
+    def open(self, wake: Callable[[], None]) -> None:
+        """Start; never waits for absent peers. `wake` may be called from any thread when `poll` has something.
+
+        Raises:
+            TransportError: the wire cannot be opened at all (port taken, bad configuration).
+        """
+        ...
+
+    def close(self) -> None:
+        """Stop within a bound of 2 s; may be called twice."""
+        ...
+
+    def poll(self) -> Sequence[TransportEvent]:
+        """Return what came in since the last call, in order of arrival. Never blocks."""
+        ...
+
+    def send_goal(self, request: GoalRequest) -> None:
+        """Send a goal. Exactly one GoalReported (accepted, rejected or a recorded state) or SendFailed answers it."""
+        ...
+
+    def cancel_goal(self, agent: str, goal_id: str) -> None:
+        """Ask for cancellation. Answered by GoalReported (canceling, a terminal state, or cancel_refused) or SendFailed."""
+        ...
+
+    def query_goals(self, agent: str, goal_ids: Sequence[str]) -> None:
+        """Ask what an agent knows of these goals. Answered by QueryReplied or SendFailed."""
+        ...
+
+    def publish_clock(self, beat: ClockBeat) -> None:
+        """Publish the engine's clock to all agents of this wire."""
+        ...
+
+
+class AgentBody(Protocol):
+    """What an agent can do; implemented by simulated agents and by integrators. Called from one thread."""
+
+    def start(self, request: GoalRequest) -> str:
+        """Begin a goal. Return "" if accepted, else the code of the refusal (the goal is then not begun)."""
+        ...
+
+    def cancel(self, goal_id: str) -> bool:
+        """Begin to cancel the running goal. Return False to refuse (it then goes on to its natural end)."""
+        ...
+
+
+class AgentLink(Protocol):
+    """How an agent's words leave it; implemented once per wire."""
+
+    def publish_status(self, status: AgentStatus) -> None:
+        """Publish a status."""
+        ...
+
+    def publish_event(self, event: GoalEvent) -> None:
+        """Publish news of a goal."""
+        ...
+
+    def publish_card(self, card: AgentCard) -> None:
+        """Announce the agent and what it can do."""
+        ...

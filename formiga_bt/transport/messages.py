@@ -1,0 +1,216 @@
+"""What passes between an engine and an agent, whatever the wire.
+
+Frozen msgspec structs; JSON on the wire (`formats.md` of the docs: docs/wire.md). Numbers are SI with the unit in the
+name, percent is 0..100, times are integer microseconds. Stamps come from the sender's idea of engine time and are data,
+never compared across machines.
+"""
+
+from typing import Any, Final, Literal
+
+from msgspec import Struct
+
+from formiga_bt.clock import Micros
+from formiga_bt.geo import Place, Position, Region
+
+Control = Literal["engine", "pilot", "failsafe", "unknown"]
+"""Who is in command of an agent. Unless "engine", the engine sends that agent nothing but queries."""
+
+Landed = Literal["grounded", "airborne", "unknown"]
+
+GoalState = Literal[
+    "accepted",
+    "rejected",
+    "running",
+    "canceling",
+    "succeeded",
+    "failed",
+    "canceled",
+    "taken_over",
+    "superseded",
+    "unknown",
+]
+"""States of a goal as an agent reports them. "unknown" only answers a query: the agent never had this goal."""
+
+TERMINAL: Final[frozenset[str]] = frozenset({"rejected", "succeeded", "failed", "canceled", "taken_over", "superseded"})
+"""Goal states after which an agent sends no further event for the goal."""
+
+
+class AgentCard(Struct, frozen=True, kw_only=True):
+    """What an agent announces about itself once per start."""
+
+    id: str
+    type: str
+    boot_id: str
+    """Changes with every start of the agent's process: a changed one means earlier goals ended unknown."""
+    actions: tuple[str, ...]
+    human: bool = False
+    datum: Literal["local", "ellipsoid", "msl"] = "local"
+    limits: dict[str, float] = {}
+    """SI numbers by name, for example `speed_m_s`, `climb_m_s`."""
+    on_link_loss: Literal["return", "land", "hold"] = "return"
+
+
+class AgentStatus(Struct, frozen=True, kw_only=True, rename={"position": "pose"}):
+    """The paper's RobotStatus / HumanStatus, and what a safe engine needs besides (`pose` on the wire)."""
+
+    id: str
+    type: str
+    status: str = "STANDBY"
+    """The agent's own word: STANDBY when idle, EXECUTING ACTION while a goal runs."""
+    battery: float = 100.0
+    position: Position | None = None
+    lat: float | None = None
+    lng: float | None = None
+    task_id: str = "None"
+    action_name: str = ""
+    initial_deployment: Position | None = None
+    control: Control = "engine"
+    landed: Landed = "unknown"
+    payload_kg: float = 0.0
+    quality: float = 1.0
+    """Trust in the pose, 0..1."""
+    age_us: Micros = 0
+    """Age of the pose when the status was made."""
+    boot_id: str = ""
+    seq: int = 0
+    stamp: Micros = 0
+    beat: int = 0
+    """The newest engine heartbeat heard: an echo that dates this status without a common clock."""
+    last_goal: str = ""
+    last_goal_state: str = ""
+    """Last ended goal and its state: a lost result is found here."""
+
+
+class Clearance(Struct, frozen=True):
+    """A person's word that people stand clear of a start or landing: who gave it and when (engine time)."""
+
+    by: str
+    at: Micros
+
+
+class GoalRequest(Struct, frozen=True, kw_only=True):
+    """An order to one agent. A repeated `goal_id` starts nothing and answers with the recorded state."""
+
+    goal_id: str
+    agent: str
+    action: str
+    fields: dict[str, Any] = {}
+    """Action fields as wire values: SI numbers, text, `{east_m, north_m}` places, `{.., up_m}` positions."""
+    epoch: int = 0
+    beat: int = 0
+    """The engine's heartbeat when the goal was sent."""
+    ttl_beats: int = 10
+    """The goal is refused (`goal_expired`) by an agent whose newest heartbeat is beyond `beat + ttl_beats`."""
+    safety: bool = False
+    """A safety goal replaces whatever runs (which then ends `superseded`)."""
+    clearance: Clearance | None = None
+    task_id: str = "None"
+
+
+class GoalEvent(Struct, frozen=True, kw_only=True):
+    """What an agent says about one goal: the reply to a goal, to a cancel, to a query, or news of it.
+
+    A terminal event carries the agent's full status, to be applied before the event (else the next expression reads a
+    stale position).
+    """
+
+    goal_id: str
+    agent: str
+    state: GoalState
+    n: int = 0
+    """Counts the events of this goal, so that a late or repeated one is told apart."""
+    code: str = ""
+    """Why rejected or failed: a snake_case word, for example busy, unknown_action, epoch_old, goal_expired, battery_low."""
+    text: str = ""
+    progress: float | None = None
+    """0..1"""
+    eta_s: float | None = None
+    phase: str = ""
+    """The part of an action that runs now, for example `descending`."""
+    cancel_refused: bool = False
+    """Answers a cancel that will not be followed; the goal goes on to its natural end."""
+    result: dict[str, Any] = {}
+    status: AgentStatus | None = None
+
+
+class ClockBeat(Struct, frozen=True, kw_only=True):
+    """The engine's clock, published each wall second and at each change of speed; agents extrapolate."""
+
+    wall_us: Micros
+    engine_us: Micros
+    speed: float
+    epoch: int
+    beat: int
+
+
+# What a transport hands to the engine's inbox.
+
+
+class AgentSeen(Struct, frozen=True, tag=True):
+    """An agent is present (also: again, or with a changed card)."""
+
+    card: AgentCard
+
+
+class AgentGone(Struct, frozen=True, tag=True):
+    """The presence token of an agent vanished: its process or link is gone."""
+
+    agent: str
+
+
+class StatusArrived(Struct, frozen=True, tag=True):
+    """A status message came in."""
+
+    status: AgentStatus
+
+
+class GoalReported(Struct, frozen=True, tag=True):
+    """A goal event came in."""
+
+    event: GoalEvent
+
+
+class QueryReplied(Struct, frozen=True, tag=True):
+    """An agent answered which of the asked goals it knows, one event each; `boot_id` is its present one."""
+
+    agent: str
+    boot_id: str
+    goals: tuple[GoalEvent, ...]
+
+
+class SendFailed(Struct, frozen=True, tag=True):
+    """A goal, cancel or query did not get through.
+
+    `outcome` "unreachable": it surely did not arrive; "unknown": it may have been executed.
+    """
+
+    agent: str
+    what: Literal["goal", "cancel", "query"]
+    goal_id: str
+    outcome: Literal["unreachable", "unknown"]
+    text: str = ""
+
+
+class BadMessage(Struct, frozen=True, tag=True):
+    """An agent sent something that cannot be read or that lies (NaN, another's id)."""
+
+    agent: str
+    text: str
+
+
+TransportEvent = AgentSeen | AgentGone | StatusArrived | GoalReported | QueryReplied | SendFailed | BadMessage
+
+
+def to_wire(value: Any) -> Any:
+    """Return a runtime value as a wire value: places and positions as plain `{east_m, north_m[, up_m]}` mappings."""
+    if isinstance(value, Position):
+        return {"east_m": value.east_m, "north_m": value.north_m, "up_m": value.up_m}
+    if isinstance(value, Place):
+        return {"east_m": value.east_m, "north_m": value.north_m}
+    if isinstance(value, Region):
+        return [to_wire(corner) for corner in value.corners]
+    if isinstance(value, tuple | list):
+        return [to_wire(item) for item in value]
+    if isinstance(value, dict):
+        return {key: to_wire(item) for key, item in value.items()}
+    return value
