@@ -1,0 +1,320 @@
+"""The rules that every agent follows, once: remembered goal ids, epochs, expiry, one goal at a time.
+
+Why here: an engine that crashes, repeats itself or loses messages is only safe if all agents answer alike. Simulated
+agents, the desk's people and integrators put an `AgentSide` between their body and their wire (`docs/wire.md`).
+
+Called from one thread. A wire calls the `on_...` methods and sends what they return; a body calls `feedback`, `finish`,
+`publish_status` and `take_control`. Both may happen inside a call to the body (`start` may `finish` at once).
+"""
+
+from collections.abc import Callable, Sequence
+from typing import Any, Final
+
+import msgspec
+
+from formiga_bt.clock import Micros
+from formiga_bt.transport.base import AgentBody, AgentLink
+from formiga_bt.transport.messages import (
+    TERMINAL,
+    AgentCard,
+    AgentStatus,
+    ClockBeat,
+    Control,
+    GoalEvent,
+    GoalRequest,
+    GoalState,
+)
+
+REMEMBERED_GOALS: Final = 1000
+"""Ids and results an agent remembers. Goals that still run are never forgotten."""
+
+CONFIRM: Final = "Confirm"
+"""The action by which people are asked. A person may hold several such goals at once."""
+
+STANDBY: Final = "STANDBY"
+EXECUTING: Final = "EXECUTING ACTION"
+
+_OWN_FIELDS: Final = frozenset(
+    {
+        "id",
+        "type",
+        "boot_id",
+        "seq",
+        "stamp",
+        "beat",
+        "last_goal",
+        "last_goal_state",
+        "task_id",
+        "action_name",
+        "control",
+    }
+)
+_STATUS_FIELDS: Final = frozenset(AgentStatus.__struct_fields__) - _OWN_FIELDS - {"status"}
+
+
+class _Record:
+    """What is remembered of one goal: its request (until it ended), its newest event, whom it replaces."""
+
+    __slots__ = ("event", "replaces", "request")
+
+    def __init__(self, request: GoalRequest | None, event: GoalEvent, replaces: tuple[str, ...] = ()) -> None:
+        self.request = request
+        self.event = event
+        self.replaces = replaces
+
+
+class AgentSide:
+    """One agent's goals and status, between its wire and its body. A new instance is a new start (new `boot_id`).
+
+    Args:
+        card: what the agent announces; `card.boot_id` must differ from that of every earlier start.
+        body: what carries out goals.
+        link: how events and statuses leave.
+        now: a local clock in microseconds that never goes back; engine time is extrapolated with it.
+    """
+
+    def __init__(self, card: AgentCard, body: AgentBody, link: AgentLink, *, now: Callable[[], Micros]) -> None:
+        assert card.boot_id, "an agent's card needs a boot_id that changes with every start"
+        self.card = card
+        self._body = body
+        self._link = link
+        self._now = now
+        self._goals: dict[str, _Record] = {}
+        self._running: list[str] = []
+        self._status = AgentStatus(id=card.id, type=card.type, boot_id=card.boot_id)
+        self._seq = 0
+        self._epoch = 0
+        self._beat = 0
+        self._clock: tuple[Micros, ClockBeat] | None = None
+        self._engine_now: Micros = 0
+
+    # What the owner may look at.
+
+    @property
+    def active(self) -> tuple[GoalRequest, ...]:
+        """Return the goals that have not ended, oldest first."""
+        return tuple(record.request for goal in self._running if (record := self._goals[goal]).request is not None)
+
+    @property
+    def active_goal(self) -> GoalRequest | None:
+        """Return the oldest goal that has not ended, or None."""
+        return next(iter(self.active), None)
+
+    @property
+    def epoch(self) -> int:
+        """Return the highest epoch heard, from goals or from the clock."""
+        return self._epoch
+
+    @property
+    def beat(self) -> int:
+        """Return the newest heartbeat heard in this epoch."""
+        return self._beat
+
+    @property
+    def control(self) -> Control:
+        """Return who is in command of this agent."""
+        return self._status.control
+
+    @property
+    def status(self) -> AgentStatus:
+        """Return the status as it would be published now (does not use up a `seq`)."""
+        return self._present_status()
+
+    def state_of(self, goal_id: str) -> GoalState:
+        """Return the recorded state of a goal, "unknown" if there is none."""
+        record = self._goals.get(goal_id)
+        return record.event.state if record else "unknown"
+
+    def announce(self) -> None:
+        """Publish the card and a first status: the owner calls it once, when body and wire are ready."""
+        self._link.publish_card(self.card)
+        self.publish_status()
+
+    # From the wire.
+
+    def on_goal(self, request: GoalRequest) -> GoalEvent:
+        """Begin a goal, or say why not, or answer the recorded state of a repeated id. Return the reply."""
+        known = self._goals.get(request.goal_id)
+        if known is not None:
+            return self._answer(known.event)
+        if request.epoch < self._epoch:
+            # Not remembered: the engine that replaced the sender may send this very id again.
+            return GoalEvent(goal_id=request.goal_id, agent=self.card.id, state="rejected", n=1, code="epoch_old")
+        if request.epoch > self._epoch:
+            self._epoch, self._beat = request.epoch, request.beat
+        rivals = self._rivals(request)
+        code = self._refusal(request, rivals)
+        state: GoalState = "rejected" if code else "accepted"
+        event = GoalEvent(goal_id=request.goal_id, agent=self.card.id, state=state, n=1, code=code)
+        record = _Record(request, event, rivals)
+        self._remember(request.goal_id, record)
+        if code:
+            record.request = None
+            return event
+        self._running.append(request.goal_id)
+        code = self._body.start(request)
+        if code and record.event.state not in TERMINAL:
+            self._running.remove(request.goal_id)
+            record.request = None
+            record.event = msgspec.structs.replace(record.event, state="rejected", code=code)
+        else:
+            self._replace_rivals(record)
+        return self._answer(record.event)
+
+    def on_cancel(self, goal_id: str) -> GoalEvent:
+        """Pass a cancel to the body. Return canceling, a refusal, the recorded end, or "unknown".
+
+        The id of an unknown goal is remembered as canceled: should the goal arrive later, it is not begun.
+        """
+        record = self._goals.get(goal_id)
+        if record is None:
+            late = GoalEvent(goal_id=goal_id, agent=self.card.id, state="canceled", n=1, code="canceled_before_start")
+            self._remember(goal_id, _Record(None, late))
+            return msgspec.structs.replace(late, state="unknown", n=0, code="")
+        if record.event.state in TERMINAL or record.event.state == "canceling":
+            return self._answer(record.event)
+        taken = self._body.cancel(goal_id)
+        if record.event.state in TERMINAL:
+            return self._answer(record.event)
+        if taken:
+            record.event = self._next(record, state="canceling")
+            return record.event
+        record.event = self._next(record)
+        return msgspec.structs.replace(record.event, cancel_refused=True)
+
+    def on_query(self, goal_ids: Sequence[str]) -> tuple[GoalEvent, ...]:
+        """Return the recorded state of each asked goal, "unknown" for those this start of the agent never had."""
+        unknown = GoalEvent(goal_id="", agent=self.card.id, state="unknown")
+        return tuple(
+            self._answer(self._goals[goal].event)
+            if goal in self._goals
+            else msgspec.structs.replace(unknown, goal_id=goal)
+            for goal in goal_ids
+        )
+
+    def on_clock(self, beat: ClockBeat) -> None:
+        """Take the engine's clock. Beats of an older engine, and late ones, are ignored."""
+        if beat.epoch < self._epoch:
+            return
+        if beat.epoch > self._epoch:
+            self._epoch, self._beat = beat.epoch, beat.beat
+        elif beat.beat < self._beat and self._clock is not None and self._clock[1].epoch == beat.epoch:
+            return
+        self._beat = max(self._beat, beat.beat)
+        self._clock = (self._now(), beat)
+
+    def engine_now(self) -> Micros:
+        """Return engine time, extrapolated from the newest beat; the local clock before the first. Never goes back."""
+        if self._clock is None:
+            return self._now()
+        heard, beat = self._clock
+        self._engine_now = max(self._engine_now, beat.engine_us + round((self._now() - heard) * beat.speed))
+        return self._engine_now
+
+    # From the body.
+
+    def feedback(
+        self, goal_id: str, *, progress: float | None = None, eta_s: float | None = None, phase: str = ""
+    ) -> None:
+        """Publish how far a goal is. Ignored for one that has ended."""
+        record = self._goals.get(goal_id)
+        if record is None or record.event.state in TERMINAL:
+            return
+        self._replace_rivals(record)
+        state: GoalState = "canceling" if record.event.state == "canceling" else "running"
+        record.event = self._next(record, state=state, progress=progress, eta_s=eta_s, phase=phase)
+        self._link.publish_event(record.event)
+
+    def finish(
+        self, goal_id: str, state: GoalState, *, code: str = "", text: str = "", result: dict[str, Any] | None = None
+    ) -> None:
+        """End a goal and publish the end with the full status. Ignored for a goal that has ended (or never began)."""
+        assert state in TERMINAL and state != "rejected", f"{state} does not end a goal that was begun"
+        record = self._goals.get(goal_id)
+        if record is None or record.event.state in TERMINAL:
+            return
+        self._replace_rivals(record)
+        self._running.remove(goal_id)
+        record.request = None
+        record.event = self._next(record, state=state, code=code, text=text, result=result or {})
+        self._status = msgspec.structs.replace(self._status, last_goal=goal_id, last_goal_state=state)
+        self._link.publish_event(msgspec.structs.replace(record.event, status=self._make_status()))
+
+    def set_status(self, **fields: Any) -> None:
+        """Note the body's present fields of AgentStatus (`battery`, `position`, `landed`, ...) without publishing."""
+        wrong = fields.keys() - _STATUS_FIELDS
+        assert not wrong, f"{sorted(wrong)} are not for the body to set"
+        self._status = msgspec.structs.replace(self._status, **fields)
+
+    def publish_status(self, **fields: Any) -> None:
+        """Note the body's present fields and publish the full status."""
+        if fields:
+            self.set_status(**fields)
+        self._link.publish_status(self._make_status())
+
+    def take_control(self, control: Control) -> None:
+        """Say who is in command. Unless it is the engine, running goals end `taken_over` and new ones are rejected."""
+        if control == self._status.control:
+            return
+        self._status = msgspec.structs.replace(self._status, control=control)
+        if control != "engine":
+            for goal in tuple(self._running):
+                self.finish(goal, "taken_over")
+        self.publish_status()
+
+    # Inside.
+
+    def _refusal(self, request: GoalRequest, rivals: tuple[str, ...]) -> str:
+        if request.agent != self.card.id:
+            return "wrong_agent"
+        if self._beat > request.beat + request.ttl_beats:
+            return "goal_expired"
+        if request.action not in self.card.actions:
+            return "unknown_action"
+        if self._status.control != "engine":
+            return "not_in_command"
+        return "busy" if rivals and not request.safety else ""
+
+    def _rivals(self, request: GoalRequest) -> tuple[str, ...]:
+        """Return the running goals beside which this one cannot run."""
+        if not self.card.human:
+            return tuple(self._running)
+        if request.action == CONFIRM:
+            return ()
+        return tuple(goal.goal_id for goal in self.active if goal.action != CONFIRM)
+
+    def _replace_rivals(self, record: _Record) -> None:
+        # After the body took the new goal, so that a refused safety goal leaves the running one alone.
+        rivals, record.replaces = record.replaces, ()
+        for goal in rivals:
+            self.finish(goal, "superseded")
+
+    def _remember(self, goal_id: str, record: _Record) -> None:
+        self._goals[goal_id] = record
+        if len(self._goals) > REMEMBERED_GOALS + len(self._running):
+            del self._goals[next(goal for goal, old in self._goals.items() if old.event.state in TERMINAL)]
+
+    def _next(self, record: _Record, **changes: Any) -> GoalEvent:
+        return msgspec.structs.replace(record.event, n=record.event.n + 1, **changes)
+
+    def _answer(self, event: GoalEvent) -> GoalEvent:
+        """Return a recorded event as a reply: an end carries the present status."""
+        if event.state in TERMINAL and event.state != "rejected":
+            return msgspec.structs.replace(event, status=self._make_status())
+        return event
+
+    def _make_status(self) -> AgentStatus:
+        self._seq += 1
+        return self._present_status()
+
+    def _present_status(self) -> AgentStatus:
+        goal = self.active_goal
+        return msgspec.structs.replace(
+            self._status,
+            status=EXECUTING if goal else STANDBY,
+            task_id=goal.task_id if goal else "None",
+            action_name=goal.action if goal else "",
+            seq=self._seq,
+            stamp=self.engine_now(),
+            beat=self._beat,
+        )
