@@ -1,0 +1,59 @@
+# formiga_bt: the commands of a checkout. Needs only Python 3.11+, git and make; everything else goes into .venv.
+#
+#   make demo     see a small fleet work through missions in simulation
+#   make test     run the tests            (make test EXTERNAL=1: also those that need more than pip installs)
+#   make lint     formatting, lint, types, import directions
+#   make bench    run the benchmarks
+
+PYTHON ?= python3
+EXTERNAL ?=
+PYTEST_ARGS ?=
+
+VENV := .venv
+PY := $(VENV)/bin/python
+STAMP := $(VENV)/.made-from-pyproject
+
+.DEFAULT_GOAL := help
+.PHONY: help demo test lint format bench wheel clean
+
+help:
+	@sed -n 's/^#   //p' Makefile
+
+$(STAMP): pyproject.toml
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null || { \
+	  echo "formiga_bt needs Python 3.11 or newer, and '$(PYTHON)' is not: install it, or say make PYTHON=/path/to/python3.12" >&2; exit 1; }
+	@$(PY) -m pip --version >/dev/null 2>&1 || { \
+	  echo "making $(VENV)"; rm -rf $(VENV); \
+	  $(PYTHON) -m venv $(VENV) >/dev/null 2>&1 || { rm -rf $(VENV); \
+	    echo "$(PYTHON) cannot make a virtual environment: install its venv module (Debian, Ubuntu: apt install python3-venv)" >&2; \
+	    exit 1; }; }
+	@echo "installing formiga_bt and its tools into $(VENV)"
+	@$(PY) -m pip install --quiet --disable-pip-version-check --editable '.[dev]'
+	@touch $@
+
+demo: $(STAMP)
+	@$(VENV)/bin/formiga demo
+
+# EXTERNAL=1 runs everything in one go, and a test that says it cannot run then fails (tests/conftest.py).
+test: $(STAMP)
+	@FORMIGA_EXTERNAL=$(EXTERNAL) $(PY) -m pytest -n 2 -m '$(if $(EXTERNAL),,not external)' $(PYTEST_ARGS)
+
+lint: $(STAMP)
+	$(PY) -m ruff format --check .
+	$(PY) -m ruff check .
+	$(PY) -m mypy
+	$(VENV)/bin/lint-imports --no-cache
+
+format: $(STAMP)
+	$(PY) -m ruff format .
+	$(PY) -m ruff check --fix .
+
+bench: $(STAMP)
+	@set -e; for file in benchmarks/bench_*.py; do \
+	  if [ -e "$$file" ]; then echo "== $$file"; $(PY) "$$file"; else echo "no benchmarks yet"; fi; done
+
+wheel: $(STAMP)
+	$(PY) -m build --wheel
+
+clean:
+	rm -rf $(VENV) build dist .mypy_cache .ruff_cache .pytest_cache .hypothesis
