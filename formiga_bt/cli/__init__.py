@@ -1,8 +1,10 @@
-"""The `formiga` command."""
+"""The `formiga` command: one verb a file, imported only when that verb is called."""
 
 
 def main() -> None:
-    """Run the command line; each verb imports what it needs when it is called."""
-    from formiga_bt.cli.app import app
+    """Run the command line of this process and exit with its code."""
+    import sys
 
-    app()
+    from formiga_bt.cli.app import run
+
+    sys.exit(run(sys.argv[1:]))

@@ -5,7 +5,7 @@ import sys
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
-LINT = "import sys; from importlinter.cli import lint_imports_command; sys.argv = ['lint-imports', '--no-cache']; lint_imports_command()"
+LINT = "from importlinter.cli import lint_imports_command as lint; lint(['--no-cache'])"
 
 
 def test_rooms_import_in_the_agreed_directions_only() -> None:

@@ -1,0 +1,36 @@
+"""The table of verbs: name -> module and one line of help. Adding a verb is adding a line here.
+
+Each module has one function `command(...)` with typer's annotations. Nothing is imported before its verb is called, so
+`formiga --help` and `formiga check` start fast.
+"""
+
+from dataclasses import dataclass
+from importlib.util import find_spec
+
+
+@dataclass(frozen=True, slots=True)
+class Verb:
+    """A verb of the command line."""
+
+    name: str
+    module: str
+    """Relative to `formiga_bt.cli`."""
+    help: str
+
+    @property
+    def path(self) -> str:
+        """Return the full name of the verb's module."""
+        return f"formiga_bt.cli.{self.module}"
+
+
+_TABLE = (
+    Verb("check", "check", "Check task files and report all problems at once."),
+    Verb("show", "show", "Print a task as a tree."),
+    Verb("dryrun", "dryrun", "Run a task against simulated agents in virtual time."),
+    Verb("demo", "demo", "See a small fleet work through missions in simulation."),
+)
+
+
+def verbs() -> dict[str, Verb]:
+    """Return the verbs that this installation has, in the order of help."""
+    return {verb.name: verb for verb in _TABLE if find_spec(verb.path) is not None}

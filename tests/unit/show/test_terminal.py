@@ -1,0 +1,142 @@
+"""`formiga show`, drawn from hand-made models."""
+
+from typing import Any
+
+import pytest
+
+from formiga_bt.diagnostics import Mark
+from formiga_bt.lang.model import Ask, Call, Do, Expr, If, Param, Retry, Role, Step, Subtree, Task, Wait, Who
+from formiga_bt.lang.types import ANY, DISTANCE, PLACE
+from formiga_bt.show.terminal import draw, source
+
+
+def at(line: int, file: str = "trees/Fetch.yaml") -> Mark:
+    return Mark(file, line, 1)
+
+
+def expr(text: str) -> Expr:
+    return Expr(text, ANY, at(1), lambda _env: None)
+
+
+def who(name: str) -> Who:
+    return Who(name, expr(name), False, at(1))
+
+
+def do(line: int, action: str, file: str = "trees/Fetch.yaml") -> Do:
+    return Do(kind="do", seg=f"steps[{line}]", mark=at(line, file), who=who("drone"), action=action, fields={})
+
+
+@pytest.fixture
+def task() -> Task:
+    home = Subtree("ReturnHome", {}, (do(4, "LandIn", "trees/lib/flying.yaml"),), at(3, "trees/lib/flying.yaml"))
+    go = Do(
+        kind="do",
+        seg="steps[0]",
+        mark=at(12),
+        who=who("drone"),
+        action="GoTo",
+        fields={"to": expr("${above(target, 60 m)}")},
+        timeout=expr("5 min"),
+        retry=Retry(expr("3"), None, None, None, "same", at(13)),
+    )
+    ask = Ask(
+        kind="ask",
+        seg="steps[1]",
+        mark=at(16),
+        question=expr("Loaded?"),
+        of=(who("picker"),),
+        options=("yes", "no"),
+        save_as="reply",
+    )
+    branch = If(
+        kind="if",
+        seg="steps[2]",
+        mark=at(20),
+        cond=expr("reply.answer == 'yes'"),
+        then=(Wait(kind="wait", seg="then[0]", mark=at(22), duration=expr("15 s")),),
+        otherwise=(Call(kind="call", seg="else[0]", mark=at(24), subtree=home, args={"drone": expr("${drone}")}),),
+    )
+    return Task(
+        "Fetch",
+        at(2),
+        (go, ask, branch),
+        version="1.0.0",
+        description="Fetch a full bucket.",
+        params={
+            "target": Param("target", PLACE, at(4)),
+            "height": Param("height", DISTANCE, at(5), default=expr("60 m")),
+        },
+        roles={"drone": Role("drone", ("hwd",), at(8), near=expr("${target}"), battery_min=expr("40 %"))},
+    )
+
+
+def text(task: Task, **options: Any) -> str:
+    return "\n".join(line.plain() for line in draw(task, **options))
+
+
+def test_every_part_of_a_task_is_drawn(task: Task) -> None:
+    assert text(task, width=80, ascii_only=True).splitlines() == [
+        "Fetch 1.0.0  priority medium                                        Fetch.yaml:2",
+        "Fetch a full bucket.",
+        "params",
+        "|- target: place                                                    Fetch.yaml:4",
+        "`- height: distance = 60 m                                          Fetch.yaml:5",
+        "agents",
+        "`- drone: hwd  [near target; battery >= 40 %]                       Fetch.yaml:8",
+        "steps",
+        "|- drone.GoTo(to: above(target, 60 m))  [timeout 5 min; 3 atte...  Fetch.yaml:12",
+        '|- ask picker: "Loaded?" yes / no  [save as reply]                 Fetch.yaml:16',
+        "`- if reply.answer == 'yes'                                        Fetch.yaml:20",
+        "   |- then",
+        "   |  `- wait 15 s                                                 Fetch.yaml:22",
+        "   `- else",
+        "      `- call ReturnHome(drone: drone)                             Fetch.yaml:24",
+        "         `- drone.LandIn                                           flying.yaml:4",
+    ]
+
+
+@pytest.mark.parametrize("width", [40, 60, 80, 200])
+@pytest.mark.parametrize("ascii_only", [False, True])
+def test_no_line_is_wider_than_asked_for(task: Task, width: int, ascii_only: bool) -> None:
+    lines = [line.plain() for line in draw(task, width=width, ascii_only=ascii_only)]
+    assert max(map(len, lines)) <= width
+
+
+def test_ascii_has_no_other_character(task: Task) -> None:
+    assert text(task, ascii_only=True).isascii()
+    assert not text(task).isascii()
+
+
+def test_depth_says_how_much_it_hides(task: Task) -> None:
+    shown = text(task, width=80, depth=1)
+    assert "(3 more)" in shown
+    assert "LandIn" not in shown
+
+
+def test_colours_add_nothing_to_the_text(task: Task) -> None:
+    import re
+
+    for line in draw(task):
+        assert re.sub(r"\x1b\[\d+m", "", line.styled()).rstrip() == line.plain()
+
+
+def test_a_kind_that_the_drawing_does_not_know_shows_its_children() -> None:
+    from formiga_bt.lang.model import Sequence
+
+    steps: tuple[Step, ...] = (Sequence(kind="sequence", seg="steps[0]", mark=at(3), steps=(do(4, "TakeOff"),)),)
+    assert "sequence" in text(Task("T", at(1), steps))
+    assert "drone.TakeOff" in text(Task("T", at(1), steps))
+
+
+@pytest.mark.parametrize(
+    ("written", "shown"),
+    [
+        ("${target}", "target"),
+        ("${ a }", "a"),
+        ("Go to ${a} and ${b}", "Go to ${a} and ${b}"),
+        ("${a}${b}", "${a}${b}"),
+        ("a\n  b", "a b"),
+    ],
+)
+def test_source_is_what_the_author_wrote(written: str, shown: str) -> None:
+    assert source(expr(written)) == shown
