@@ -18,6 +18,17 @@ class Unset(Exception):  # noqa: N818 - a signal of the expression, mapped to a 
     """A name was read that has no value (the checker refuses most such trees; at run time the step fails)."""
 
 
+class EvalError(Exception):
+    """An expression has no result: division by zero, an index beyond the list, a number that is too large.
+
+    At run time the step fails; the checker reports it where the expression is constant.
+    """
+
+    def __init__(self, reason: str) -> None:
+        super().__init__(reason)
+        self.reason = reason
+
+
 class UnknownState(Exception):  # noqa: N818
     """A field of an agent was read that is not known yet; `key` is its blackboard key."""
 
