@@ -34,22 +34,10 @@ CONFIRM: Final = "Confirm"
 STANDBY: Final = "STANDBY"
 EXECUTING: Final = "EXECUTING ACTION"
 
-_OWN_FIELDS: Final = frozenset(
-    {
-        "id",
-        "type",
-        "boot_id",
-        "seq",
-        "stamp",
-        "beat",
-        "last_goal",
-        "last_goal_state",
-        "task_id",
-        "action_name",
-        "control",
-    }
+_STATUS_FIELDS: Final = frozenset(
+    {"battery", "position", "lat", "lng", "initial_deployment", "landed", "payload_kg", "quality", "age_us"}
 )
-_STATUS_FIELDS: Final = frozenset(AgentStatus.__struct_fields__) - _OWN_FIELDS - {"status"}
+"""What a body may say of itself; all other fields of a status are the side's."""
 
 
 class _Record:
@@ -229,7 +217,7 @@ class AgentSide:
         self, goal_id: str, state: GoalState, *, code: str = "", text: str = "", result: dict[str, Any] | None = None
     ) -> None:
         """End a goal and publish the end with the full status. Ignored for a goal that has ended (or never began)."""
-        assert state in TERMINAL and state != "rejected", f"{state} does not end a goal that was begun"
+        assert state in TERMINAL - {"rejected"}, f"{state} does not end a goal that was begun"
         record = self._goals.get(goal_id)
         if record is None or record.event.state in TERMINAL:
             return
