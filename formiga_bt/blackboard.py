@@ -1,0 +1,78 @@
+"""The blackboard: where the allocator, the trees and people's tools meet. One instance per engine, never global.
+
+Keys are paths (`/fleet/hwd/hwd_1/battery`, `/allocation/requests/PickUp-12`, `/tasks/PickUp-12/status`). Every write that
+changes a value raises the key's version and reports the key's readers, so nothing is ever polled. Only `engine.state.apply`
+writes. `mirror()` shows everything to py_trees' own blackboard tools, read-only.
+"""
+
+from collections.abc import Iterator, Mapping
+from types import MappingProxyType
+from typing import Any
+
+
+class Blackboard:
+    """Versioned keys with readers."""
+
+    def __init__(self) -> None:
+        self._values: dict[str, Any] = {}
+        self._versions: dict[str, int] = {}
+        self._readers: dict[str, dict[str, None]] = {}
+        self._hits: dict[str, None] = {}
+
+    def put(self, key: str, value: Any) -> bool:
+        """Write a value; return whether it differs from the former one. Readers of a changed key are noted as hit."""
+        if key in self._values and self._values[key] == value:
+            return False
+        self._values[key] = value
+        self._versions[key] = self._versions.get(key, 0) + 1
+        readers = self._readers.get(key)
+        if readers:
+            self._hits.update(readers)
+        return True
+
+    def drop(self, key: str) -> None:
+        """Forget a key, if it exists."""
+        self._values.pop(key, None)
+        self._versions.pop(key, None)
+
+    def get(self, key: str, default: Any = None) -> Any:
+        """Return the value of a key."""
+        return self._values.get(key, default)
+
+    def version(self, key: str) -> int:
+        """Return how often the key has changed; 0 = never written."""
+        return self._versions.get(key, 0)
+
+    def watch(self, key: str, reader: str) -> None:
+        """Note that `reader` wants to know of changes of `key`."""
+        self._readers.setdefault(key, {})[reader] = None
+
+    def unwatch(self, key: str, reader: str) -> None:
+        """Forget a reader of a key."""
+        readers = self._readers.get(key)
+        if readers is not None:
+            readers.pop(reader, None)
+            if not readers:
+                del self._readers[key]
+
+    def take_hits(self) -> tuple[str, ...]:
+        """Return the readers hit since the last call, in the order of the writes."""
+        hits = tuple(self._hits)
+        self._hits.clear()
+        return hits
+
+    def under(self, prefix: str) -> Iterator[tuple[str, Any]]:
+        """Yield the keys below a prefix with their values, in the order of first writing."""
+        for key, value in self._values.items():
+            if key.startswith(prefix):
+                yield key, value
+
+    def mirror(self) -> Mapping[str, Any]:
+        """Return a read-only view of all keys."""
+        return MappingProxyType(self._values)
+
+    def show_in_py_trees(self) -> None:
+        """Copy all keys into py_trees' process-wide blackboard storage, for its display tools. Read-only by intent."""
+        from py_trees.blackboard import Blackboard as PyTreesBlackboard
+
+        PyTreesBlackboard.storage.update(self._values)

@@ -1,0 +1,64 @@
+"""Model -> nodes: one tree per section of a task, made fresh for each run.
+
+Called by the engine when a section starts or a task is resumed. The map between nodes and source marks is the nodes
+themselves: every node has the mark of its step, and its instance path begins with the section's name.
+"""
+
+from collections.abc import Sequence
+
+from formiga_bt.lang import model
+from formiga_bt.nodes.base import Node
+from formiga_bt.nodes.composites import CallNode, FallbackNode, IfNode, SequenceNode
+from formiga_bt.nodes.decorators import IgnoreFailureNode, RetryNode, TimeoutNode, WhenNode
+from formiga_bt.nodes.leaves import AskNode, DoNode, WaitNode, check_node, fail_node, notify_node, set_node
+
+
+def compile_section(name: str, steps: Sequence[model.Step]) -> SequenceNode:
+    """Return the tree of a section: a sequence of its steps, named after the section."""
+    return SequenceNode(name, None, [compile_step(step) for step in steps])
+
+
+def compile_step(step: model.Step) -> Node:
+    """Return the tree of one step: its kind, inside its modifiers."""
+    node = _compile_kind(step)
+    if step.retry is not None:
+        if step.retry.attempt_timeout is not None:
+            node = TimeoutNode(step, node, step.retry.attempt_timeout, "attempt_timeout")
+        node = RetryNode(step, node)
+    if step.timeout is not None:
+        node = TimeoutNode(step, node, step.timeout)
+    if step.ignore_failure:
+        node = IgnoreFailureNode(step, node)
+    if step.when is not None:
+        node = WhenNode(step, node)
+    return node
+
+
+def _compile_kind(step: model.Step) -> Node:
+    match step:
+        case model.Do():
+            return DoNode(step)
+        case model.Ask():
+            return AskNode(step)
+        case model.Call():
+            return CallNode(step.title, step, [compile_step(s) for s in step.subtree.steps])
+        case model.Wait():
+            return WaitNode(step)
+        case model.Check():
+            return check_node(step)
+        case model.Set():
+            return set_node(step)
+        case model.Notify():
+            return notify_node(step)
+        case model.Fail():
+            return fail_node(step)
+        case model.Sequence():
+            return SequenceNode(step.title, step, [compile_step(s) for s in step.steps])
+        case model.Fallback():
+            return FallbackNode(step.title, step, [compile_step(s) for s in step.steps])
+        case model.If():
+            return IfNode(
+                step.title, step, [compile_step(s) for s in step.then], [compile_step(s) for s in step.otherwise]
+            )
+        case _:
+            raise AssertionError(f"no node for {type(step).__name__}")

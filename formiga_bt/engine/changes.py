@@ -1,0 +1,145 @@
+"""Changes: the only way in which the state changes. A Step lists them in order; folding them rebuilds the state.
+
+Records are replaced whole (they are small and frozen), so a change is "this record is now so".
+"""
+
+from typing import Any
+
+from msgspec import Struct
+
+from formiga_bt.clock import Micros
+from formiga_bt.engine.records import (
+    AgentRecord,
+    ClearanceRecord,
+    Deadline,
+    GoalRecord,
+    Question,
+    Request,
+    TaskRecord,
+    Verdict,
+)
+from formiga_bt.nodes.memory import Mem
+
+
+class TaskPut(Struct, frozen=True, tag=True):
+    """A task's record is now this."""
+
+    task: TaskRecord
+
+
+class AgentPut(Struct, frozen=True, tag=True):
+    """An agent's record is now this."""
+
+    agent: AgentRecord
+
+
+class GoalPut(Struct, frozen=True, tag=True):
+    """A goal's record is now this."""
+
+    goal: GoalRecord
+
+
+class GoalDrop(Struct, frozen=True, tag=True):
+    """An ended goal's outcome was taken."""
+
+    goal: str
+
+
+class QuestionPut(Struct, frozen=True, tag=True):
+    """A question's record is now this."""
+
+    question: Question
+
+
+class QuestionDrop(Struct, frozen=True, tag=True):
+    """A question was answered and taken, or withdrawn."""
+
+    question: str
+
+
+class ClearancePut(Struct, frozen=True, tag=True):
+    """The clearance of an agent now stands so; None = no clearance is under way."""
+
+    agent: str
+    clearance: ClearanceRecord | None
+
+
+class ScopePut(Struct, frozen=True, tag=True):
+    """A scope of a task was opened with these names, or (None) closed."""
+
+    task: str
+    scope: str
+    values: dict[str, Any] | None
+
+
+class VarPut(Struct, frozen=True, tag=True):
+    """A name in a scope of a task has this value."""
+
+    task: str
+    scope: str
+    name: str
+    value: Any
+
+
+class NodeMem(Struct, frozen=True, tag=True):
+    """The memory of one node, after a pass; None = it ended."""
+
+    task: str
+    path: str
+    mem: Mem | None
+
+
+class DeadlineSet(Struct, frozen=True, tag=True):
+    """An engine-time deadline is set, or (None) forgotten."""
+
+    key: str
+    deadline: Deadline | None
+
+
+class WallTimerSet(Struct, frozen=True, tag=True):
+    """The driver shall give WallDue(key) after so much wall time; None = forget it."""
+
+    key: str
+    after_us: Micros | None
+
+
+class RequestPut(Struct, frozen=True, tag=True):
+    """A task waits for agents, or (None) no longer."""
+
+    task: str
+    request: Request | None
+
+
+class Granted(Struct, frozen=True, tag=True):
+    """The allocator gave agents to a task."""
+
+    task: str
+    roles: dict[str, tuple[str, ...]]
+    layers: dict[str, float]
+
+
+class Explained(Struct, frozen=True, tag=True):
+    """Why the allocator did what it did for a task; only when it differs from the last time."""
+
+    task: str
+    at: Micros
+    verdicts: tuple[Verdict, ...]
+
+
+class CounterSet(Struct, frozen=True, tag=True):
+    """A counter (task, question, clearance, goal order, deadline) has this value."""
+
+    name: str
+    value: int
+
+
+class TaskForget(Struct, frozen=True, tag=True):
+    """A task's working state (memory, scopes) is dropped; its record stays."""
+
+    task: str
+
+
+Change = (
+    TaskPut | AgentPut | GoalPut | GoalDrop | QuestionPut | QuestionDrop | ClearancePut | ScopePut | VarPut | NodeMem
+    | DeadlineSet | WallTimerSet | RequestPut | Granted | Explained | CounterSet | TaskForget
+)  # fmt: skip

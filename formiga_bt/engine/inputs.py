@@ -1,0 +1,191 @@
+"""Inputs, effects and the Step: what goes into `Engine.handle` and what comes out. All frozen and serialisable.
+
+A driver stamps `now`, feeds inputs one by one, persists the Step, then carries out its effects.
+"""
+
+from typing import Any, Literal
+
+from msgspec import Struct
+
+from formiga_bt.clock import Micros
+from formiga_bt.engine.changes import Change
+from formiga_bt.engine.records import Priority
+from formiga_bt.transport.messages import AgentCard, AgentStatus, Clearance, GoalEvent
+
+# -- inputs ------------------------------------------------------------------------------------------------------------
+
+
+class Submit(Struct, frozen=True, tag=True):
+    """Start a task. `params` are runtime values, already bound to the task's types (`engine.submit.bind_params`)."""
+
+    task: str
+    params: dict[str, Any] = {}
+    priority: Priority | None = None
+    requester: str = ""
+
+
+class Abort(Struct, frozen=True, tag=True):
+    """End a task: `now` skips the cleanup sections, `abandon` leaves its agents quarantined."""
+
+    task: str
+    how: Literal["", "now", "abandon"] = ""
+    by: str = ""
+    reason: str = "operator"
+
+
+class Operator(Struct, frozen=True, tag=True):
+    """An order of a person: `clear` a quarantined agent, or hand a taken-over agent back (`handback_end`)."""
+
+    order: Literal["clear", "handback_end"]
+    agent: str
+    by: str = ""
+
+
+class AgentSeenInput(Struct, frozen=True, tag="AgentSeen"):
+    """An agent announced itself."""
+
+    card: AgentCard
+    wall: Micros = 0
+
+
+class AgentGoneInput(Struct, frozen=True, tag="AgentGone"):
+    """An agent's presence token vanished."""
+
+    agent: str
+
+
+class AgentStatusInput(Struct, frozen=True, tag="AgentStatus"):
+    """A status came in at wall time `wall`."""
+
+    status: AgentStatus
+    wall: Micros = 0
+
+
+class GoalEventInput(Struct, frozen=True, tag="GoalEvent"):
+    """News of a goal."""
+
+    event: GoalEvent
+    wall: Micros = 0
+
+
+class QueryReplyInput(Struct, frozen=True, tag="QueryReply"):
+    """An agent told which goals it knows."""
+
+    agent: str
+    boot_id: str
+    goals: tuple[GoalEvent, ...] = ()
+
+
+class BadStatusInput(Struct, frozen=True, tag="BadStatus"):
+    """An agent sent something unreadable, or that lies."""
+
+    agent: str
+    text: str
+
+
+class TimerDue(Struct, frozen=True, tag=True):
+    """The engine-time deadline `key` is due."""
+
+    key: str
+
+
+class WallDue(Struct, frozen=True, tag=True):
+    """The wall-time deadline `key` fired at wall time `at`."""
+
+    key: str
+    at: Micros = 0
+
+
+class EffectFailed(Struct, frozen=True, tag=True):
+    """A goal, cancel or query did not get through ("unknown": it may have been executed)."""
+
+    agent: str
+    what: Literal["goal", "cancel", "query"]
+    goal_id: str
+    outcome: Literal["unreachable", "unknown"]
+    text: str = ""
+
+
+class Started(Struct, frozen=True, tag=True):
+    """The first input of an engine on its site: the epoch it got."""
+
+    epoch: int
+
+
+Input = (
+    Submit | Abort | Operator | AgentSeenInput | AgentGoneInput | AgentStatusInput | GoalEventInput | QueryReplyInput
+    | BadStatusInput | TimerDue | WallDue | EffectFailed | Started
+)  # fmt: skip
+
+# -- effects -----------------------------------------------------------------------------------------------------------
+
+
+class SendGoal(Struct, frozen=True, tag=True):
+    """Send a goal (fields as wire values)."""
+
+    goal_id: str
+    agent: str
+    action: str
+    fields: dict[str, Any]
+    epoch: int
+    ttl_beats: int
+    safety: bool = False
+    clearance: Clearance | None = None
+    task: str = ""
+
+
+class CancelGoal(Struct, frozen=True, tag=True):
+    """Ask for the cancellation of a goal."""
+
+    goal_id: str
+    agent: str
+    action: str = ""
+
+
+class QueryGoal(Struct, frozen=True, tag=True):
+    """Ask an agent about goals; none named = all that it remembers as running."""
+
+    agent: str
+    goal_ids: tuple[str, ...] = ()
+
+
+class Notify(Struct, frozen=True, tag=True):
+    """Tell people."""
+
+    text: str
+    to: tuple[str, ...]
+    severity: Literal["info", "warning", "alarm"]
+    task: str = ""
+
+
+class Alarm(Struct, frozen=True, tag=True):
+    """Something that a person must act on."""
+
+    code: str
+    text: str
+    task: str = ""
+    agent: str = ""
+
+
+class PublishState(Struct, frozen=True, tag=True):
+    """A task's state changed in a way that people see."""
+
+    task: str
+    status: str
+    code: str = ""
+    reason: str = ""
+
+
+Effect = SendGoal | CancelGoal | QueryGoal | Notify | Alarm | PublishState
+
+
+class Step(Struct, frozen=True):
+    """One input handled at one instant. `reply` answers the caller of a Submit, Abort or Operator."""
+
+    seq: int
+    at: Micros
+    input: Input
+    changes: tuple[Change, ...]
+    effects: tuple[Effect, ...]
+    reply: str = ""
+    """Task id of an accepted Submit; "ok"; or "error:<code>:<text>"."""

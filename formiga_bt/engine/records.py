@@ -1,0 +1,270 @@
+"""The engine's state as frozen records: tasks, agents, goals, questions, clearances.
+
+Written only by `state.apply`; everything here is data that a journal can keep and a new process can load.
+"""
+
+from typing import Any, Final, Literal
+
+from msgspec import Struct
+
+from formiga_bt.clock import Micros
+from formiga_bt.geo import Position
+from formiga_bt.nodes.run import Failure
+from formiga_bt.transport.messages import Clearance, Control, Landed
+
+TaskStatus = Literal["PENDING", "ASSIGNED", "ACTIVE", "ENDING", "SUCCEEDED", "FAILED", "CANCELED"]
+Priority = Literal["low", "medium", "high"]
+PRIORITIES: Final[dict[str, int]] = {"high": 0, "medium": 1, "low": 2}
+"""Order of service: lower first."""
+
+Liveness = Literal["ALIVE", "SUSPECT", "LOST"]
+Pool = Literal["STANDBY", "ASSIGNED", "EXECUTING ACTION", "PARKED_AWAY", "QUARANTINED"]
+
+GoalState = Literal[
+    "gated", "sent", "accepted", "running", "canceling",
+    "rejected", "succeeded", "failed", "canceled", "taken_over", "superseded", "lost", "in_doubt", "gate_refused",
+]  # fmt: skip
+ENDED: Final[frozenset[str]] = frozenset(
+    {"rejected", "succeeded", "failed", "canceled", "superseded", "taken_over", "lost", "in_doubt", "gate_refused"}
+)
+"""Goal states after which nothing more is waited for."""
+IN_FLIGHT: Final[frozenset[str]] = frozenset({"sent", "accepted", "running", "canceling"})
+"""Goal states in which the agent has, or may have, the goal."""
+
+
+class Recovering(Struct, frozen=True):
+    """The way home of one agent at its release: the number of the try, and how it stands."""
+
+    agent: str
+    attempt: int
+    state: Literal["running", "done", "failed"]
+    drain: tuple[str, ...] = ()
+
+
+class TaskRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
+    """A task. `section` is the part that runs; `outcome` is decided when the steps end and never changes after."""
+
+    id: str
+    name: str
+    order: int
+    bundle: str
+    priority: Priority = "medium"
+    requester: str = ""
+    status: TaskStatus = "PENDING"
+    run: int = 1
+    section: Literal["", "steps", "on_failure", "on_abort", "finally", "recover", "done"] = ""
+    stopping: bool = False
+    """The section was stopped and its goals drain."""
+    drain: tuple[str, ...] = ()
+    """Goals whose end the next part waits for."""
+    outcome: Literal["", "SUCCEEDED", "FAILED", "CANCELED"] = ""
+    code: str = ""
+    """Reason code of the outcome."""
+    reason: str = ""
+    failure: Failure | None = None
+    abort_reason: str = ""
+    abort_now: bool = False
+    held: tuple[str, ...] = ()
+    """Causes of HELD: operator, clearance:<agent>, take-over:<agent>, lockdown, resume."""
+    paused: dict[str, Micros] = {}
+    """Deadlines that stand still while held: what is left of each."""
+    roles: dict[str, tuple[str, ...]] = {}
+    """Role -> agents that it holds now."""
+    granted: tuple[str, ...] = ()
+    """Every agent the task was granted, in order of grant."""
+    recovering: tuple[Recovering, ...] = ()
+    submitted_at: Micros = 0
+    assigned_at: Micros | None = None
+    active_at: Micros | None = None
+    ended_at: Micros | None = None
+    system_agent: str = ""
+    """Set for the system task Recover: the agent it brings home."""
+    notes: tuple[str, ...] = ()
+    """What went wrong in cleanup; the outcome does not change."""
+
+
+class AgentRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
+    """An agent as the fleet knows it."""
+
+    id: str
+    type: str
+    human: bool = False
+    shared: bool = False
+    actions: tuple[str, ...] = ()
+    present: bool = False
+    """Its presence token stands."""
+    liveness: Liveness = "LOST"
+    pool: Pool = "STANDBY"
+    task: str = ""
+    role: str = ""
+    goal: str = ""
+    """The goal in flight."""
+    action: str = ""
+    home: str = ""
+    """Its own port's name."""
+    layer_m: float | None = None
+    battery: float | None = None
+    position: Position | None = None
+    initial: Position | None = None
+    landed: Landed = "unknown"
+    control: Control = "unknown"
+    word: str = ""
+    """The agent's own status word."""
+    payload_kg: float = 0.0
+    boot_id: str = ""
+    seq: int = -1
+    stamp: Micros = 0
+    """Engine time of the newest status as stamped by the agent."""
+    heard_at: Micros = 0
+    """Engine time of arrival of the newest status."""
+    heard_wall: Micros = 0
+    bad: int = 0
+    """Bad messages counted."""
+    quarantine: str = ""
+    """Why it is quarantined."""
+    refused: str = ""
+    """Why this agent is not admitted (no_port, datum, unlisted), or empty."""
+    order: int = 0
+
+
+class GoalRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
+    """A goal, from the leaf's wish to its end. `ended` goals go when their owner has taken the outcome."""
+
+    id: str
+    agent: str
+    action: str
+    task: str = ""
+    owner: str = ""
+    """Node key to wake; `!task` = the task's drain, `!question` = the queue of questions, `!none` = nobody."""
+    section: str = ""
+    fields: dict[str, Any] = {}
+    state: GoalState = "gated"
+    code: str = ""
+    """Gate's or agent's code."""
+    text: str = ""
+    n: int = -1
+    result: dict[str, Any] = {}
+    safety: bool = False
+    repeatable: bool = True
+    cancel_asked: bool = False
+    cancel_why: str = ""
+    order: int = 0
+    at: Micros = 0
+    """When it was ordered."""
+    sent_at: Micros | None = None
+    progress: float | None = None
+    phase: str = ""
+    leg: tuple[Position, Position] | None = None
+    """The straight way that the gate granted."""
+    clearance: Clearance | None = None
+
+    @property
+    def ended(self) -> bool:
+        """Return whether the goal has a terminal state."""
+        return self.state in ENDED
+
+    @property
+    def in_flight(self) -> bool:
+        """Return whether the agent has, or may have, the goal."""
+        return self.state in IN_FLIGHT
+
+
+class Answer(Struct, frozen=True):
+    """One person's answer."""
+
+    by: str
+    answer: str
+    at: Micros
+
+
+class Question(Struct, frozen=True, kw_only=True, omit_defaults=True):
+    """A question to people; shown to each person as a Confirm goal `<id>~<person>`."""
+
+    id: str
+    number: str
+    """`Q7`, for people."""
+    task: str
+    priority: Priority
+    kind: Literal["ask", "clearance"]
+    text: str
+    note: str = ""
+    options: tuple[str, ...]
+    tiers: tuple[tuple[str, ...], ...]
+    tier: int = 0
+    policy: Literal["any", "all"] = "any"
+    escalate_us: Micros | None = None
+    expires_at: Micros | None = None
+    if_no_answer: str = ""
+    clears: str = ""
+    clears_on: tuple[str, ...] = ()
+    owner: str = ""
+    asked_at: Micros = 0
+    answers: tuple[Answer, ...] = ()
+    reply: dict[str, Any] | None = None
+    order: int = 0
+
+    @property
+    def asked(self) -> tuple[str, ...]:
+        """Return the people asked so far, each once."""
+        return tuple(dict.fromkeys(p for tier in self.tiers[: self.tier + 1] for p in tier))
+
+
+class ClearanceRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
+    """The engine's own question whether people stand clear of one machine's start or landing."""
+
+    agent: str
+    task: str
+    goal: str
+    n: int
+    state: Literal["asked", "waiting", "given", "refused", "expired"]
+    opened_at: Micros
+    by: str = ""
+    given_at: Micros | None = None
+
+
+class Deadline(Struct, frozen=True):
+    """An engine-time deadline; `seq` breaks ties in the order of setting. `task` owns it, if any."""
+
+    at: Micros
+    seq: int
+    task: str = ""
+    pausable: bool = False
+
+
+class Request(Struct, frozen=True, kw_only=True):
+    """A waiting task as the allocator sees it (`/allocation/requests/<task>`): expressions are already values."""
+
+    task: str
+    priority: Priority
+    order: int
+    at: Micros
+    roles: tuple["RoleRequest", ...]
+
+
+class RoleRequest(Struct, frozen=True, kw_only=True):
+    """One role of a request."""
+
+    role: str
+    types: tuple[str, ...]
+    human: bool
+    count: int = 1
+    is_list: bool = False
+    id: str = ""
+    near: tuple[Any, ...] = ()
+    """Places; one, or one per agent."""
+    prefer: str = ""
+    battery_min: float = 0.0
+    away: bool = False
+    actions: tuple[str, ...] = ()
+    wait_until: Micros | None = None
+
+
+class Verdict(Struct, frozen=True):
+    """What the allocator thought of one agent for one role: a filter's code, or its cost."""
+
+    role: str
+    agent: str
+    code: str
+    """`chosen`, `fits` (another was nearer, or the team is not complete), or the filter that refused it."""
+    cost: float | None = None
+    detail: str = ""

@@ -1,0 +1,276 @@
+"""Leaves: do, ask, wait, check, set, notify, fail.
+
+Each reads its expressions once, just before acting. A field of an agent that is not known yet fails the step with
+`unknown_state`; a value that cannot be computed (division by zero, ...) is the task's exception.
+"""
+
+from collections.abc import Callable
+from typing import Any, ClassVar, TypeVar
+
+from py_trees.common import Status
+
+from formiga_bt.clock import micros
+from formiga_bt.lang import model
+from formiga_bt.lang.model import UnknownState
+from formiga_bt.lang.types import AgentRef
+from formiga_bt.nodes.base import RUNNING, SUCCESS, Node
+from formiga_bt.nodes.memory import AskMem, DoMem, Mem, WaitMem
+from formiga_bt.nodes.run import AskOrder, GoalOrder, GoalView, Run
+
+S = TypeVar("S", bound=model.Step)
+
+
+class Leaf(Node):
+    """Common part of leaves."""
+
+    def on_enter(self, run: Run) -> Status:
+        """Act; an unknown state of an agent fails the step."""
+        try:
+            return self.act(run)
+        except UnknownState as unknown:
+            return self.fail("unknown_state", f"{unknown.key} is not known yet")
+
+    def act(self, run: Run) -> Status:
+        """Do what the kind does at its start."""
+        raise NotImplementedError
+
+    def env(self, run: Run, extra: dict[str, Any] | None = None) -> model.Env:
+        """Return what the expressions of this leaf may read."""
+        return run.env(self.scope, self.error_here(), extra)
+
+
+class DoNode(Leaf):
+    """`do`: send a goal, wait for its result."""
+
+    kind: ClassVar[str] = "do"
+
+    def __init__(self, step: model.Do) -> None:
+        super().__init__(step.title, step)
+        self.step = step
+        self.goal = ""
+
+    def act(self, run: Run) -> Status:
+        """Evaluate the fields and order the goal."""
+        self.goal = ""
+        assert self.step.who.agent is not None
+        agent: AgentRef = self.step.who.agent.run(self.env(run))
+        env = self.env(run, {"agent": agent})
+        fields = {name: expr.run(env) for name, expr in self.step.fields.items()}
+        goal = run.goal_id(self.path)
+        self.remember(run, DoMem(goal))
+        refused = run.order(GoalOrder(goal, agent.id, self.step.action, fields, self.key))
+        if refused is not None:
+            self.failure = refused
+            return Status.FAILURE
+        self.goal = goal
+        return self.on_proceed(run)
+
+    def on_proceed(self, run: Run) -> Status:
+        """Look at the goal; map its end to a status."""
+        view = run.goal(self.goal)
+        if not view.ended:
+            self.feedback_message = view.state if not view.code else f"{view.state}({view.code})"
+            return RUNNING
+        status = self.conclude(run, view)
+        run.drop_goal(self.goal)
+        return status
+
+    def conclude(self, run: Run, view: GoalView) -> Status:
+        """Map a goal's end to a status: the one place where results become statuses."""
+        again = view.repeatable
+        match view.state:
+            case "succeeded":
+                return self._succeeded(run, view)
+            case "rejected":
+                return self._fail(view, view.code if view.code == "goal_expired" else "rejected", view.code, again=True)
+            case "failed" | "superseded" | "canceled":
+                return self._fail(view, f"failed:{view.code or view.state}", view.text, again=again)
+            case "gate_refused":
+                return self._fail(view, view.code, view.text, again=again)
+            case "lost":
+                return self._fail(view, "agent_lost", "the agent is lost", again=False)
+            case "taken_over":
+                return self._fail(view, "taken_over", "a pilot took over", again=False)
+            case "in_doubt":
+                return self._fail(view, view.code or "in_doubt", "nobody knows how the goal ended", again=False)
+            case _:
+                raise AssertionError(f"goal ended as {view.state}")
+
+    def _fail(self, view: GoalView, code: str, reason: str, *, again: bool) -> Status:
+        return self.fail(code, reason, view.agent, retryable=again)
+
+    def _succeeded(self, run: Run, view: GoalView) -> Status:
+        result = dict(view.result)
+        if self.step.save_as:
+            run.set_var(self.scope, self.step.save_as, result)
+        if self.step.expect is not None and not self.step.expect.run(self.env(run, {"result": result})):
+            return self.fail("expect", f"expected {self.step.expect.source}", view.agent)
+        return SUCCESS
+
+    def on_halt(self, run: Run) -> list[str]:
+        """Cancel the goal."""
+        return [self.goal] if self.goal and run.cancel(self.goal) else []
+
+    def on_restore(self, run: Run, mem: Mem) -> None:  # noqa: ARG002
+        """Wait for the same goal."""
+        assert isinstance(mem, DoMem)
+        self.goal = mem.goal
+
+
+class AskNode(Leaf):
+    """`ask`: a question to people; every answer is success unless `expect` says otherwise."""
+
+    kind: ClassVar[str] = "ask"
+
+    def __init__(self, step: model.Ask) -> None:
+        super().__init__(step.title, step)
+        self.step = step
+        self.question = ""
+
+    def act(self, run: Run) -> Status:
+        """Open the question."""
+        step, env = self.step, self.env(run)
+        people = [self._people(run, env, who) for who in step.of]
+        escalate = step.escalate_after.run(env) if step.escalate_after else None
+        tiers = people if escalate is not None else [tuple(p for group in people for p in group)]
+        seen: set[str] = set()
+        order = AskOrder(
+            id=run.goal_id(self.path),
+            text=str(step.question.run(env)),
+            note=str(step.note.run(env)) if step.note else "",
+            options=step.options,
+            tiers=tuple(tuple(p for p in tier if not (p in seen or seen.add(p))) for tier in tiers),  # type: ignore[func-returns-value]
+            policy=step.policy,
+            escalate_us=None if escalate is None else micros(escalate),
+            expires_at=run.now + micros(step.timeout.run(env)) if step.timeout else None,
+            if_no_answer=str(step.if_no_answer.run(env)) if step.if_no_answer else "",
+            clears=step.clears.agent.run(env).id if step.clears and step.clears.agent else "",
+            clears_on=step.clears_on,
+            owner=self.key,
+        )
+        self.question = order.id
+        self.remember(run, AskMem(order.id))
+        run.ask(order)
+        return RUNNING
+
+    @staticmethod
+    def _people(run: Run, env: model.Env, who: model.Who) -> tuple[str, ...]:
+        if who.site_role or who.agent is None:
+            return run.people(who.name)
+        value = who.agent.run(env)
+        return tuple(ref.id for ref in value) if isinstance(value, tuple) else (value.id,)
+
+    def on_proceed(self, run: Run) -> Status:
+        """Look whether it is answered."""
+        reply = run.question(self.question).reply
+        if reply is None:
+            return RUNNING
+        answer = dict(reply)
+        if self.step.save_as:
+            run.set_var(self.scope, self.step.save_as, answer)
+        run.close_question(self.question)
+        if self.step.expect is not None and not self.step.expect.run(self.env(run, {"result": answer})):
+            return self.fail("expect", f"answered {answer['answer']}")
+        return SUCCESS
+
+    def on_halt(self, run: Run) -> list[str]:
+        """Withdraw the question: local, nothing to wait for."""
+        if self.question:
+            run.close_question(self.question)
+        return []
+
+    def on_restore(self, run: Run, mem: Mem) -> None:  # noqa: ARG002
+        """Wait for the same answer."""
+        assert isinstance(mem, AskMem)
+        self.question = mem.ask
+
+
+class WaitNode(Leaf):
+    """`wait`: a duration."""
+
+    kind: ClassVar[str] = "wait"
+
+    def __init__(self, step: model.Wait) -> None:
+        super().__init__(step.title, step)
+        self.step = step
+
+    def act(self, run: Run) -> Status:
+        """Set the deadline; a wait of zero succeeds at once."""
+        after = micros(self.step.duration.run(self.env(run)))
+        if after <= 0:
+            return SUCCESS
+        self.remember(run, WaitMem(run.now))
+        run.set_deadline(self.key, run.now + after)
+        return RUNNING
+
+    def on_proceed(self, run: Run) -> Status:
+        """Succeed once the deadline fired."""
+        return SUCCESS if run.is_due(self.key) else RUNNING
+
+
+class InstantNode(Leaf):
+    """`check`, `set`, `notify` and `fail`: done the moment they start."""
+
+    def __init__(self, step: model.Step, act: "Callable[[InstantNode, Run], Status]") -> None:
+        super().__init__(step.title, step)
+        self._act = act
+
+    @property
+    def kind(self) -> str:  # type: ignore[override]
+        """Return the step's kind."""
+        return self.step_model.kind if self.step_model else "instant"
+
+    def act(self, run: Run) -> Status:
+        """Run the kind's function."""
+        return self._act(self, run)
+
+
+def check_node(step: model.Check) -> InstantNode:
+    """Return a `check`."""
+
+    def act(node: InstantNode, run: Run) -> Status:
+        env = node.env(run)
+        if step.cond.run(env):
+            return SUCCESS
+        return node.fail("check", str(step.message.run(env)) if step.message else f"{step.cond.source} is false")
+
+    return InstantNode(step, act)
+
+
+def set_node(step: model.Set) -> InstantNode:
+    """Return a `set`: all values are read before any is assigned."""
+
+    def act(node: InstantNode, run: Run) -> Status:
+        env = node.env(run)
+        values = {name: expr.run(env) for name, expr in step.assign.items()}
+        for name, value in values.items():
+            run.set_var(node.scope, name, value)
+        return SUCCESS
+
+    return InstantNode(step, act)
+
+
+def notify_node(step: model.Notify) -> InstantNode:
+    """Return a `notify`: it never fails, also when its text cannot be made."""
+
+    def act(node: InstantNode, run: Run) -> Status:
+        env = node.env(run)
+        try:
+            text = str(step.text.run(env))
+        except UnknownState as unknown:
+            text = f"{step.text.source} ({unknown.key} is not known)"
+        to = [p for who in step.to for p in AskNode._people(run, env, who)] or list(run.people("watchers"))
+        run.notify(text, tuple(dict.fromkeys(to)), step.severity, node.path)
+        return SUCCESS
+
+    return InstantNode(step, act)
+
+
+def fail_node(step: model.Fail) -> InstantNode:
+    """Return a `fail`."""
+
+    def act(node: InstantNode, run: Run) -> Status:
+        code = f"failed:{step.code}" if step.code else "failed"
+        return node.fail(code, str(step.message.run(node.env(run))))
+
+    return InstantNode(step, act)

@@ -1,0 +1,222 @@
+"""What a node may know and do: the `Run` of one task, implemented by the engine (and by fakes in tests).
+
+Nodes hold no state that matters beyond a step: their memory goes through `remember`, time comes from `now`, everything
+that leaves the tree goes through `order`, `ask`, `notify`. No node reads a sibling, a clock or a random number.
+"""
+
+from collections.abc import Mapping
+from typing import Any, Literal, Protocol
+
+from msgspec import Struct
+
+from formiga_bt.clock import Micros
+from formiga_bt.lang.model import Env
+from formiga_bt.nodes.memory import Mem
+
+
+class Runaway(Exception):  # noqa: N818 - the reason code is `runaway`
+    """A task visited more nodes in one input than any sane tree does."""
+
+
+class Failure(Struct, frozen=True, omit_defaults=True):
+    """Why a node failed, as data (`error` in YAML). `code` is of the closed table of reason codes (docs/reasons.md)."""
+
+    code: str
+    reason: str = ""
+    step: str = ""
+    """Instance path of the step that failed first."""
+    agent: str = ""
+    retryable: bool = True
+    """False: a goal in doubt, or of an action that may not be repeated."""
+
+
+class GoalView(Protocol):
+    """What a leaf sees of its goal."""
+
+    @property
+    def id(self) -> str:
+        """Return the goal id."""
+        ...
+
+    @property
+    def agent(self) -> str:
+        """Return the agent's id."""
+        ...
+
+    @property
+    def state(self) -> str:
+        """Return the state of the goal (`engine.records.GoalState`)."""
+        ...
+
+    @property
+    def code(self) -> str:
+        """Return the agent's or the gate's code."""
+        ...
+
+    @property
+    def text(self) -> str:
+        """Return the agent's words, if any."""
+        ...
+
+    @property
+    def result(self) -> Mapping[str, Any]:
+        """Return the result as runtime values."""
+        ...
+
+    @property
+    def repeatable(self) -> bool:
+        """Return whether the action may be tried again."""
+        ...
+
+    @property
+    def ended(self) -> bool:
+        """Return whether the goal has a terminal state."""
+        ...
+
+
+class QuestionView(Protocol):
+    """What an `ask` sees of its question."""
+
+    @property
+    def reply(self) -> Mapping[str, Any] | None:
+        """Return `{answer, by, at, all}` once decided, else None."""
+        ...
+
+
+class GoalOrder(Struct, frozen=True):
+    """A leaf's wish to send a goal."""
+
+    goal_id: str
+    agent: str
+    action: str
+    fields: dict[str, Any]
+    owner: str
+    """Path of the node to wake when the goal changes."""
+
+
+class AskOrder(Struct, frozen=True):
+    """A leaf's wish to ask people. `tiers`: groups asked one after another; one group when nothing escalates."""
+
+    id: str
+    text: str
+    note: str
+    options: tuple[str, ...]
+    tiers: tuple[tuple[str, ...], ...]
+    policy: Literal["any", "all"]
+    escalate_us: Micros | None
+    expires_at: Micros | None
+    if_no_answer: str
+    clears: str
+    """Agent that an answer in `clears_on` also gives clearance to, or empty."""
+    clears_on: tuple[str, ...]
+    owner: str
+
+
+class Run(Protocol):
+    """The services of one running task."""
+
+    @property
+    def task_id(self) -> str:
+        """Return the task's id, for example `PickUp-12`."""
+        ...
+
+    @property
+    def now(self) -> Micros:
+        """Return the instant of the input being handled, engine time."""
+        ...
+
+    def spend(self) -> None:
+        """Count one visited node.
+
+        Raises:
+            Runaway: more than 10,000 nodes were visited in this input.
+        """
+        ...
+
+    def env(self, scope: str, error: Failure | None = None, extra: Mapping[str, Any] | None = None) -> Env:
+        """Return the names visible in a scope; `error` and `extra` add the names that the place provides."""
+        ...
+
+    def remember(self, path: str, mem: Mem | None) -> None:
+        """Set or forget a node's memory."""
+        ...
+
+    def memory(self, path: str) -> Mem | None:
+        """Return a node's memory."""
+        ...
+
+    def register(self, path: str, node: Any) -> None:
+        """Let wakes for `path` reach `node`."""
+        ...
+
+    def unregister(self, path: str) -> None:
+        """Stop wakes for `path`."""
+        ...
+
+    def set_deadline(self, path: str, at: Micros) -> None:
+        """Wake the node at `path` at engine time `at`."""
+        ...
+
+    def clear_deadline(self, path: str) -> None:
+        """Forget the deadline of `path`."""
+        ...
+
+    def is_due(self, path: str) -> bool:
+        """Return whether the deadline of `path` has fired and was not cleared."""
+        ...
+
+    def goal_id(self, path: str) -> str:
+        """Return the goal id that belongs to an instance path."""
+        ...
+
+    def order(self, order: GoalOrder) -> Failure | None:
+        """Order a goal. It leaves when the gate lets it; a Failure says why it never can."""
+        ...
+
+    def goal(self, goal_id: str) -> GoalView:
+        """Return the present view of an ordered goal."""
+        ...
+
+    def drop_goal(self, goal_id: str) -> None:
+        """Forget an ended goal whose outcome was taken."""
+        ...
+
+    def cancel(self, goal_id: str) -> bool:
+        """Cancel a goal; return whether its end must be waited for (False: it never left, or has ended)."""
+        ...
+
+    def adopt(self, goal_id: str, owner: str) -> None:
+        """Make the node at path `owner` the one that is woken for the goal."""
+        ...
+
+    def ask(self, order: AskOrder) -> None:
+        """Open a question."""
+        ...
+
+    def question(self, ask_id: str) -> QuestionView:
+        """Return the present view of an open question."""
+        ...
+
+    def close_question(self, ask_id: str) -> None:
+        """Withdraw a question, or forget an answered one. Local, always succeeds."""
+        ...
+
+    def people(self, site_role: str) -> tuple[str, ...]:
+        """Return the ids of the people of a site role."""
+        ...
+
+    def notify(self, text: str, to: tuple[str, ...], severity: str, path: str) -> None:
+        """Tell people something."""
+        ...
+
+    def open_scope(self, scope: str, values: Mapping[str, Any]) -> None:
+        """Open the scope of a call."""
+        ...
+
+    def close_scope(self, scope: str) -> None:
+        """Forget a scope."""
+        ...
+
+    def set_var(self, scope: str, name: str, value: Any) -> None:
+        """Set a name in a scope."""
+        ...
