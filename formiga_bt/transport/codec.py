@@ -1,0 +1,170 @@
+"""JSON in and out, with the checks every wire needs: size, shape, and that an agent speaks of itself only.
+
+Why here: what one wire refuses all wires must refuse. Called by the transports and by the agents' links. Nothing here
+raises anything but `WireError`, whatever an agent sends (NaN and infinity are no JSON and fail the decoding).
+
+A request is answered by `serve_request` at the agent and read by `read_reply` at the engine.
+"""
+
+import math
+from typing import Any, Final, Literal, TypeVar
+
+import msgspec
+from msgspec import Struct
+
+from formiga_bt.errors import TransportError
+from formiga_bt.geo import Position
+from formiga_bt.transport.agent_side import AgentSide
+from formiga_bt.transport.messages import (
+    AgentCard,
+    AgentStatus,
+    GoalEvent,
+    GoalReported,
+    GoalRequest,
+    QueryReplied,
+    TransportEvent,
+)
+
+Asked = Literal["goal", "cancel", "query"]
+"""The three requests an engine makes of an agent."""
+
+FRAME_LIMIT: Final = 256 * 1024
+"""The most bytes one message may have."""
+
+_T = TypeVar("_T")
+
+
+class WireError(TransportError):
+    """A message that cannot be read, is too long, or lies. The engine's side makes a BadMessage of it."""
+
+
+class CancelRequest(Struct, frozen=True):
+    """The body of a cancel."""
+
+    goal_id: str
+
+
+class GoalsRequest(Struct, frozen=True):
+    """The body of a query of goals."""
+
+    goal_ids: tuple[str, ...]
+
+
+class GoalsReply(Struct, frozen=True):
+    """The answer to a query of goals; `boot_id` is the agent's present one."""
+
+    boot_id: str
+    goals: tuple[GoalEvent, ...]
+
+
+_encoder: Final = msgspec.json.Encoder()
+
+
+def encode(message: Any) -> bytes:
+    """Return a message as JSON.
+
+    Raises:
+        WireError: it is longer than `FRAME_LIMIT`, or holds what JSON cannot.
+    """
+    try:
+        raw = _encoder.encode(message)
+    except (TypeError, msgspec.MsgspecError) as error:
+        raise WireError(f"cannot be written as JSON: {error}") from error
+    check_size(len(raw))
+    return raw
+
+
+def decode(raw: bytes, kind: type[_T]) -> _T:
+    """Return a message of type `kind`.
+
+    Raises:
+        WireError: the bytes are too many, no JSON, or of another shape.
+    """
+    check_size(len(raw))
+    try:
+        return msgspec.json.decode(raw, type=kind)
+    except (msgspec.MsgspecError, UnicodeDecodeError, RecursionError) as error:
+        raise WireError(f"{kind.__name__}: {error}") from error
+
+
+def check_size(size: int) -> None:
+    """Refuse a message of more than `FRAME_LIMIT` bytes.
+
+    Raises:
+        WireError: it is too long.
+    """
+    if size > FRAME_LIMIT:
+        raise WireError(f"a message of {size} bytes; the most is {FRAME_LIMIT}")
+
+
+def check_card(agent: str, card: AgentCard) -> AgentCard:
+    """Return the card if it is this agent's and usable.
+
+    Raises:
+        WireError: it is another's, has no boot_id, or a limit is no finite number.
+    """
+    if card.id != agent:
+        raise WireError(f"a card of {card.id!r} came from {agent!r}")
+    if not card.boot_id:
+        raise WireError("a card without boot_id")
+    if not all(math.isfinite(limit) for limit in card.limits.values()):
+        raise WireError("a card with a limit that is no finite number")
+    return card
+
+
+def check_status(agent: str, status: AgentStatus) -> AgentStatus:
+    """Return the status if it is this agent's and all its numbers are finite.
+
+    Raises:
+        WireError: it is another agent's, or holds NaN or infinity (possible without JSON in between).
+    """
+    if status.id != agent:
+        raise WireError(f"a status of {status.id!r} came from {agent!r}")
+    numbers = [status.battery, status.payload_kg, status.quality, status.lat or 0.0, status.lng or 0.0]
+    for point in (status.position, status.initial_deployment):
+        numbers += _numbers(point)
+    if not all(math.isfinite(number) for number in numbers):
+        raise WireError("a status with a number that is not finite")
+    return status
+
+
+def check_event(agent: str, event: GoalEvent) -> GoalEvent:
+    """Return the event if it, and the status it carries, are this agent's.
+
+    Raises:
+        WireError: it is another agent's, or its status is bad.
+    """
+    if event.agent != agent:
+        raise WireError(f"an event of {event.agent!r} came from {agent!r}")
+    if event.status is not None:
+        check_status(agent, event.status)
+    return event
+
+
+def _numbers(point: Position | None) -> list[float]:
+    return [] if point is None else [point.east_m, point.north_m, point.up_m]
+
+
+def serve_request(side: AgentSide, what: Asked, raw: bytes) -> bytes:
+    """Return an agent's reply to a request: the whole of the agent's end of it.
+
+    Raises:
+        WireError: the request cannot be read.
+    """
+    if what == "goal":
+        return encode(side.on_goal(decode(raw, GoalRequest)))
+    if what == "cancel":
+        return encode(side.on_cancel(decode(raw, CancelRequest).goal_id))
+    return encode(GoalsReply(side.card.boot_id, side.on_query(decode(raw, GoalsRequest).goal_ids)))
+
+
+def read_reply(agent: str, what: Asked, raw: bytes) -> TransportEvent:
+    """Return what an agent's reply to a request says.
+
+    Raises:
+        WireError: it cannot be read, or speaks of another agent.
+    """
+    if what != "query":
+        return GoalReported(check_event(agent, decode(raw, GoalEvent)))
+    reply = decode(raw, GoalsReply)
+    return QueryReplied(agent, reply.boot_id, tuple(check_event(agent, event) for event in reply.goals))
