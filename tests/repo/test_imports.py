@@ -11,3 +11,9 @@ LINT = "from importlinter.cli import lint_imports_command as lint; lint(['--no-c
 def test_rooms_import_in_the_agreed_directions_only() -> None:
     done = subprocess.run([sys.executable, "-c", LINT], cwd=ROOT, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_every_room_has_its_layer() -> None:
+    layers = (ROOT / ".importlinter").read_text(encoding="utf-8")
+    rooms = [p.stem for p in sorted((ROOT / "formiga_bt").iterdir()) if p.is_dir() or p.suffix == ".py"]
+    assert [room for room in rooms if f"formiga_bt.{room}" not in layers and not room.startswith("_")] == []

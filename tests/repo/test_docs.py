@@ -1,0 +1,81 @@
+"""The documents tell the truth: their examples check clean, their commands exist, every verb is described."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from formiga_bt.cli.inputs import read_task, read_world, rendered
+from formiga_bt.cli.verbs import verbs
+from formiga_bt.lang.kinds import KINDS, MODIFIERS
+
+ROOT = Path(__file__).parents[2]
+DOCS = sorted([ROOT / "README.md", ROOT / "CHANGELOG.md", *(ROOT / "docs").rglob("*.md")])
+FENCE = re.compile(r"^```yaml\n(.*?)^```", re.MULTILINE | re.DOTALL)
+LINK = re.compile(r"\]\((?!https?:|#)([^)#]+)")
+ELSEWHERE = re.compile(r"shared/|design/\w+\.md|/work/|/root/|/opt/")
+
+
+def name(value: object) -> str:
+    return str(value.relative_to(ROOT)) if isinstance(value, Path) else ""
+
+
+def examples() -> list[object]:
+    found = []
+    for doc in DOCS:
+        for match in FENCE.finditer(doc.read_text(encoding="utf-8")):
+            if match[1].startswith("formiga: 1"):
+                line = doc.read_text(encoding="utf-8").count("\n", 0, match.start()) + 2
+                found.append(pytest.param(match[1], id=f"{name(doc)}:{line}"))
+    return found
+
+
+@pytest.mark.parametrize("text", examples())
+def test_examples_check_without_a_warning(text: str, tmp_path: Path) -> None:
+    file = tmp_path / "example.yaml"
+    file.write_text(text, encoding="utf-8")
+    world = read_world()
+    read = read_task(file, world)
+    assert not read.diagnostics, "\n\n".join(rendered(read.diagnostics, read.sources))
+
+
+def spoken(text: str) -> set[str]:
+    """Return the verbs that a document names in code: inline, or in a fenced or indented block."""
+    code = re.findall(r"`([^`\n]+)`", text) + re.findall(r"^```\w*\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
+    return {verb for piece in code for verb in re.findall(r"(?:^|/|\s)formiga ([a-z]+)\b", piece)}
+
+
+@pytest.mark.parametrize("doc", DOCS, ids=name)
+def test_commands_named_in_documents_exist(doc: Path) -> None:
+    assert spoken(doc.read_text(encoding="utf-8")) <= set(verbs())
+
+
+@pytest.mark.parametrize("verb", list(verbs()))
+def test_every_verb_is_described(verb: str) -> None:
+    assert any(verb in spoken(doc.read_text(encoding="utf-8")) for doc in DOCS)
+
+
+@pytest.mark.parametrize("doc", DOCS, ids=name)
+def test_links_lead_to_files(doc: Path) -> None:
+    for target in LINK.findall(doc.read_text(encoding="utf-8")):
+        assert (doc.parent / target).exists(), target
+
+
+@pytest.mark.parametrize("doc", DOCS, ids=name)
+def test_documents_stand_alone(doc: Path) -> None:
+    assert not ELSEWHERE.search(doc.read_text(encoding="utf-8"))
+
+
+def test_the_guide_names_every_step_kind_and_modifier_of_this_version() -> None:
+    guide = (ROOT / "docs" / "language.md").read_text(encoding="utf-8")
+    kinds = [kind.name for kind in KINDS.values() if kind.available]
+    assert [word for word in [*kinds, *(m.name for m in MODIFIERS)] if f"`{word}" not in guide] == []
+    absent = [kind.name for kind in KINDS.values() if not kind.available]
+    assert [word for word in absent if f"| `{word}:" in guide] == []
+
+
+def test_the_tour_names_files_that_exist() -> None:
+    tour = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
+    named = set(re.findall(r"`((?:\w+/)*\w+\.py|(?:\w+/)+)`", tour))
+    places = [ROOT, ROOT / "formiga_bt", ROOT / "formiga_bt" / "lang"]
+    assert [path for path in sorted(named) if not any((place / path).exists() for place in places)] == []

@@ -1,0 +1,56 @@
+"""An installed formiga needs no checkout: the wheel carries the catalogue and the task library."""
+
+import os
+import shutil
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+pytestmark = pytest.mark.slow
+
+
+@pytest.fixture(scope="module")
+def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Build the wheel and unpack it, as pip would, into a folder of its own."""
+    folder = tmp_path_factory.mktemp("wheel")
+    checkout = folder / "checkout"
+    keep_out = shutil.ignore_patterns(".*", "__pycache__", "build", "dist")
+    shutil.copytree(ROOT, checkout, ignore=keep_out)
+    build = [sys.executable, "-m", "build", "--wheel", "--no-isolation", "--outdir", str(folder), str(checkout)]
+    done = subprocess.run(build, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    (wheel,) = folder.glob("*.whl")
+    site = folder / "site"
+    zipfile.ZipFile(wheel).extractall(site)
+    shutil.rmtree(checkout)
+    return site
+
+
+def formiga(site: Path, cwd: Path, *args: str) -> "subprocess.CompletedProcess[str]":
+    """Run the unpacked package from `cwd`; its path comes before the editable install of this checkout."""
+    env = {**os.environ, "PYTHONPATH": str(site)}
+    return subprocess.run(
+        [sys.executable, "-m", "formiga_bt", *args], cwd=cwd, env=env, capture_output=True, text=True, check=False
+    )
+
+
+def test_the_wheel_checks_its_own_trees_from_an_empty_folder(installed: Path, tmp_path: Path) -> None:
+    trees = installed / "formiga_bt" / "_data" / "trees"
+    shipped = [path for path in trees.rglob("*.yaml") if not path.name.endswith(".test.yaml")]
+    assert shipped
+    done = formiga(installed, tmp_path, "check", *map(str, shipped))
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "0 errors" in done.stdout
+
+
+def test_the_wheel_does_not_use_the_checkout(installed: Path, tmp_path: Path) -> None:
+    env = {**os.environ, "PYTHONPATH": str(installed)}
+    code = "import formiga_bt.packaged as p; print(p.folder('actions'))"
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=tmp_path, env=env, capture_output=True, text=True, check=True
+    )
+    assert Path(done.stdout.strip()) == installed / "formiga_bt" / "_data" / "actions"
