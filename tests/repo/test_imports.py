@@ -17,3 +17,9 @@ def test_every_room_has_its_layer() -> None:
     layers = (ROOT / ".importlinter").read_text(encoding="utf-8")
     rooms = [p.stem for p in sorted((ROOT / "formiga_bt").iterdir()) if p.is_dir() or p.suffix == ".py"]
     assert [room for room in rooms if f"formiga_bt.{room}" not in layers and not room.startswith("_")] == []
+
+
+def test_every_transport_has_its_layer() -> None:
+    layers = (ROOT / ".importlinter").read_text(encoding="utf-8")
+    wires = [p.stem for p in sorted((ROOT / "formiga_bt" / "transport").iterdir()) if p.suffix == ".py"]
+    assert [w for w in wires if f"formiga_bt.transport.{w}" not in layers and not w.startswith("_")] == []

@@ -1,0 +1,119 @@
+"""`formiga check`, with the shipped catalogue."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from formiga_bt.cli.app import run
+
+GOOD = """\
+formiga: 1
+task: Hello
+agents:
+  watcher:
+    type: watcher
+steps:
+  - notify: Hello, watcher.
+    to: [watcher]
+"""
+
+
+@pytest.fixture
+def good(tmp_path: Path) -> Path:
+    path = tmp_path / "hello.yaml"
+    path.write_text(GOOD, encoding="utf-8")
+    return path
+
+
+@pytest.fixture
+def bad(tmp_path: Path) -> Path:
+    path = tmp_path / "bad.yaml"
+    path.write_text(GOOD.replace("steps:", "stepz:"), encoding="utf-8")
+    return path
+
+
+@pytest.fixture
+def doubtful(tmp_path: Path) -> Path:
+    """A file with a warning and no error."""
+    path = tmp_path / "doubtful.yaml"
+    path.write_text(GOOD.replace("agents:", "params:\n  spare: place\nagents:"), encoding="utf-8")
+    return path
+
+
+def test_a_clean_file_is_ok(good: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["check", str(good)]) == 0
+    assert capsys.readouterr().out == "ok: 1 file, 0 errors, 0 warnings\n"
+
+
+def test_an_error_has_its_place_and_its_fix(bad: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["check", str(bad)]) == 1
+    said = capsys.readouterr().out
+    assert f"{bad}:6:1: E004" in said
+    assert "did you mean 'steps'" in said
+    assert "6 | stepz:" in said
+    assert said.splitlines()[-1].startswith("refused: 1 file, ")
+
+
+def test_a_warning_is_refused_only_when_strict(doubtful: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["check", str(doubtful)]) == 0
+    assert capsys.readouterr().out.endswith("ok: 1 file, 0 errors, 1 warning\n")
+    assert run(["check", "--strict", str(doubtful)]) == 1
+    assert capsys.readouterr().out.endswith("refused: 1 file, 0 errors, 1 warning\n")
+
+
+def test_json_says_the_same_to_programs(bad: Path, good: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["check", "--json", str(bad), str(good)]) == 1
+    report = json.loads(capsys.readouterr().out)
+    assert (report["ok"], report["files"]) == (False, 2)
+    first = report["diagnostics"][0]
+    assert (first["file"], first["severity"]) == (str(bad), "error")
+    assert {"code", "line", "col", "end_line", "end_col", "message", "help", "within", "fix"} <= first.keys()
+
+
+def test_a_folder_means_the_task_files_below_it(good: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["check", str(good.parent)]) == 0
+    assert "1 file," in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("args", [["nope.yaml"], ["--site", "nope.yaml", "GOOD"], ["--actions", "nope.yaml", "GOOD"]])
+def test_a_file_that_cannot_be_read_is_a_usage_error(
+    args: list[str], good: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(["check", *(str(good) if arg == "GOOD" else arg for arg in args)]) == 2
+    assert "cannot read nope.yaml" in capsys.readouterr().err
+
+
+def test_an_empty_folder_is_a_usage_error(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["check", str(tmp_path)]) == 2
+    assert "no task file" in capsys.readouterr().err
+
+
+def test_a_file_that_is_not_text_is_refused_in_words(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "binary.yaml"
+    path.write_bytes(b"\xff\xfe\x00task")
+    assert run(["check", str(path)]) in {1, 2}
+    streams = capsys.readouterr()
+    assert str(path) in streams.out + streams.err
+
+
+def test_check_loads_nothing_heavy(good: Path) -> None:
+    heavy = {"numpy", "scipy", "zenoh", "py_trees", "pyproj", "shapely", "graphviz"}
+    code = f"import sys; from formiga_bt.cli.app import run; run(['check', {str(good)!r}]); print(sorted({heavy!r} & set(sys.modules)))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines()[-1] == "[]"
+
+
+def test_show_prints_the_tree(good: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["show", "--ascii", "--width", "60", str(good)]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0].startswith("Hello  priority medium")
+    assert any(line.startswith('`- notify to watcher: "Hello, watcher."') for line in lines)
+    assert max(map(len, lines)) <= 60
+
+
+def test_show_of_a_wrong_file_reports_its_errors(bad: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["show", str(bad)]) == 1
+    assert "E004" in capsys.readouterr().err
