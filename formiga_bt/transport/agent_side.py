@@ -43,9 +43,10 @@ _STATUS_FIELDS: Final = frozenset(
 class _Record:
     """What is remembered of one goal: its request (until it ended), its newest event, whom it replaces."""
 
-    __slots__ = ("event", "replaces", "request")
+    __slots__ = ("action", "event", "replaces", "request")
 
     def __init__(self, request: GoalRequest | None, event: GoalEvent, replaces: tuple[str, ...] = ()) -> None:
+        self.action = request.action if request is not None else ""
         self.request = request
         self.event = event
         self.replaces = replaces
@@ -112,6 +113,11 @@ class AgentSide:
         """Return the recorded state of a goal, "unknown" if there is none."""
         record = self._goals.get(goal_id)
         return record.event.state if record else "unknown"
+
+    def action_of(self, goal_id: str) -> str:
+        """Return the action of a remembered goal, "" if there is none."""
+        record = self._goals.get(goal_id)
+        return record.action if record else ""
 
     def announce(self) -> None:
         """Publish the card and a first status: the owner calls it once, when body and wire are ready."""

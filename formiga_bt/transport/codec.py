@@ -38,6 +38,10 @@ class WireError(TransportError):
     """A message that cannot be read, is too long, or lies. The engine's side makes a BadMessage of it."""
 
 
+class UnsentReplyError(WireError):
+    """A request was carried out but its reply cannot be written: whoever asked must think "outcome unknown"."""
+
+
 class CancelRequest(Struct, frozen=True):
     """The body of a cancel."""
 
@@ -149,22 +153,32 @@ def serve_request(side: AgentSide, what: Asked, raw: bytes) -> bytes:
     """Return an agent's reply to a request: the whole of the agent's end of it.
 
     Raises:
-        WireError: the request cannot be read.
+        UnsentReplyError: the request was carried out, but its reply is too long.
+        WireError: the request cannot be read; nothing was done.
     """
+    reply: GoalEvent | GoalsReply
     if what == "goal":
-        return encode(side.on_goal(decode(raw, GoalRequest)))
-    if what == "cancel":
-        return encode(side.on_cancel(decode(raw, CancelRequest).goal_id))
-    return encode(GoalsReply(side.card.boot_id, side.on_query(decode(raw, GoalsRequest).goal_ids)))
+        reply = side.on_goal(decode(raw, GoalRequest))
+    elif what == "cancel":
+        reply = side.on_cancel(decode(raw, CancelRequest).goal_id)
+    else:
+        reply = GoalsReply(side.card.boot_id, side.on_query(decode(raw, GoalsRequest).goal_ids))
+    try:
+        return encode(reply)
+    except WireError as error:
+        raise UnsentReplyError(str(error)) from error
 
 
-def read_reply(agent: str, what: Asked, raw: bytes) -> TransportEvent:
+def read_reply(agent: str, what: Asked, goal_id: str, raw: bytes) -> TransportEvent:
     """Return what an agent's reply to a request says.
 
     Raises:
-        WireError: it cannot be read, or speaks of another agent.
+        WireError: it cannot be read, or speaks of another agent or another goal than the one asked for.
     """
-    if what != "query":
-        return GoalReported(check_event(agent, decode(raw, GoalEvent)))
-    reply = decode(raw, GoalsReply)
-    return QueryReplied(agent, reply.boot_id, tuple(check_event(agent, event) for event in reply.goals))
+    if what == "query":
+        reply = decode(raw, GoalsReply)
+        return QueryReplied(agent, reply.boot_id, tuple(check_event(agent, event) for event in reply.goals))
+    event = check_event(agent, decode(raw, GoalEvent))
+    if event.goal_id != goal_id:
+        raise WireError(f"an answer for goal {event.goal_id!r} to a {what} of {goal_id!r}")
+    return GoalReported(event)

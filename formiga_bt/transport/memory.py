@@ -49,7 +49,7 @@ from formiga_bt.transport.messages import (
 
 
 class Faults(Struct, frozen=True, kw_only=True):
-    """How bad a link is, both ways. Chances are 0..1; presence tokens are never lost."""
+    """How bad a link is, both ways. Chances are 0..1. Presence is never lost."""
 
     drop: float = 0.0
     duplicate: float = 0.0
@@ -223,10 +223,9 @@ class MemoryHub:
 
     def show(self, link: MemoryLink) -> None:
         """Announce a link's card to the engine."""
-        if link.dead or link.card is None:
-            return
         card = link.card
-        self._later(link, lambda: self.transport.told(link.agent, lambda: AgentSeen(check_card(link.agent, card))))
+        if card is not None and not link.dead:
+            self._later(link, lambda: self.transport.told(link.agent, lambda: AgentSeen(check_card(link.agent, card))))
 
     def loses_result(self, agent: str) -> bool:
         """Return True, and count it, if the next result is to be lost."""
@@ -254,9 +253,10 @@ class MemoryHub:
             link.asks = [*(old for old in link.asks if old.open), ask]
         self._send(agent, False, lambda: self._hear(link, call))
 
-    def agents(self) -> list[str]:
-        """Return the ids of the agents that are in, in the order they came."""
-        return list(self._links)
+    def to_all(self, call: Callable[[AgentSide, MemoryLink], None]) -> None:
+        """Deliver what the engine says to everyone."""
+        for agent in tuple(self._links):
+            self.to_agent(agent, call)
 
     def _hear(self, link: MemoryLink, call: Callable[[AgentSide, MemoryLink], None]) -> None:
         if link.dead or link.side is None:
@@ -343,8 +343,7 @@ class MemoryTransport:
 
     def publish_clock(self, beat: ClockBeat) -> None:
         """Send the clock to all agents."""
-        for agent in self._hub.agents():
-            self._hub.to_agent(agent, lambda side, _: side.on_clock(beat))
+        self._hub.to_all(lambda side, _: side.on_clock(beat))
 
     # From the hub.
 
@@ -379,8 +378,13 @@ class MemoryTransport:
         hub = self._hub
 
         def heard(side: AgentSide, link: MemoryLink) -> None:
-            reply = serve_request(side, what, raw)
-            hub.to_engine(link, lambda: self._answered(ask, reply))
+            try:
+                reply = serve_request(side, what, raw)
+            except WireError as error:
+                text = str(error)
+                hub.to_engine(link, lambda: self.failed(ask, "unknown", text))
+            else:
+                hub.to_engine(link, lambda: self._answered(ask, reply))
 
         ask.timer = hub.scheduler.call_at(
             hub.scheduler.now() + hub.reply_timeout_us, lambda: self.failed(ask, "unknown", "no answer in time")
@@ -388,8 +392,14 @@ class MemoryTransport:
         hub.to_agent(agent, heard, ask)
 
     def _answered(self, ask: _Ask, reply: bytes) -> None:
-        if self._end(ask):
-            self.told(ask.agent, lambda: read_reply(ask.agent, ask.what, reply))
+        try:
+            event = read_reply(ask.agent, ask.what, ask.goal_id, reply)
+        except WireError as error:
+            self.failed(ask, "unknown", str(error))
+            self.arrived(BadMessage(ask.agent, str(error)))
+        else:
+            if self._end(ask):
+                self.arrived(event)
 
     @staticmethod
     def _end(ask: _Ask) -> bool:

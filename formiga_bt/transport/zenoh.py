@@ -1,0 +1,391 @@
+"""The engine's end of the Zenoh wire: a router on a loopback (or other) endpoint to which agents connect.
+
+Why Zenoh: one Python wheel, no broker, presence tokens, queries with a reply. Keys and messages: `docs/wire.md`.
+
+Threads: Zenoh's threads only append to one queue and call `wake`; everything else happens in the driver's thread, in
+`poll` and the `send_...` calls. None of them waits: queries are answered by callback, and what a congested link cannot
+take is dropped (a request then ends with outcome "unknown", as if the agent were frozen).
+
+What a query's outcome tells: a reply is a reply. An error "Timeout" means that the agent may have carried the request
+out. No reply at all means it is not there, unless it was present when we asked: it may then have died of the request.
+"""
+
+import contextlib
+import time
+from collections import deque
+from collections.abc import Callable, Sequence
+from typing import Any, Final, Literal
+
+import zenoh
+
+from formiga_bt.errors import TransportError
+from formiga_bt.transport.codec import (
+    FRAME_LIMIT,
+    Asked,
+    CancelRequest,
+    GoalsRequest,
+    WireError,
+    check_card,
+    check_event,
+    check_size,
+    check_status,
+    decode,
+    encode,
+    read_reply,
+)
+from formiga_bt.transport.messages import (
+    AgentCard,
+    AgentGone,
+    AgentSeen,
+    AgentStatus,
+    BadMessage,
+    ClockBeat,
+    GoalEvent,
+    GoalReported,
+    GoalRequest,
+    SendFailed,
+    StatusArrived,
+    TransportEvent,
+)
+from formiga_bt.transport.zenoh_session import (
+    CLOCK_KEY,
+    DEFAULT_ENDPOINT,
+    LEASE_MS,
+    agent_key,
+    check_name,
+    close_session,
+    free_endpoint,
+    on_network_thread,
+    open_session,
+)
+
+CARD_RETRY_S: Final = 0.5
+"""How long after asking in vain an agent is asked for its card again."""
+KEPT_ACTIONS: Final = 20_000
+"""Of so many goals the action is remembered, to cancel them by their own key. Older ones are asked for with `*`."""
+
+
+class _Ask:
+    """A query on its way. Zenoh's thread adds replies (True: ok) and, at the end, puts it into the queue."""
+
+    __slots__ = ("agent", "deaths", "goal_id", "present", "replies", "what")
+
+    def __init__(self, agent: str, what: Asked | Literal["card"], goal_id: str, present: bool, deaths: int) -> None:
+        self.agent = agent
+        self.what = what
+        self.goal_id = goal_id
+        self.present = present
+        self.deaths = deaths
+        self.replies: list[tuple[bool, bytes]] = []
+
+
+class _Peer:
+    """What is known of an agent; kept after it is gone, for its type."""
+
+    __slots__ = ("asked_card_at", "card", "deaths", "held", "present", "type")
+
+    def __init__(self, agent_type: str) -> None:
+        self.type = agent_type
+        self.present = False
+        self.card: AgentCard | None = None
+        self.held: AgentStatus | None = None
+        self.asked_card_at = float("-inf")
+        self.deaths = 0
+
+
+class _Raw:
+    """A message as it came in: which of our subscriptions, its key, its bytes (None: too long to be copied)."""
+
+    __slots__ = ("kind", "payload", "rest", "size")
+
+    def __init__(self, kind: Literal["status", "event", "card", "alive", "gone"], sample: Any) -> None:
+        self.kind = kind
+        self.rest = str(sample.key_expr).split("/")
+        self.size = len(sample.payload)
+        self.payload: bytes = sample.payload.to_bytes() if self.size <= FRAME_LIMIT else b""
+
+
+class ZenohTransport:
+    """All agents that reach this engine by Zenoh.
+
+    Args:
+        site: the site's name, the namespace of all keys.
+        listen: where agents connect; port 0 takes a free one (see `endpoint`).
+        connect: routers to join besides, for agents of other networks.
+        reply_timeout_s: a goal, cancel or query without answer fails after that with outcome "unknown" (wall time).
+        lease_ms: a frozen or cut-off agent is gone after that.
+    """
+
+    name = "zenoh"
+
+    def __init__(
+        self,
+        site: str,
+        *,
+        listen: str = DEFAULT_ENDPOINT,
+        connect: Sequence[str] = (),
+        reply_timeout_s: float = 5.0,
+        lease_ms: int = LEASE_MS,
+    ) -> None:
+        self._site = site
+        self._listen = listen
+        self._connect = tuple(connect)
+        self._reply_timeout_s = reply_timeout_s
+        self._lease_ms = lease_ms
+        self._session: Any = None
+        self._kept: list[Any] = []
+        self._queue: deque[_Raw | _Ask | TransportEvent] = deque()
+        self._wake: Callable[[], None] = lambda: None
+        self._peers: dict[str, _Peer] = {}
+        self._actions: dict[str, str] = {}
+        self._closed = True
+
+    @property
+    def endpoint(self) -> str:
+        """Return where agents connect; after `open` with the true port."""
+        return self._listen
+
+    def open(self, wake: Callable[[], None]) -> None:
+        """Open the router's session. Takes about half a second.
+
+        Raises:
+            TransportError: the port is taken, or the site's name or an endpoint is bad.
+        """
+        if self._session is not None:
+            raise TransportError("the zenoh transport is open already")
+        self._wake = wake
+        self._closed = False
+        wanted = self._listen
+        self._listen = free_endpoint(wanted)
+        session = open_session(
+            "router", self._site, listen=[self._listen], connect=self._connect, lease_ms=self._lease_ms
+        )
+        self._session = session
+        try:
+            self._kept = [
+                session.declare_subscriber("*/*/status", on_network_thread(lambda s: self._take(_Raw("status", s)))),
+                session.declare_subscriber(
+                    "*/*/action/*/event", on_network_thread(lambda s: self._take(_Raw("event", s)))
+                ),
+                session.declare_subscriber("*/*/card", on_network_thread(lambda s: self._take(_Raw("card", s)))),
+                session.liveliness().declare_subscriber("*/*/alive", on_network_thread(self._on_token), history=True),
+                session.liveliness().declare_token("engine/alive"),
+            ]
+        except zenoh.ZError as error:
+            self.close()
+            raise TransportError(f"cannot listen to agents: {error}") from error
+
+    def close(self) -> None:
+        """Close the session; takes at most 2 s."""
+        self._closed = True
+        session, self._session = self._session, None
+        self._kept = []
+        if session is not None:
+            close_session(session)
+        self._queue.clear()
+        self._peers.clear()
+
+    def poll(self) -> Sequence[TransportEvent]:
+        """Return what has come in."""
+        events: list[TransportEvent] = []
+        for _ in range(len(self._queue)):
+            item = self._queue.popleft()
+            if isinstance(item, _Raw):
+                self._read(item, events)
+            elif isinstance(item, _Ask):
+                self._conclude(item, events)
+            else:
+                events.append(item)
+        return events
+
+    def send_goal(self, request: GoalRequest) -> None:
+        """Send a goal."""
+        self._actions[request.goal_id] = request.action
+        if len(self._actions) > KEPT_ACTIONS:
+            del self._actions[next(iter(self._actions))]
+        self._ask(request.agent, "goal", request.goal_id, ("action", request.action, "goal"), request)
+
+    def cancel_goal(self, agent: str, goal_id: str) -> None:
+        """Ask for cancellation. Of a goal sent before the engine's restart the action is not known: all are asked."""
+        action = self._actions.get(goal_id, "*")
+        self._ask(agent, "cancel", goal_id, ("action", action, "cancel"), CancelRequest(goal_id))
+
+    def query_goals(self, agent: str, goal_ids: Sequence[str]) -> None:
+        """Ask what an agent knows of these goals."""
+        self._ask(agent, "query", "", ("goals",), GoalsRequest(tuple(goal_ids)))
+
+    def publish_clock(self, beat: ClockBeat) -> None:
+        """Publish the clock; also the time to ask once more for cards that did not come."""
+        if self._session is None:
+            return
+        drop = zenoh.CongestionControl.DROP
+        self._session.put(CLOCK_KEY, encode(beat), congestion_control=drop, express=True, encoding="application/json")
+        for agent, peer in self._peers.items():
+            if peer.present and peer.card is None:
+                self._ask_card(agent, peer)
+
+    # On Zenoh's threads.
+
+    def _take(self, item: _Raw | _Ask) -> None:
+        if not self._closed:
+            self._queue.append(item)
+            self._wake()
+
+    def _on_token(self, sample: Any) -> None:
+        self._take(_Raw("alive" if sample.kind == zenoh.SampleKind.PUT else "gone", sample))
+
+    # Requests.
+
+    def _ask(self, agent: str, what: Asked, goal_id: str, rest: tuple[str, ...], message: Any) -> None:
+        peer = self._peers.get(agent)
+        ask = _Ask(agent, what, goal_id, peer is not None and peer.present, peer.deaths if peer else 0)
+        text = "no such agent has been seen"
+        if peer is not None:
+            try:
+                if rest[0] == "action" and rest[1] != "*":
+                    check_name("action", rest[1])
+                self._get(ask, agent_key(peer.type, agent, *rest), encode(message))
+                return
+            except TransportError as error:
+                text = str(error)
+        self._queue.append(SendFailed(agent, what, goal_id, "unreachable", text))
+        self._wake()
+
+    def _ask_card(self, agent: str, peer: _Peer) -> None:
+        now = time.monotonic()
+        if now - peer.asked_card_at < CARD_RETRY_S:
+            return
+        peer.asked_card_at = now
+        with contextlib.suppress(TransportError):  # asked again with the next status or beat
+            self._get(_Ask(agent, "card", "", peer.present, peer.deaths), agent_key(peer.type, agent, "card"), b"")
+
+    def _get(self, ask: _Ask, key: str, payload: bytes) -> None:
+        if self._session is None:
+            raise TransportError("the zenoh transport is not open")
+
+        def reply(answer: Any) -> None:
+            ok = answer.ok
+            value = (ok if ok is not None else answer.err).payload
+            ask.replies.append((ok is not None, value.to_bytes() if len(value) <= FRAME_LIMIT else b"{too long}"))
+
+        try:
+            self._session.get(
+                key,
+                on_network_thread(reply, lambda: self._take(ask)),
+                payload=payload,
+                timeout=self._reply_timeout_s,
+                target=zenoh.QueryTarget.ALL,
+                consolidation=zenoh.ConsolidationMode.NONE,
+                congestion_control=zenoh.CongestionControl.DROP,
+                express=True,
+            )
+        except zenoh.ZError as error:
+            raise TransportError(f"cannot ask {ask.agent}: {error}") from error
+
+    def _conclude(self, ask: _Ask, events: list[TransportEvent]) -> None:
+        good = [raw for ok, raw in ask.replies if ok]
+        if ask.what == "card":
+            self._take_card(ask, good[0] if good else None, events)
+            return
+        answers: list[TransportEvent] = []
+        for raw in good:
+            try:
+                answers.append(read_reply(ask.agent, ask.what, ask.goal_id, raw))
+            except WireError as error:
+                events.append(BadMessage(ask.agent, str(error)))
+        if answers:
+            events.append(next((answer for answer in answers if not _is_unknown(answer)), answers[0]))
+            return
+        refusals = [raw.decode(errors="replace")[:500] for ok, raw in ask.replies if not ok and raw != b"Timeout"]
+        if good or len(refusals) < len(ask.replies):
+            text = "its answer cannot be read" if good else "no answer in time"
+            events.append(SendFailed(ask.agent, ask.what, ask.goal_id, "unknown", text))
+        elif refusals and ask.what == "goal":
+            events.append(
+                GoalReported(
+                    GoalEvent(
+                        goal_id=ask.goal_id, agent=ask.agent, state="rejected", n=1, code="refused", text=refusals[0]
+                    )
+                )
+            )
+        elif refusals:
+            events.append(SendFailed(ask.agent, ask.what, ask.goal_id, "unreachable", refusals[0]))
+        elif ask.present:
+            text = "it was present but gave no answer; it may have died of the request"
+            events.append(SendFailed(ask.agent, ask.what, ask.goal_id, "unknown", text))
+        else:
+            events.append(SendFailed(ask.agent, ask.what, ask.goal_id, "unreachable", "the agent is not there"))
+
+    # What agents say.
+
+    def _read(self, raw: _Raw, events: list[TransportEvent]) -> None:
+        agent_type, agent = raw.rest[0], raw.rest[1]
+        try:
+            check_size(raw.size)
+            if raw.kind == "status":
+                status = check_status(agent, decode(raw.payload, AgentStatus))
+                if status.type != agent_type:
+                    raise WireError(f"a status of a {status.type} came from a {agent_type}")
+                self._take_status(self._peer(agent, agent_type), status, events)
+            elif raw.kind == "event":
+                self._peer(agent, agent_type)
+                events.append(GoalReported(check_event(agent, decode(raw.payload, GoalEvent))))
+            elif raw.kind == "card":
+                self._show(self._peer(agent, agent_type), check_card(agent, decode(raw.payload, AgentCard)), events)
+            elif raw.kind == "alive":
+                peer = self._peer(agent, agent_type)
+                peer.present = True
+                peer.asked_card_at = float("-inf")
+                self._ask_card(agent, peer)
+            else:
+                self._gone(agent, agent_type, events)
+        except WireError as error:
+            events.append(BadMessage(agent, str(error)))
+
+    def _peer(self, agent: str, agent_type: str) -> _Peer:
+        peer = self._peers.get(agent)
+        if peer is None or (not peer.present and peer.type != agent_type):
+            peer = self._peers[agent] = _Peer(agent_type)
+        if peer.type != agent_type:
+            raise WireError(f"{agent!r} is a {peer.type}; a {agent_type} says it has the same id")
+        return peer
+
+    def _take_status(self, peer: _Peer, status: AgentStatus, events: list[TransportEvent]) -> None:
+        if peer.card is not None and peer.present and status.boot_id in ("", peer.card.boot_id):
+            events.append(StatusArrived(status))
+            return
+        # Not announced yet, started anew without a sign, or its token was lost: the card goes first.
+        peer.held = status
+        self._ask_card(status.id, peer)
+
+    def _take_card(self, ask: _Ask, raw: bytes | None, events: list[TransportEvent]) -> None:
+        peer = self._peers.get(ask.agent)
+        if raw is None or peer is None or peer.deaths != ask.deaths:
+            return
+        try:
+            self._show(peer, check_card(ask.agent, decode(raw, AgentCard)), events)
+        except WireError as error:
+            events.append(BadMessage(ask.agent, str(error)))
+
+    def _show(self, peer: _Peer, card: AgentCard, events: list[TransportEvent]) -> None:
+        if card.type != peer.type:
+            raise WireError(f"the card of {card.id!r} says it is a {card.type}; its keys say {peer.type}")
+        peer.card, peer.present = card, True
+        events.append(AgentSeen(card))
+        held, peer.held = peer.held, None
+        if held is not None:
+            events.append(StatusArrived(held))
+
+    def _gone(self, agent: str, agent_type: str, events: list[TransportEvent]) -> None:
+        peer = self._peers.get(agent)
+        if peer is None or peer.type != agent_type or not peer.present:
+            return
+        seen = peer.card is not None
+        peer.present, peer.card, peer.held = False, None, None
+        peer.deaths += 1
+        if seen:
+            events.append(AgentGone(agent))
+
+
+def _is_unknown(event: TransportEvent) -> bool:
+    return isinstance(event, GoalReported) and event.event.state == "unknown"
