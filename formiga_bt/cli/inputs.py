@@ -44,19 +44,29 @@ class Read:
 def task_files(paths: Iterable[Path]) -> list[Path]:
     """Return the files, with each folder replaced by the task files below it.
 
+    In a folder, libraries of subtrees and `*.test.yaml` are passed over: a library is checked where it is imported.
+
     Raises:
         UnusableFile: a path does not exist, or a folder holds no task file.
     """
     found: list[Path] = []
     for path in paths:
         if path.is_dir():
-            inside = sorted(p for p in path.rglob("*.yaml") if not p.name.endswith(".test.yaml"))
+            inside = sorted(p for p in path.rglob("*.yaml") if not p.name.endswith(".test.yaml") and _is_task(p))
             if not inside:
                 raise UnusableFile(f"no task file (*.yaml) below {path}")
             found += inside
         else:
             found.append(readable(path))
     return list(dict.fromkeys(found))
+
+
+def _is_task(path: Path) -> bool:
+    """Return whether a file of a folder says that it is a task; one that cannot be read is left to the loader."""
+    try:
+        return any(line.startswith("task:") for line in path.read_text(encoding="utf-8").splitlines())
+    except (OSError, UnicodeDecodeError):
+        return True
 
 
 def readable(path: Path) -> Path:
