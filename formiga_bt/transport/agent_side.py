@@ -60,14 +60,25 @@ class AgentSide:
         body: what carries out goals.
         link: how events and statuses leave.
         now: a local clock in microseconds that never goes back; engine time is extrapolated with it.
+        beat_us: time between the engine's heartbeats by that clock. If given, beats that must have passed unheard
+            count for the life of a goal: a process that stood still finds the old goal in its ears before the beats.
     """
 
-    def __init__(self, card: AgentCard, body: AgentBody, link: AgentLink, *, now: Callable[[], Micros]) -> None:
+    def __init__(
+        self,
+        card: AgentCard,
+        body: AgentBody,
+        link: AgentLink,
+        *,
+        now: Callable[[], Micros],
+        beat_us: Micros | None = None,
+    ) -> None:
         assert card.boot_id, "an agent's card needs a boot_id that changes with every start"
         self.card = card
         self._body = body
         self._link = link
         self._now = now
+        self._beat_us = beat_us
         self._goals: dict[str, _Record] = {}
         self._running: list[str] = []
         self._status = AgentStatus(id=card.id, type=card.type, boot_id=card.boot_id)
@@ -261,13 +272,18 @@ class AgentSide:
     def _refusal(self, request: GoalRequest, rivals: tuple[str, ...]) -> str:
         if request.agent != self.card.id:
             return "wrong_agent"
-        if self._beat > request.beat + request.ttl_beats:
+        if self._beat + self._unheard_beats() > request.beat + request.ttl_beats:
             return "goal_expired"
         if request.action not in self.card.actions:
             return "unknown_action"
         if self._status.control != "engine":
             return "not_in_command"
         return "busy" if rivals and not request.safety else ""
+
+    def _unheard_beats(self) -> int:
+        if self._beat_us is None or self._clock is None or self._clock[1].epoch != self._epoch:
+            return 0
+        return (self._now() - self._clock[0]) // self._beat_us
 
     def _rivals(self, request: GoalRequest) -> tuple[str, ...]:
         """Return the running goals beside which this one cannot run."""
