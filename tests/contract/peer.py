@@ -1,0 +1,138 @@
+"""A scripted agent for the conformance suite; what it does with a goal is told by the goal's fields.
+
+    do          succeed | fail | reject | hold (until canceled) | takeover
+    feedback    a list of progress values, one each `step_s`
+    step_s      pace of the script (0.01)
+    block_s     how long accepting takes
+    cancel      "refuse": cancels are refused
+    lose        true: the message with the result is lost
+    result      the result of a success
+
+Run as a process it is an agent on the Zenoh wire: peer.py SITE ENDPOINT TYPE ID BOOT_ID LEASE_MS
+"""
+
+import heapq
+import os
+import sys
+import time
+from collections.abc import Callable
+from typing import Any
+
+from formiga_bt.clock import SECOND
+from formiga_bt.geo import Position
+from formiga_bt.transport.agent_side import AgentSide
+from formiga_bt.transport.base import AgentLink
+from formiga_bt.transport.messages import TERMINAL, AgentCard, AgentStatus, GoalEvent, GoalRequest
+
+STATUS_S = 0.1
+
+
+class LossyLink:
+    """Passes everything on but one result, when told so."""
+
+    def __init__(self, link: AgentLink) -> None:
+        self._link = link
+        self.lose_result = False
+
+    def publish_status(self, status: AgentStatus) -> None:
+        self._link.publish_status(status)
+
+    def publish_card(self, card: AgentCard) -> None:
+        self._link.publish_card(card)
+
+    def publish_event(self, event: GoalEvent) -> None:
+        if self.lose_result and event.state in TERMINAL:
+            self.lose_result = False
+        else:
+            self._link.publish_event(event)
+
+
+class ScriptedBody:
+    """Counts how often each goal was begun (told in `result.starts`), and follows the fields."""
+
+    def __init__(
+        self, link: LossyLink, later: Callable[[float, Callable[[], None]], None], pause: Callable[[float], None]
+    ):
+        self.side: AgentSide
+        self.link = link
+        self.later = later
+        self.pause = pause
+        self.starts: dict[str, int] = {}
+        self.fields: dict[str, dict[str, Any]] = {}
+
+    def start(self, request: GoalRequest) -> str:
+        fields = request.fields
+        if fields.get("block_s"):
+            self.pause(fields["block_s"])
+        if fields.get("do") == "reject":
+            return "battery_low"
+        if fields.get("do") == "raise":
+            raise RuntimeError("a body with a bug")
+        goal = request.goal_id
+        self.starts[goal] = self.starts.get(goal, 0) + 1
+        self.fields[goal] = fields
+        step = fields.get("step_s", 0.01)
+        at = step
+        for progress in fields.get("feedback", ()):
+            self.later(at, lambda progress=progress: self.side.feedback(goal, progress=progress, phase="moving"))
+            at += step
+        self.later(at, lambda: self.end(goal))
+        return ""
+
+    def end(self, goal: str) -> None:
+        fields = self.fields[goal]
+        self.link.lose_result = bool(fields.get("lose"))
+        match fields.get("do", "succeed"):
+            case "succeed":
+                self.side.set_status(position=Position(1.0, 2.0, 3.0), landed="airborne")
+                self.side.finish(goal, "succeeded", result={**fields.get("result", {}), "starts": self.starts[goal]})
+            case "fail":
+                self.side.finish(goal, "failed", code="motor", text="the motor is hot")
+            case "takeover":
+                self.side.take_control("pilot")
+                self.later(0.5, lambda: self.side.take_control("engine"))
+
+    def cancel(self, goal: str) -> bool:
+        if self.fields[goal].get("cancel") == "refuse":
+            return False
+        self.later(0.02, lambda: self.side.finish(goal, "canceled"))
+        return True
+
+
+def card(agent_type: str, agent: str, boot_id: str) -> AgentCard:
+    return AgentCard(id=agent, type=agent_type, boot_id=boot_id, actions=("Go", "Look"), limits={"speed_m_s": 10.0})
+
+
+def main() -> None:
+    from formiga_bt.transport.zenoh_agent import ZenohAgentLink
+
+    site, endpoint, agent_type, agent, boot_id, lease_ms = sys.argv[1:]
+    parent = os.getppid()
+    calls: list[tuple[float, int, Callable[[], None]]] = []
+
+    def later(delay_s: float, call: Callable[[], None]) -> None:
+        heapq.heappush(calls, (time.monotonic() + delay_s, len(calls), call))
+
+    wire = ZenohAgentLink(site, connect=endpoint, lease_ms=int(lease_ms))
+    link = LossyLink(wire)
+    body = ScriptedBody(link, later, time.sleep)
+    clock = lambda: time.monotonic_ns() // 1000  # noqa: E731
+    body.side = AgentSide(card(agent_type, agent, boot_id), body, link, now=clock, beat_us=SECOND)
+
+    def status() -> None:
+        body.side.publish_status(battery=80.0)
+        later(STATUS_S, status)
+
+    try:
+        wire.serve(body.side)
+        later(STATUS_S, status)
+        while os.getppid() == parent:
+            wire.pump(max(0.0, min(0.1, calls[0][0] - time.monotonic())) if calls else 0.1)
+            while calls and calls[0][0] <= time.monotonic():
+                heapq.heappop(calls)[2]()
+    finally:
+        wire.close()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,225 @@
+"""The same test on two wires: a rig starts peers, sends, and waits for what the transport reports.
+
+Waiting is never a fixed sleep: in memory time jumps from call to call, on Zenoh the rig polls until a deadline.
+"""
+
+import itertools
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, TypeVar
+
+import peer as scripted
+
+from formiga_bt.clock import SECOND, VirtualScheduler, micros
+from formiga_bt.transport.agent_side import AgentSide
+from formiga_bt.transport.base import AgentTransport
+from formiga_bt.transport.memory import MemoryHub
+from formiga_bt.transport.messages import (
+    AgentGone,
+    AgentSeen,
+    ClockBeat,
+    GoalEvent,
+    GoalReported,
+    GoalRequest,
+    QueryReplied,
+    SendFailed,
+    StatusArrived,
+    TransportEvent,
+)
+from formiga_bt.transport.zenoh import ZenohTransport
+
+DEADLINE_S = 15.0
+REPLY_TIMEOUT_S = 1.0
+LEASE_MS = 2500
+
+T = TypeVar("T")
+
+
+class Rig(ABC):
+    transport: AgentTransport
+
+    def __init__(self) -> None:
+        self.log: list[TransportEvent] = []
+        self.beat = 0
+        self.epoch = 1
+        self._names = itertools.count(1)
+        self._goals = itertools.count(1)
+        self._boots = itertools.count(1)
+
+    # Peers.
+
+    @abstractmethod
+    def start(self, agent: str, boot_id: str) -> None: ...
+
+    @abstractmethod
+    def kill(self, agent: str) -> None: ...
+
+    @abstractmethod
+    def freeze(self, agent: str) -> None: ...
+
+    @abstractmethod
+    def thaw(self, agent: str) -> None: ...
+
+    @abstractmethod
+    def wait(self, found: Callable[[], T | None], what: str) -> T: ...
+
+    def new_peer(self) -> str:
+        agent = f"p{next(self._names)}"
+        self.restart(agent)
+        return agent
+
+    def restart(self, agent: str) -> str:
+        boot_id = f"boot{next(self._boots)}"
+        mark = len(self.log)
+        self.start(agent, boot_id)
+        seen = self.event(AgentSeen, lambda e: e.card.id == agent and e.card.boot_id == boot_id, since=mark)
+        assert "Go" in seen.card.actions
+        return boot_id
+
+    # Talking.
+
+    def goal(self, agent: str, goal_id: str = "", **more: Any) -> str:
+        fields = {name: more.pop(name) for name in list(more) if name not in GoalRequest.__struct_fields__}
+        goal_id = goal_id or f"Test-1/0/steps/steps[0].for#{next(self._goals)}"
+        more = {"epoch": self.epoch, "beat": self.beat, "action": "Go", **more}
+        self.transport.send_goal(GoalRequest(goal_id=goal_id, agent=agent, fields=fields, **more))
+        return goal_id
+
+    def clock(self, *, beats: int = 1) -> None:
+        self.beat += beats
+        self.transport.publish_clock(
+            ClockBeat(wall_us=0, engine_us=self.beat * SECOND, speed=1.0, epoch=self.epoch, beat=self.beat)
+        )
+
+    def clock_until_heard(self, agent: str, *, beats: int = 1) -> None:
+        self.clock(beats=beats)
+        self.event(StatusArrived, lambda e: e.status.id == agent and e.status.beat >= self.beat)
+
+    # Hearing.
+
+    def take(self) -> None:
+        self.log.extend(self.transport.poll())
+
+    def event(self, kind: type[T], fits: Callable[[T], bool] = lambda _: True, *, since: int = 0) -> T:
+        def find() -> T | None:
+            return next((e for e in self.log[since:] if isinstance(e, kind) and fits(e)), None)
+
+        return self.wait(find, f"{kind.__name__} since {since}")
+
+    def states(self, goal: str) -> list[GoalEvent]:
+        return [e.event for e in self.log if isinstance(e, GoalReported) and e.event.goal_id == goal]
+
+    def reported(self, goal: str, state: str, *, since: int = 0) -> GoalEvent:
+        return self.event(GoalReported, lambda e: e.event.goal_id == goal and e.event.state == state, since=since).event
+
+    def failure(self, goal: str, what: str = "goal") -> SendFailed:
+        return self.event(SendFailed, lambda e: e.goal_id == goal and e.what == what)
+
+    def query(self, agent: str, *goals: str) -> QueryReplied:
+        mark = len(self.log)
+        self.transport.query_goals(agent, goals)
+        return self.event(QueryReplied, lambda e: e.agent == agent, since=mark)
+
+    def gone(self, agent: str, *, since: int = 0) -> None:
+        self.event(AgentGone, lambda e: e.agent == agent, since=since)
+
+
+class MemoryRig(Rig):
+    def __init__(self) -> None:
+        super().__init__()
+        self.time = VirtualScheduler()
+        self.hub = MemoryHub(
+            self.time, reply_timeout_us=micros(REPLY_TIMEOUT_S), lease_us=LEASE_MS * 1000, delay_us=5_000
+        )
+        self.transport = self.hub.transport
+        self.transport.open(lambda: None)
+
+    def later(self, delay_s: float, call: Callable[[], None]) -> None:
+        self.time.call_at(self.time.now() + micros(delay_s), call)
+
+    def start(self, agent: str, boot_id: str) -> None:
+        wire = self.hub.link(agent)
+        link = scripted.LossyLink(wire)
+        body = scripted.ScriptedBody(link, self.later, lambda s: self.hub.set_delay(agent, micros(s)))
+        card = scripted.card("drone", agent, boot_id)
+        body.side = AgentSide(card, body, link, now=self.time.now, beat_us=SECOND)
+
+        def status() -> None:
+            if not wire.dead:
+                body.side.publish_status(battery=80.0)
+                self.later(scripted.STATUS_S, status)
+
+        wire.serve(body.side)
+        self.later(scripted.STATUS_S, status)
+
+    def kill(self, agent: str) -> None:
+        self.hub.kill(agent)
+
+    def freeze(self, agent: str) -> None:
+        self.hub.freeze(agent)
+
+    def thaw(self, agent: str) -> None:
+        self.hub.thaw(agent)
+
+    def wait(self, found: Callable[[], T | None], what: str) -> T:
+        deadline = self.time.now() + micros(DEADLINE_S)
+        while True:
+            self.take()
+            if (value := found()) is not None:
+                return value
+            assert self.time.now() <= deadline, f"waited in vain for {what}: {self.log[-5:]}"
+            assert self.time.run_next(), f"nothing more will happen; waited for {what}: {self.log[-5:]}"
+
+    def close(self) -> None:
+        self.transport.close()
+
+
+class ZenohRig(Rig):
+    def __init__(self) -> None:
+        super().__init__()
+        self.woken = threading.Event()
+        self.site = f"test{os.getpid()}"
+        self.zenoh = ZenohTransport(
+            self.site, listen="tcp/127.0.0.1:0", reply_timeout_s=REPLY_TIMEOUT_S, lease_ms=LEASE_MS
+        )
+        self.transport = self.zenoh
+        self.transport.open(self.woken.set)
+        self.running: dict[str, subprocess.Popen[bytes]] = {}
+
+    def start(self, agent: str, boot_id: str) -> None:
+        script = Path(scripted.__file__)
+        arguments = [self.site, self.zenoh.endpoint, "drone", agent, boot_id, str(LEASE_MS)]
+        self.running[agent] = subprocess.Popen([sys.executable, str(script), *arguments])
+
+    def kill(self, agent: str) -> None:
+        process = self.running.pop(agent)
+        process.kill()
+        process.wait(5)
+
+    def freeze(self, agent: str) -> None:
+        self.running[agent].send_signal(signal.SIGSTOP)
+
+    def thaw(self, agent: str) -> None:
+        self.running[agent].send_signal(signal.SIGCONT)
+
+    def wait(self, found: Callable[[], T | None], what: str) -> T:
+        deadline = time.monotonic() + DEADLINE_S
+        while True:
+            self.woken.clear()
+            self.take()
+            if (value := found()) is not None:
+                return value
+            assert time.monotonic() < deadline, f"waited in vain for {what}: {self.log[-5:]}"
+            self.woken.wait(0.1)
+
+    def close(self) -> None:
+        for agent in tuple(self.running):
+            self.kill(agent)
+        self.transport.close()
