@@ -1,0 +1,400 @@
+"""Catalogue files (`actions/*.yaml`): agent types and actions, merged from all files and checked.
+
+A type gets what it extends merged in; its `recover` subtree is read with the library's own checks. Called by the
+command line, the engine's front and tests, once per start.
+"""
+
+import hashlib
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, Final, Literal
+
+from formiga_bt.clock import micros
+from formiga_bt.diagnostics import Diagnostic, Mark, in_order
+from formiga_bt.lang.document import Entry, Mapping_, Node, Scalar, parse
+from formiga_bt.lang.expressions import Scope, compile_value
+from formiga_bt.lang.files import Shelf
+from formiga_bt.lang.kinds import PARAM, Option
+from formiga_bt.lang.model import ActionSpec, AgentType, Catalogue, Expr, FieldSpec, Subtree
+from formiga_bt.lang.params import read_type
+from formiga_bt.lang.reading import (
+    Problems,
+    did_you_mean,
+    fix_word,
+    is_empty,
+    quoted_list,
+    read_flag,
+    read_keys,
+    read_mapping,
+    read_name,
+    read_number,
+    read_quantity,
+    read_text,
+    read_word,
+    read_words,
+)
+from formiga_bt.lang.scopes import World
+from formiga_bt.lang.subtrees import Subtrees
+from formiga_bt.lang.synonyms import nearest
+from formiga_bt.lang.types import AGENT, ANY, Type
+from formiga_bt.packaged import folder
+from formiga_bt.units import parse_quantity
+
+FILE: Final = (
+    Option("types", "map", "Agent types by name."),
+    Option("actions", "map", "Actions by name."),
+)
+
+TYPE: Final = (
+    Option("extends", "name", "The type whose keys it takes over."),
+    Option("label", "text", "What people call it."),
+    Option("actions", "words", "What it can do, besides what it takes over."),
+    Option("rest", "word", "Where it belongs when idle.", values=("grounded_at_port",)),
+    Option("recover", "name", "FILE#Subtree that brings it home."),
+    Option("human", "flag", "A person; shared unless said otherwise."),
+    Option("shared", "flag", "Several tasks may address it."),
+    Option("limits", "map", "Numbers that simulators and estimates use."),
+    Option("envelope", "map", "Numbers that no flight may break."),
+    Option("suspect_after", "value", "Silence after which it is not allocated.", type="duration"),
+    Option("lost_after", "value", "Silence after which it is lost.", type="duration"),
+)
+
+ACTION: Final = (
+    Option("fields", "map", "What a goal holds."),
+    Option("result", "map", "What its result holds."),
+    Option("requires", "word", "State in which it may start.", values=("airborne", "grounded")),
+    Option("effect", "map", "State after success: {airborne: true|false}."),
+    Option("moves_to", "name", "The field that says where the agent will be."),
+    Option("starts_rotors", "flag", "People must stand clear."),
+    Option("lands", "flag", "Ends on the ground; away from a port people must stand clear."),
+    Option("repeatable", "flag", "May be sent again after a failure."),
+    Option("typical", "value", "Usual duration.", type="duration"),
+    Option("accept_timeout", "value", "How long the agent may take to accept.", type="duration"),
+    Option("cancel_grace", "value", "How long a cancel may take.", type="duration"),
+    Option("exclusive", "flag", "One at a time (the default)."),
+    Option("concurrency", "value", "How many at a time.", type="int"),
+    Option("help", "text", "A line for people."),
+)
+
+_FIELD: Final = tuple(
+    o for o in PARAM if o.name in ("type", "default", "optional", "values", "of", "min", "max", "help")
+)
+_SUFFIX: Final[Mapping[str, str]] = {
+    "speed": "m_s",
+    "distance": "m",
+    "percent": "pct",
+    "mass": "kg",
+    "duration": "s",
+    "angle": "deg",
+}
+
+
+def load_catalogue(
+    files: Sequence[Path], library: Sequence[Path] | None = None
+) -> tuple[Catalogue, list[Diagnostic], dict[str, str]]:
+    """Read catalogue files.
+
+    Args:
+        files: in order; a name may be defined once.
+        library: the folders where recover subtrees are looked up; None = the packaged trees.
+
+    Returns:
+        The catalogue (of what could be read), all problems in file order, and the text of each file read.
+    """
+    reader = _CatalogueReader((folder("trees"),) if library is None else library)
+    for path in files:
+        reader.read_file(path)
+    catalogue = reader.finish()
+    return catalogue, in_order(reader.problems.found), dict(reader.shelf.sources)
+
+
+class _CatalogueReader:
+    """Gathers the entries of all files, then resolves `extends` and `recover`."""
+
+    def __init__(self, library: Sequence[Path]) -> None:
+        self.problems = Problems()
+        self.shelf = Shelf(library, self.problems)
+        self._texts: list[str] = []
+        self._types: dict[str, Entry] = {}
+        self._actions: dict[str, Entry] = {}
+        self._given: dict[str, dict[str, Entry]] = {}
+
+    def read_file(self, path: Path) -> None:
+        """Parse one file and note its entries."""
+        file = str(path)
+        try:
+            text = path.read_text(encoding="utf-8")
+        except (OSError, UnicodeDecodeError) as error:
+            self.problems.add("E008", Mark(file, 1, 1), f"the file cannot be read: {error}")
+            return
+        self.shelf.sources[file] = text
+        self._texts.append(text)
+        node, found = parse(text, file)
+        self.problems.extend(found)
+        root = read_mapping(node, self.problems, "file") if node is not None else None
+        if root is None:
+            return
+        keys = read_keys(root, FILE, self.problems, "a catalogue")
+        for key, into in (("types", self._types), ("actions", self._actions)):
+            mapping = read_mapping(keys[key].value, self.problems, key) if key in keys else None
+            for entry in mapping.entries if mapping is not None else ():
+                self._note(entry, into)
+
+    def _note(self, entry: Entry, into: dict[str, Entry]) -> None:
+        name = entry.key.text
+        if read_name(entry.key, self.problems, "name") is None:
+            return
+        if name in into:
+            first = into[name].key.mark
+            self.problems.add(
+                "E018", entry.key.mark, f"'{name}' is defined twice; first at {first}", "keep one of them"
+            )
+            return
+        into[name] = entry
+
+    def finish(self) -> Catalogue:
+        """Build the catalogue."""
+        actions = {name: action for name, entry in self._actions.items() if (action := self._action(entry)) is not None}
+        for name, entry in self._types.items():
+            mapping = self._optional_mapping(entry.value, name)
+            if mapping is not None:
+                self._given[name] = read_keys(mapping, TYPE, self.problems, f"type '{name}'")
+        types = {name: self._type(name, actions) for name in self._given}
+        catalogue = Catalogue(types, actions, self._digest(""))
+        recover = self._recovers(catalogue)
+        types = {name: replace(one, recover=recover.get(one.recover_ref)) for name, one in types.items()}
+        return Catalogue(types, actions, self._digest("".join(self.shelf.sources[f] for f in self.shelf.units)))
+
+    def _optional_mapping(self, node: Node, what: str) -> Mapping_ | None:
+        return Mapping_((), node.mark) if is_empty(node) else read_mapping(node, self.problems, what)
+
+    def _digest(self, more: str) -> str:
+        digest = hashlib.sha256()
+        for text in (*self._texts, more):
+            data = text.encode("utf-8", "surrogatepass")
+            digest.update(str(len(data)).encode() + b":" + data)
+        return digest.hexdigest()
+
+    # --- types -------------------------------------------------------------------------------------------------
+
+    def _ancestors(self, name: str) -> list[str]:
+        """Return what a type extends, nearest first; report unknown names and circles."""
+        found: list[str] = []
+        at = self._extended(name)
+        while at is not None:
+            if at.text not in self._given:
+                known = [other for other in self._given if other != name]
+                what = f"no agent type is called '{at.text}'{did_you_mean(at.text, known)}"
+                self.problems.add(
+                    "E020", at.mark, what, f"types: {quoted_list(known)}", fix_word(at, nearest(at.text, known))
+                )
+                break
+            if at.text == name or at.text in found:
+                self.problems.add("E051", at.mark, f"'{name}' extends itself", "break the circle")
+                break
+            found.append(at.text)
+            at = self._extended(at.text)
+        return found
+
+    def _extended(self, name: str) -> Scalar | None:
+        entry = self._given[name].get("extends")
+        return entry.value if entry is not None and isinstance(entry.value, Scalar) else None
+
+    def _type(self, name: str, actions: Mapping[str, ActionSpec]) -> AgentType:
+        ancestors = self._ancestors(name)
+        merged = AgentType(name, self._types[name].key.mark)
+        for one in reversed(ancestors):
+            merged = self._with_keys(merged, self._given[one], actions, report=False)
+        merged = replace(merged, label="")
+        merged = self._with_keys(merged, self._given[name], actions, report=True)
+        return replace(merged, extends=tuple(ancestors), label=merged.label or name)
+
+    def _with_keys(
+        self, base: AgentType, keys: dict[str, Entry], actions: Mapping[str, ActionSpec], *, report: bool
+    ) -> AgentType:
+        """Return `base` with the keys of one mapping laid over it; an ancestor's problems are its own."""
+        problems = self.problems if report else Problems()
+        new: dict[str, Any] = {}
+        if "label" in keys:
+            at = read_text(keys["label"].value, problems, "label")
+            new["label"] = at.text if at is not None else ""
+        if "actions" in keys:
+            own = self._known_actions(keys["actions"].value, actions, problems)
+            new["actions"] = tuple(dict.fromkeys((*base.actions, *own)))
+        if "rest" in keys:
+            new["rest"] = read_word(keys["rest"].value, problems, "rest", ("grounded_at_port",))
+        if "recover" in keys:
+            at = read_text(keys["recover"].value, problems, "recover")
+            new["recover_ref"] = at.text if at is not None else ""
+        if "human" in keys:
+            new["human"] = new["shared"] = read_flag(keys["human"].value, problems, "human")
+        if "shared" in keys:
+            new["shared"] = read_flag(keys["shared"].value, problems, "shared")
+        for key in ("suspect_after", "lost_after"):
+            seconds = read_quantity(keys[key].value, problems, key, "duration") if key in keys else None
+            if seconds is not None:
+                new[key + "_us"] = micros(seconds)
+        new["limits"] = {**base.limits, **_limits(keys, "limits", problems), **_limits(keys, "envelope", problems)}
+        return replace(base, **new)
+
+    def _known_actions(self, node: Node, actions: Mapping[str, ActionSpec], problems: Problems) -> list[str]:
+        found = []
+        for at in read_words(node, problems, "actions"):
+            if at.text in actions:
+                found.append(at.text)
+                continue
+            meant = nearest(at.text, actions)
+            what = f"no action is called '{at.text}'{did_you_mean(at.text, actions)}"
+            problems.add("E021", at.mark, what, f"actions: {quoted_list(actions)}", fix_word(at, meant))
+        return found
+
+    def _recovers(self, catalogue: Catalogue) -> dict[str, Subtree]:
+        """Read each recover subtree that a type names, once."""
+        found: dict[str, Subtree] = {}
+        subtrees = Subtrees(World(catalogue, None), self.problems)
+        for keys in self._given.values():
+            at = keys["recover"].value if "recover" in keys else None
+            if not isinstance(at, Scalar) or at.text in found:
+                continue
+            subtree = self._recover(at, subtrees)
+            if subtree is not None:
+                found[at.text] = subtree
+        return found
+
+    def _recover(self, at: Scalar, subtrees: Subtrees) -> Subtree | None:
+        file, _, name = at.text.partition("#")
+        path = self.shelf.locate(file, Path(at.mark.file).parent) if name else None
+        if path is None:
+            help_ = "such as: lib/flying.yaml#ReturnHome"
+            what = f"no file '{file}' for recover" if name else "'recover' must be FILE#Subtree"
+            self.problems.add("E050", at.mark, what, help_)
+            return None
+        unit = self.shelf.units.get(str(path))
+        if unit is None:
+            unit = self.shelf.open_text(path.read_text(encoding="utf-8"), str(path), path.parent, library=True)
+            subtrees.read_all(unit)
+        callee = subtrees.callee(unit, name)
+        if callee is None:
+            what = f"{file} has no subtree '{name}'{did_you_mean(name, unit.own)}"
+            self.problems.add("E050", at.mark, what, f"subtrees: {quoted_list(unit.own)}")
+            return None
+        agents = [p for p in callee.subtree.params.values() if p.type.name == "agent"]
+        if len(agents) != 1 or len(callee.subtree.params) != 1:
+            self.problems.add("E050", at.mark, f"a recover subtree has one param, an agent; {name} has others")
+            return None
+        return callee.subtree
+
+    # --- actions -----------------------------------------------------------------------------------------------
+
+    def _action(self, entry: Entry) -> ActionSpec | None:
+        name = entry.key.text
+        mapping = self._optional_mapping(entry.value, name)
+        if mapping is None:
+            return None
+        problems = self.problems
+        keys = read_keys(mapping, ACTION, problems, f"action '{name}'")
+        fields = self._fields(keys["fields"].value) if "fields" in keys else {}
+        requires = (
+            read_word(keys["requires"].value, problems, "requires", ("airborne", "grounded"))
+            if "requires" in keys
+            else ""
+        )
+        moves_to = read_word(keys["moves_to"].value, problems, "moves_to", tuple(fields)) if "moves_to" in keys else ""
+        flags: dict[str, Any] = {
+            key: read_flag(keys[key].value, problems, key)
+            for key in ("starts_rotors", "lands", "repeatable")
+            if key in keys
+        }
+        times: dict[str, Any] = {
+            f"{key}_us": micros(seconds)
+            for key in ("typical", "accept_timeout", "cancel_grace")
+            if key in keys and (seconds := read_quantity(keys[key].value, problems, key, "duration")) is not None
+        }
+        number = read_number(keys["concurrency"].value, problems, "concurrency") if "concurrency" in keys else 1
+        help_ = read_text(keys["help"].value, problems, "help") if "help" in keys else None
+        return ActionSpec(
+            name,
+            entry.key.mark,
+            fields=fields,
+            result=self._results(keys["result"].value) if "result" in keys else {},
+            requires="airborne" if requires == "airborne" else "grounded" if requires == "grounded" else "",
+            effect=_effect(keys["effect"].value, problems) if "effect" in keys else "",
+            moves_to=moves_to,
+            concurrency=max(1, int(number or 1)),
+            help=help_.text if help_ is not None else "",
+            **flags,
+            **times,
+        )
+
+    def _fields(self, node: Node) -> dict[str, FieldSpec]:
+        mapping = self._optional_mapping(node, "fields")
+        found: dict[str, FieldSpec] = {}
+        for entry in mapping.entries if mapping is not None else ():
+            if read_name(entry.key, self.problems, "fields") is not None:
+                found[entry.key.text] = self._field(entry)
+        return found
+
+    def _field(self, entry: Entry) -> FieldSpec:
+        name, node = entry.key.text, entry.value
+        if not isinstance(node, Mapping_) or node.get("list") is not None:
+            return FieldSpec(name, read_type(node, self.problems))
+        keys = read_keys(node, _FIELD, self.problems, f"field '{name}'")
+        of = read_type(keys["type"].value, self.problems) if "type" in keys else ANY
+        if "values" in keys:
+            of = Type("enum", values=tuple(w.text for w in read_words(keys["values"].value, self.problems, "values")))
+        help_ = read_text(keys["help"].value, self.problems, "help") if "help" in keys else None
+        return FieldSpec(
+            name,
+            of,
+            optional="optional" in keys and read_flag(keys["optional"].value, self.problems, "optional"),
+            default=self._value(keys, "default", of),
+            min=_number(self._value(keys, "min", of)),
+            max=_number(self._value(keys, "max", of)),
+            help=help_.text if help_ is not None else "",
+        )
+
+    def _value(self, keys: dict[str, Entry], key: str, of: Type) -> Expr | None:
+        """Compile a default or bound; a default may read the fields of `agent`, which gets the goal."""
+        if key not in keys:
+            return None
+        scope = Scope({"agent": AGENT} if key == "default" else {})
+        expr, found = compile_value(keys[key].value, scope, of, what=key)
+        self.problems.extend(found)
+        return expr
+
+    def _results(self, node: Node) -> dict[str, Type]:
+        mapping = self._optional_mapping(node, "result")
+        return {e.key.text: self._field(e).type for e in (mapping.entries if mapping is not None else ())}
+
+
+def _number(expr: Expr | None) -> float | None:
+    return float(expr.const) if expr is not None and expr.is_const and isinstance(expr.const, int | float) else None
+
+
+def _effect(node: Node, problems: Problems) -> Literal["", "airborne", "grounded"]:
+    if isinstance(node, Mapping_) and not node.entries:
+        return ""
+    mapping = read_mapping(node, problems, "effect")
+    keys = (
+        read_keys(mapping, (Option("airborne", "flag", "In the air or not."),), problems, "'effect'") if mapping else {}
+    )
+    if "airborne" not in keys:
+        return ""
+    return "airborne" if read_flag(keys["airborne"].value, problems, "airborne") else "grounded"
+
+
+def _limits(keys: dict[str, Entry], key: str, problems: Problems) -> dict[str, float]:
+    """Return numbers by name with the SI unit in it: `speed: 8 m/s` is `speed_m_s`; bare numbers keep theirs."""
+    mapping = read_mapping(keys[key].value, problems, key) if key in keys else None
+    found: dict[str, float] = {}
+    for entry in mapping.entries if mapping is not None else ():
+        name, node = entry.key.text, entry.value
+        quantity = parse_quantity(node.text) if isinstance(node, Scalar) else None
+        if quantity is not None:
+            found[f"{name}_{_SUFFIX[quantity[0]]}"] = float(quantity[1])
+            continue
+        number = read_number(node, problems, name)
+        if number is not None:
+            found[name] = number
+    return found

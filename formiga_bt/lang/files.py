@@ -1,0 +1,179 @@
+"""Files of a task: the task itself and what it imports, found, read once and parsed.
+
+An import is looked up in the importing file's folder, then in the folders of the library (the packaged trees). `Shelf`
+keeps what was read, finds circles, and remembers every text for diagnostics and for the hash of the bundle.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from formiga_bt.diagnostics import Mark
+from formiga_bt.lang.document import Entry, Mapping_, Scalar, parse
+from formiga_bt.lang.kinds import LIBRARY, TASK, Option
+from formiga_bt.lang.params import is_free
+from formiga_bt.lang.reading import (
+    Problems,
+    did_you_mean,
+    read_keys,
+    read_mapping,
+    read_name,
+    read_text,
+    read_words,
+    shorten,
+)
+from formiga_bt.lang.synonyms import nearest
+
+LANGUAGE_VERSION = 1
+
+
+@dataclass(slots=True)
+class Unit:
+    """One file: its keys, the subtrees it defines, and the files it imports."""
+
+    file: str
+    folder: Path | None
+    keys: dict[str, Entry] = field(default_factory=dict)
+    root: Mapping_ | None = None
+    own: dict[str, Entry] = field(default_factory=dict)
+    imports: list[tuple[Scalar, "Unit"]] = field(default_factory=list)
+    called: set[str] = field(default_factory=set)
+    """Files of which a subtree was called from here."""
+
+    def find(self, name: str) -> "Unit | None":
+        """Return the unit that defines the subtree `name` as seen from here."""
+        if name in self.own:
+            return self
+        return next((unit for _, unit in self.imports if name in unit.own), None)
+
+    def visible(self) -> list[str]:
+        """Return the names of the subtrees that this file may call."""
+        return [*self.own, *(name for _, unit in self.imports for name in unit.own)]
+
+
+class Shelf:
+    """Every file read for one task."""
+
+    def __init__(self, library: Sequence[Path], problems: Problems) -> None:
+        self.problems = problems
+        self.sources: dict[str, str] = {}
+        self.units: dict[str, Unit] = {}
+        self._library = tuple(library)
+        self._open: list[str] = []
+
+    def open_text(self, text: str, file: str, folder: Path | None, *, library: bool) -> Unit:
+        """Parse a file's text and everything it imports; problems are reported."""
+        unit = Unit(file, folder)
+        self.sources[file] = text
+        self.units[file] = unit
+        node, found = parse(text, file)
+        self.problems.extend(found)
+        if node is None:
+            if not found:
+                self.problems.add("E008", Mark(file, 1, 1), "the file is empty", "begin with: formiga: 1")
+            return unit
+        unit.root = read_mapping(node, self.problems, "file")
+        if unit.root is None:
+            return unit
+        options: tuple[Option, ...] = LIBRARY if library else TASK
+        if not self._version_fits(unit.root):
+            return unit
+        known = tuple(option for option in options if option.name != "formiga")
+        rest = Mapping_(tuple(e for e in unit.root.entries if e.key.text != "formiga"), unit.root.mark)
+        unit.keys = read_keys(rest, known, self.problems, "a library" if library else "a task")
+        self._read_own(unit)
+        self._open.append(file)
+        self._read_imports(unit)
+        self._open.pop()
+        return unit
+
+    def _version_fits(self, root: Mapping_) -> bool:
+        entry = root.get("formiga")
+        if entry is None:
+            self.problems.add(
+                "E007",
+                Mark(root.mark.file, root.mark.line, root.mark.col),
+                "the language version is missing",
+                f"begin with: formiga: {LANGUAGE_VERSION}",
+            )
+            return True
+        at = read_text(entry.value, self.problems, "formiga")
+        if at is None or at.text == str(LANGUAGE_VERSION):
+            return True
+        if at.text.isascii() and at.text.isdigit() and int(at.text[:9]) > LANGUAGE_VERSION:
+            what = f"this file needs formiga {shorten(at.text)}, this compiler knows {LANGUAGE_VERSION}"
+            self.problems.add("E007", at.mark, what, "use a newer formiga")
+            return False
+        self.problems.add(
+            "E007", at.mark, f"'{shorten(at.text)}' is not a language version", f"write formiga: {LANGUAGE_VERSION}"
+        )
+        return True
+
+    def _read_own(self, unit: Unit) -> None:
+        entry = unit.keys.get("subtrees")
+        mapping = read_mapping(entry.value, self.problems, "subtrees") if entry is not None else None
+        for one in mapping.entries if mapping is not None else ():
+            if read_name(one.key, self.problems, "subtrees") is not None and is_free(one.key, self.problems):
+                unit.own[one.key.text] = one
+
+    def _read_imports(self, unit: Unit) -> None:
+        entry = unit.keys.get("imports")
+        for at in read_words(entry.value, self.problems, "imports") if entry is not None else ():
+            imported = self._open_import(unit, at)
+            if imported is None:
+                continue
+            for name in imported.own:
+                first = unit.find(name)
+                if first is not None and first is not imported:
+                    what = f"subtree '{name}' of {at.text} is defined in {first.file} too"
+                    self.problems.add("E018", at.mark, what, "rename one of them")
+            if any(other is imported for _, other in unit.imports):
+                self.problems.add("E018", at.mark, f"'{at.text}' is imported twice", "remove one")
+                continue
+            unit.imports.append((at, imported))
+
+    def _open_import(self, unit: Unit, at: Scalar) -> Unit | None:
+        path = self.locate(at.text, unit.folder)
+        if path is None:
+            self._report_missing(unit, at)
+            return None
+        file = str(path)
+        if file in self._open:
+            circle = [Path(name).name for name in [*self._open[self._open.index(file) :], file]]
+            self.problems.add("E051", at.mark, f"imports go in a circle: {' -> '.join(circle)}", "remove one of them")
+            return None
+        if file in self.units:
+            return self.units[file]
+        try:
+            text = path.read_text(encoding="utf-8")
+        except (OSError, UnicodeDecodeError) as error:
+            self.problems.add("E008", at.mark, f"'{at.text}' cannot be read: {_reason(error)}")
+            return None
+        with self.problems.outermost():
+            return self.open_text(text, file, path.parent, library=True)
+
+    def _report_missing(self, unit: Unit, at: Scalar) -> None:
+        folders = [*([unit.folder] if unit.folder is not None else []), *self._library]
+        known = sorted({str(p.relative_to(folder)) for folder in folders for p in (folder / "lib").glob("*.yaml")})
+        meant = nearest(at.text, known)
+        help_ = f"libraries: {', '.join(known)}" if known and not meant else "a path relative to this file"
+        self.problems.add(
+            "E008", at.mark, f"no file '{shorten(at.text)}' to import{did_you_mean(at.text, known)}", help_
+        )
+
+    def locate(self, name: str, folder: Path | None) -> Path | None:
+        """Return where an import lies, or None."""
+        if not name or "\0" in name or len(name) > 200 or Path(name).is_absolute():
+            return None
+        for place in (*([folder] if folder is not None else []), *self._library):
+            path = place / name
+            try:
+                if path.is_file():
+                    return path
+            except (OSError, ValueError):
+                continue
+        return None
+
+
+def _reason(error: Exception) -> str:
+    return (error.strerror or "no such file") if isinstance(error, OSError) else "it is not UTF-8 text"

@@ -1,0 +1,302 @@
+"""The one table of step kinds, their options, and the keys of every other mapping of a task file.
+
+The validator, the docs and the editor and LLM schemas all read it, so that a key exists in one place only. A kind or
+option with `available=False` belongs to the language but not to this version: it is refused with its own words, not as
+"unknown". `form` says what a value may be; `docs/language.md` explains the forms.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Final, Literal
+
+Form = Literal[
+    "action",  # role.Action
+    "text",  # text, may hold ${...}
+    "word",  # one of `values`, or an identifier
+    "words",  # a list of words
+    "flag",  # true or false
+    "value",  # a literal or ${...} of the type in `type`
+    "cond",  # a bare condition
+    "expr",  # a bare expression
+    "name",  # the name of a subtree, task, role or a new name
+    "roles",  # a list of roles or site roles
+    "map",  # names to values
+    "steps",  # a list of steps
+    "options",  # a mapping with the keys in `keys`
+]
+"""What the value of a key looks like."""
+
+
+@dataclass(frozen=True, slots=True)
+class Option:
+    """A key of a mapping: its name, the form of its value, and one line for people."""
+
+    name: str
+    form: Form
+    doc: str
+    type: str = ""
+    """Of a `value`: the type's name."""
+    values: tuple[str, ...] = ()
+    """Of a `word`: what it may be; empty = free."""
+    keys: tuple["Option", ...] = ()
+    """Of `options`."""
+    required: bool = False
+    available: bool = True
+
+
+@dataclass(frozen=True, slots=True)
+class Kind:
+    """A step kind: the form of its own value, its options, and one line for people."""
+
+    name: str
+    form: Form
+    doc: str
+    options: tuple[Option, ...] = ()
+    type: str = ""
+    available: bool = True
+
+    def option(self, name: str) -> Option | None:
+        """Return the option called `name`, or None."""
+        return next((option for option in self.options if option.name == name), None)
+
+
+_WITH = Option("with", "map", "The arguments, by name.")
+_SAVE = Option("save_as", "name", "Keep the result under this name.")
+_EXPECT = Option("expect", "cond", "Fail unless this holds; it sees `result`.")
+_STEPS = Option("steps", "steps", "The body.", required=True)
+
+RETRY: Final[tuple[Option, ...]] = (
+    Option("attempts", "value", "How often to try, the first time included.", type="int", required=True),
+    Option("delay", "value", "How long to wait between attempts (0 s).", type="duration"),
+    Option("backoff", "value", "Factor by which the delay grows each time (1).", type="number"),
+    Option("attempt_timeout", "value", "Bound of a single attempt.", type="duration"),
+    Option("agent", "word", "Who tries again (same).", values=("same", "another")),
+)
+
+CLEARS: Final[tuple[Option, ...]] = (
+    Option("role", "name", "The machine that people then stand clear of.", required=True),
+    Option("on", "words", "The answers that say so.", required=True),
+)
+
+MODIFIERS: Final[tuple[Option, ...]] = (
+    Option("name", "text", "What the step is called where people see it."),
+    Option("note", "text", "Shown to people beside the step."),
+    Option("when", "cond", "Only if this holds at entry; else the step is skipped."),
+    Option("timeout", "value", "Bound of the whole step, its retries included.", type="duration"),
+    Option("retry", "options", "Try again after a failure.", keys=RETRY),
+    Option("ignore_failure", "flag", "A failure counts as success."),
+    Option("critical", "flag", "No preemption while this step runs."),
+)
+"""Modifiers of any step. Nesting: when( ignore_failure( timeout( retry( step))))."""
+
+_KINDS: Final = (
+    Kind("do", "action", "Send a goal to an agent and run until its result.", (_WITH, _SAVE, _EXPECT)),
+    Kind(
+        "ask",
+        "text",
+        "Put a question to people; the result is {answer, by, at}.",
+        (
+            Option("of", "roles", "Whom to ask, in order: roles or site roles.", required=True),
+            Option("options", "words", "The possible answers ([yes, no])."),
+            Option("policy", "word", "Whose answer counts (any).", values=("any", "all")),
+            Option("escalate_after", "value", "Ask the next one too after this long.", type="duration"),
+            Option("clears", "options", "Which answers say that people stand clear of a machine.", keys=CLEARS),
+            Option("if_no_answer", "text", "Shown to people: what happens without an answer."),
+            _SAVE,
+            _EXPECT,
+        ),
+    ),
+    Kind("call", "name", "Run a subtree in its own scope.", (_WITH, _SAVE)),
+    Kind(
+        "request",
+        "name",
+        "Start another task.",
+        (
+            _WITH,
+            Option("priority", "word", "Of the new task.", values=("low", "medium", "high")),
+            Option("wait", "flag", "Wait for its end (true)."),
+            Option("detached", "flag", "Let it outlive this task (false)."),
+            _SAVE,
+        ),
+        available=False,
+    ),
+    Kind("wait", "value", "Wait this long.", type="duration"),
+    Kind("wait_until", "cond", "Wait until this holds.", available=False),
+    Kind(
+        "wait_for",
+        "name",
+        "Wait for an event of an agent: role.event.",
+        (Option("since", "word", "Which events count.", values=("step", "task")), _SAVE),
+        available=False,
+    ),
+    Kind("check", "cond", "Succeed or fail now.", (Option("message", "text", "Why it failed, for people."),)),
+    Kind("set", "map", "Assign vars."),
+    Kind(
+        "notify",
+        "text",
+        "Tell people; never fails.",
+        (
+            Option("to", "roles", "Whom to tell (the site's watchers)."),
+            Option("severity", "word", "How loud (info).", values=("info", "warning", "alarm")),
+        ),
+    ),
+    Kind(
+        "fail", "text", "Fail with this message.", (Option("code", "word", "A snake_case word, shown as failed:code."),)
+    ),
+    Kind("release", "name", "Give an agent back before the end.", available=False),
+    Kind(
+        "sequence",
+        "steps",
+        "Steps one after another.",
+        (
+            Option("reactive", "flag", "Re-check the earlier children.", available=False),
+            Option("finally", "steps", "Always, when the sequence ends.", available=False),
+        ),
+    ),
+    Kind(
+        "fallback",
+        "steps",
+        "The first that succeeds.",
+        (Option("reactive", "flag", "Re-check the earlier children.", available=False),),
+    ),
+    Kind(
+        "parallel",
+        "steps",
+        "Branches at the same time.",
+        (
+            Option("need", "value", "How many must succeed: all, any or a number (all)."),
+            Option("on_child_failure", "word", "What a failed child does (finish).", values=("finish", "cancel")),
+        ),
+        available=False,
+    ),
+    Kind(
+        "if",
+        "cond",
+        "Branch on a condition.",
+        (
+            Option("then", "steps", "If it holds.", required=True),
+            Option("else", "steps", "If it does not."),
+        ),
+    ),
+    Kind(
+        "switch",
+        "expr",
+        "Branch on a value.",
+        (
+            Option("cases", "map", "Steps by value.", required=True),
+            Option("default", "steps", "If no case fits."),
+        ),
+        available=False,
+    ),
+    Kind(
+        "while",
+        "cond",
+        "Repeat as long as this holds.",
+        (
+            _STEPS,
+            Option("every", "value", "Start of round to start of round.", type="duration"),
+            Option("max", "value", "Most rounds.", type="int"),
+        ),
+        available=False,
+    ),
+    Kind(
+        "repeat",
+        "value",
+        "Repeat a number of times, for a duration, or forever.",
+        (
+            _STEPS,
+            Option("until", "cond", "Leave after a round in which this holds."),
+            Option("every", "value", "Start of round to start of round.", type="duration"),
+            Option("max", "value", "Most rounds.", type="int"),
+        ),
+        available=False,
+    ),
+    Kind(
+        "for",
+        "map",
+        "Once for each item of a list.",
+        (
+            _STEPS,
+            Option("mode", "word", "One after another, or together (each).", values=("each", "parallel")),
+            Option("max_parallel", "value", "Most at a time.", type="int"),
+            Option("need", "value", "How many must succeed (all)."),
+            Option("on_child_failure", "word", "What a failed item does (finish).", values=("finish", "cancel")),
+            Option("collect", "name", "Gather this saved name of the body as a list."),
+        ),
+        available=False,
+    ),
+    Kind("break_if", "cond", "Leave the nearest loop with success.", available=False),
+    Kind("guard", "cond", "Stop the steps and fail as soon as this is false.", (_STEPS,), available=False),
+    Kind("with_agents", "map", "Extra agents for this block.", (_STEPS,), available=False),
+)
+
+KINDS: Final[Mapping[str, Kind]] = MappingProxyType({kind.name: kind for kind in _KINDS})
+"""Every step kind by its name, in the order of the docs."""
+
+PARAM: Final[tuple[Option, ...]] = (
+    Option("type", "name", "The type.", required=True),
+    Option("default", "value", "Used when it is not given."),
+    Option("optional", "flag", "It may be missing; test is_set() before use."),
+    Option("values", "words", "Of an enum: what it may be."),
+    Option("of", "words", "Of an agent: its agent types."),
+    Option("min", "value", "The smallest value."),
+    Option("max", "value", "The largest value."),
+    Option("label", "text", "Its name in forms."),
+    Option("help", "text", "A line of help in forms."),
+    Option("choices", "words", "Values that a form offers."),
+    Option("aliases", "words", "Other names under which callers may pass it."),
+)
+
+ROLE: Final[tuple[Option, ...]] = (
+    Option("type", "name", "The agent type."),
+    Option("any_of", "words", "Several agent types that fit."),
+    Option("id", "value", "This very agent.", type="agent"),
+    Option("near", "value", "The nearest fit one to this place.", type="place"),
+    Option("prefer", "value", "This agent, if it is free and fit.", type="agent"),
+    Option("count", "value", "How many; the role is then a list.", type="int"),
+    Option("battery_min", "value", "The least charge at the start.", type="percent"),
+    Option("capabilities", "words", "What else the agent must be able to do."),
+    Option("wait", "value", "How long to queue for it (15 min).", type="duration"),
+    Option("if_lost", "word", "What a lost agent means (fail).", values=("fail", "rebind")),
+    Option("away", "flag", "Agents grounded away from a port, or idle in the air, fit too."),
+)
+
+SUBTREE: Final[tuple[Option, ...]] = (
+    Option("params", "map", "Its parameters."),
+    Option("steps", "steps", "Its body.", required=True),
+    Option("returns", "value", "What a caller may save."),
+)
+
+TASK: Final[tuple[Option, ...]] = (
+    Option("formiga", "value", "The language version.", type="int", required=True),
+    Option("task", "name", "The task's name, CamelCase.", required=True),
+    Option("version", "text", "The version of this task."),
+    Option("description", "text", "What it is for."),
+    Option("imports", "words", "Library files."),
+    Option("priority", "word", "Its class in the queue (medium).", values=("low", "medium", "high")),
+    Option("params", "map", "Its parameters."),
+    Option("vars", "map", "Named values, computed at admission."),
+    Option("agents", "map", "Its roles, granted together before the first step."),
+    Option("timeout", "value", "From the moment it is ACTIVE.", type="duration"),
+    Option("expires", "value", "The longest time PENDING.", type="duration"),
+    Option("if_preempted", "word", "What follows a preemption (restart).", values=("restart", "fail")),
+    Option("preemptible", "flag", "Whether it may be preempted (true for low and medium)."),
+    Option("steps", "steps", "What is done.", required=True),
+    Option("on_failure", "steps", "After a failed step or the task's timeout."),
+    Option("on_abort", "steps", "After an operator's abort or a preemption."),
+    Option("finally", "steps", "Always, last."),
+    Option("cleanup_timeout", "value", "Bound of the three sections together (5 min).", type="duration"),
+    Option("subtrees", "map", "Bodies that steps may call."),
+)
+
+LIBRARY: Final[tuple[Option, ...]] = (
+    Option("formiga", "value", "The language version.", type="int", required=True),
+    Option("imports", "words", "Library files."),
+    Option("subtrees", "map", "The subtrees.", required=True),
+)
+
+
+def names(options: tuple[Option, ...]) -> tuple[str, ...]:
+    """Return the keys of a mapping described by `options`."""
+    return tuple(option.name for option in options)

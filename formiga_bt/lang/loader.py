@@ -1,0 +1,241 @@
+"""Task files to checked models: the door of `lang`.
+
+`load_task` reads a file and all it imports, checks everything, and returns a `model.Task`, or None with every problem
+located. Called by `formiga check`, the engine's front, the simulator and tests. `load_catalogue` and `load_site` are
+re-exported, so that a caller needs this module only.
+"""
+
+import hashlib
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any, Final
+
+from formiga_bt.diagnostics import Diagnostic, Mark, in_order
+from formiga_bt.lang.catalogue import load_catalogue
+from formiga_bt.lang.checks import check_task
+from formiga_bt.lang.document import Entry
+from formiga_bt.lang.files import Shelf, Unit
+from formiga_bt.lang.model import Catalogue, Site, Step, Subtree, Task
+from formiga_bt.lang.params import read_params
+from formiga_bt.lang.reading import Problems, read_flag, read_text, read_word, shorten
+from formiga_bt.lang.records import ABORT, ERROR
+from formiga_bt.lang.roles import read_roles, read_vars
+from formiga_bt.lang.scopes import Body, Flow, Named, World, agent_types_of, saves
+from formiga_bt.lang.site import load_site
+from formiga_bt.lang.steps import read_bound, read_steps
+from formiga_bt.lang.subtrees import Subtrees
+from formiga_bt.packaged import folder
+
+__all__ = ["Loaded", "bundle_hash", "load_catalogue", "load_site", "load_task", "load_task_text"]
+
+_TASK_NAME: Final = re.compile(r"[A-Z][A-Za-z0-9]*")
+_SECTIONS: Final = ("steps", "on_failure", "on_abort", "finally")
+
+
+@dataclass(frozen=True, slots=True)
+class Loaded:
+    """What became of a task file."""
+
+    task: Task | None
+    """None if there is any error."""
+    diagnostics: list[Diagnostic]
+    """All problems, in file order."""
+    sources: Mapping[str, str] = field(default_factory=dict)
+    """Text by file name, for `diagnostics.render`."""
+
+
+def load_task(
+    path: Path,
+    *,
+    catalogue: Catalogue,
+    site: Site | None = None,
+    library: Sequence[Path] | None = None,
+) -> Loaded:
+    """Read and check a task file.
+
+    Args:
+        path: of the file; its folder is where imports are looked up first.
+        catalogue: the agent types and actions that the task may use.
+        site: the site it is to run on; without one, checks that need a site are silent.
+        library: the folders where imports are looked up next; None = the packaged trees.
+    """
+    try:
+        text = path.read_text(encoding="utf-8")
+    except OSError as error:
+        problem = Diagnostic("E008", Mark(str(path), 1, 1), f"the file cannot be read: {error.strerror or error}")
+        return Loaded(None, [problem])
+    except UnicodeDecodeError:
+        return Loaded(None, [Diagnostic("E001", Mark(str(path), 1, 1), "the file is not UTF-8 text")])
+    return load_task_text(text, str(path), catalogue=catalogue, site=site, library=library, folder_=path.parent)
+
+
+def load_task_text(
+    text: str,
+    file: str,
+    *,
+    catalogue: Catalogue,
+    site: Site | None = None,
+    library: Sequence[Path] | None = None,
+    folder_: Path | None = None,
+) -> Loaded:
+    """Read and check a task's text; `file` is its name in marks, `folder_` where imports are looked up first."""
+    problems = Problems()
+    shelf = Shelf((folder("trees"),) if library is None else library, problems)
+    unit = shelf.open_text(text, file, folder_, library=False)
+    task = _TaskReader(World(catalogue, site), problems, shelf, unit).read() if unit.root is not None else None
+    found = in_order(problems.found)
+    if any(d.severity == "error" for d in found):
+        task = None
+    return Loaded(task, found, dict(shelf.sources))
+
+
+def bundle_hash(sources: Mapping[str, str], file: str, catalogue: Catalogue) -> str:
+    """Return the SHA-256 (hex) of a task's text, its imports in the order of reading, and the catalogue."""
+    digest = hashlib.sha256()
+    for text in (sources[file], *(text for name, text in sources.items() if name != file), catalogue.digest):
+        data = text.encode("utf-8", "surrogatepass")
+        digest.update(str(len(data)).encode() + b":" + data)
+    return digest.hexdigest()
+
+
+class _TaskReader:
+    """Reads the keys of one task file into a `Task`."""
+
+    def __init__(self, world: World, problems: Problems, shelf: Shelf, unit: Unit) -> None:
+        self.world = world
+        self.problems = problems
+        self.shelf = shelf
+        self.unit = unit
+        self.subtrees = Subtrees(world, problems)
+        self.body = Body(world, problems, lambda at: self.subtrees.resolve(unit, at))
+
+    def read(self) -> Task | None:
+        """Return the task, or None if it has no readable name."""
+        for unit in self.shelf.units.values():
+            self.subtrees.read_all(unit)
+        name = self._name()
+        with self.problems.within(name or "task"):
+            parts = self._read_parts()
+            task = self._task(name, parts)
+            self._report_unused()
+            if not self.body.dropped and not self.subtrees.dropped and name and "steps" in self.unit.keys:
+                check_task(task, self.world.catalogue, self.problems)
+        return task if name else None
+
+    def _name(self) -> str:
+        entry = self.unit.keys.get("task")
+        at = read_text(entry.value, self.problems, "task") if entry is not None else None
+        if at is None or _TASK_NAME.fullmatch(at.text):
+            return at.text if at is not None else ""
+        self.problems.add(
+            "E008", at.mark, f"a task's name is CamelCase, this is '{shorten(at.text)}'", "such as: PickUp"
+        )
+        return ""
+
+    def _read_parts(self) -> dict[str, Any]:
+        keys, body = self.unit.keys, self.body
+        parts: dict[str, Any] = {}
+        params = read_params(keys["params"].value, self.world, self.problems) if "params" in keys else {}
+        for param in params.values():
+            body.define(param.name, Named(param.type, param.mark, "param"), param.optional and param.default is None)
+        body.agents = agent_types_of(params)
+        parts["params"] = params
+        roles_node = keys["agents"].value if "agents" in keys else None
+        parts["vars"] = read_vars(body, keys["vars"].value) if "vars" in keys else {}
+        with self.problems.within("agents"):
+            roles = read_roles(body, roles_node) if roles_node is not None else {}
+        for key in ("timeout", "expires", "cleanup_timeout"):
+            if key in keys:
+                parts[key] = read_bound(body, keys[key].value, key)
+        parts.update(self._sections(keys))
+        parts["roles"] = roles
+        return parts
+
+    def _sections(self, keys: Mapping[str, Entry]) -> dict[str, tuple[Step, ...]]:
+        """Read the four lists of steps: the cleanup sections know that anything may or may not have run."""
+        body = self.body
+        for section in _SECTIONS:
+            if section in keys:
+                body.later.update({at.text: at.mark for at in saves(keys[section].value)})
+        found: dict[str, tuple[Step, ...]] = {}
+        start = body.flow.copy()
+        ends: list[Flow] = []
+        more = {"on_failure": {"error": ERROR}, "on_abort": {"abort": ABORT}}
+        for section in _SECTIONS:
+            if section not in keys:
+                continue
+            saved = {name: named for end in ends for name, named in end.saved.items()}
+            taken = ends[0].taken if section.startswith("on_") and ends else frozenset(saved)
+            body.flow = Flow(saved, start.sure, taken)
+            with self.problems.within(section), body.with_names(more.get(section, {})):
+                steps = read_steps(body, keys[section].value, section, section)
+            ends.append(body.flow)
+            found["finally_" if section == "finally" else section] = steps
+        return found
+
+    def _task(self, name: str, parts: dict[str, Any]) -> Task:
+        keys = self.unit.keys
+        ordered = self.body.needs
+        roles = {one: replace(role, actions=tuple(ordered.get(one, ()))) for one, role in parts.pop("roles").items()}
+        mark = keys["task"].key.mark if "task" in keys else Mark(self.unit.file, 1, 1)
+        return Task(
+            name,
+            mark,
+            parts.pop("steps", ()),
+            version=self._plain("version"),
+            description=self._plain("description"),
+            **self._options(),
+            **parts,
+            roles=roles,
+            subtrees=self._visible_subtrees(),
+            bundle=bundle_hash(self.shelf.sources, self.unit.file, self.world.catalogue),
+            files=tuple(self.shelf.sources),
+        )
+
+    def _options(self) -> dict[str, Any]:
+        keys = self.unit.keys
+        options: dict[str, Any] = {"preemptible": True}
+        if "priority" in keys:
+            options["priority"] = read_word(
+                keys["priority"].value, self.problems, "priority", ("low", "medium", "high")
+            )
+            options["priority"] = options["priority"] or "medium"
+            options["preemptible"] = options["priority"] != "high"
+        if "if_preempted" in keys:
+            word = read_word(keys["if_preempted"].value, self.problems, "if_preempted", ("restart", "fail"))
+            options["if_preempted"] = word or "restart"
+        if "preemptible" in keys:
+            options["preemptible"] = read_flag(keys["preemptible"].value, self.problems, "preemptible")
+        return options
+
+    def _plain(self, key: str) -> str:
+        entry = self.unit.keys.get(key)
+        at = read_text(entry.value, self.problems, key) if entry is not None else None
+        return at.text if at is not None else ""
+
+    def _visible_subtrees(self) -> dict[str, Subtree]:
+        found: dict[str, Subtree] = {}
+        for unit in (self.unit, *(unit for _, unit in self.unit.imports)):
+            for name in unit.own:
+                callee = self.subtrees.callee(unit, name)
+                if callee is not None:
+                    found.setdefault(name, callee.subtree)
+        return found
+
+    def _report_unused(self) -> None:
+        body, unit = self.body, self.unit
+        body.report_unread()
+        for name, named in body.names.items():
+            if name not in body.used:
+                self.problems.add(
+                    "W060", named.mark, f"{named.origin} '{name}' is declared but never used", "remove it"
+                )
+        for name, entry in unit.own.items():
+            if (unit.file, name) not in self.subtrees.called:
+                self.problems.add("W060", entry.key.mark, f"subtree '{name}' is declared but never used", "remove it")
+        for one in self.shelf.units.values():
+            for at, imported in one.imports:
+                if imported.file not in one.called:
+                    self.problems.add("W060", at.mark, f"import '{at.text}' is never used", "remove it")

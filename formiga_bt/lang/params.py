@@ -1,0 +1,195 @@
+"""Types as authors write them, and the params of tasks, subtrees and actions."""
+
+from collections.abc import Mapping, Sequence
+from typing import Final
+
+from formiga_bt.diagnostics import Diagnostic, Mark
+from formiga_bt.lang.document import Entry, Mapping_, Node, Scalar
+from formiga_bt.lang.expressions import Scope, compile_value
+from formiga_bt.lang.helpers import STANDARD
+from formiga_bt.lang.kinds import PARAM
+from formiga_bt.lang.model import AgentType, Expr, Param
+from formiga_bt.lang.reading import (
+    Problems,
+    did_you_mean,
+    fix_word,
+    quoted_list,
+    read_flag,
+    read_keys,
+    read_mapping,
+    read_name,
+    read_text,
+    read_words,
+)
+from formiga_bt.lang.scopes import World
+from formiga_bt.lang.synonyms import nearest
+from formiga_bt.lang.types import ANY, Type, list_of
+
+SIMPLE: Final = (
+    "number", "int", "text", "bool", "percent", "distance", "duration", "speed", "angle", "mass", "time", "place",
+    "position", "region", "agent", "any",
+)  # fmt: skip
+"""Types that are one word."""
+
+BUILT_IN: Final = frozenset({"base", "task", "now", "site", "error", "abort", "result", "agent"})
+"""Names that no author may define."""
+
+
+def is_free(at: Scalar, problems: Problems) -> bool:
+    """Report E018 for a name that is built in or a helper's; return whether it may be defined."""
+    if at.text in BUILT_IN:
+        problems.add("E018", at.mark, f"'{at.text}' is a built-in name", "choose another name")
+        return False
+    if at.text in STANDARD.names():
+        problems.add(
+            "E018", at.mark, f"'{at.text}' is a helper; a name of your own would hide it", "choose another name"
+        )
+        return False
+    return True
+
+
+def descendants(name: str, types: Mapping[str, AgentType]) -> tuple[str, ...]:
+    """Return an agent type and every type that extends it, in the catalogue's order."""
+    return tuple(other for other, spec in types.items() if other == name or name in spec.extends)
+
+
+def read_agent_types(names: Sequence[Scalar], types: Mapping[str, AgentType], problems: Problems) -> tuple[str, ...]:
+    """Return known agent types with what extends them; report E020 for the others."""
+    found: dict[str, None] = {}
+    for at in names:
+        if at.text not in types:
+            meant = nearest(at.text, types)
+            what = f"no agent type is called '{at.text}'{did_you_mean(at.text, types)}"
+            problems.add("E020", at.mark, what, f"types: {quoted_list(types)}", fix_word(at, meant))
+        else:
+            found.update(dict.fromkeys(descendants(at.text, types)))
+    return tuple(found)
+
+
+def read_type(node: Node, problems: Problems) -> Type:
+    """Return the type written as `distance` or `{list: place}`; ANY (reported) if it is none."""
+    if isinstance(node, Mapping_) and len(node.entries) == 1 and node.entries[0].key.text == "list":
+        return list_of(read_type(node.entries[0].value, problems))
+    at = read_text(node, problems, "type")
+    if at is None:
+        return ANY
+    if at.text in SIMPLE:
+        return Type(at.text)
+    if at.text == "enum":
+        return Type("enum")
+    known = (*SIMPLE, "enum")
+    meant = nearest(at.text, known)
+    help_ = "write {list: place} for a list of places" if at.text == "list" else f"types: {quoted_list(known)}"
+    problems.add(
+        "E008", at.mark, f"'{at.text}' is not a type{did_you_mean(at.text, known)}", help_, fix_word(at, meant)
+    )
+    return ANY
+
+
+def read_params(node: Node, world: World, problems: Problems) -> dict[str, Param]:
+    """Return the params of a task or subtree, in file order."""
+    mapping = read_mapping(node, problems, "params")
+    found: dict[str, Param] = {}
+    for entry in mapping.entries if mapping is not None else ():
+        if read_name(entry.key, problems, "params") is None or not is_free(entry.key, problems):
+            continue
+        found[entry.key.text] = _read_param(entry, world, problems)
+    return found
+
+
+def _read_param(entry: Entry, world: World, problems: Problems) -> Param:
+    name, node = entry.key.text, entry.value
+    long_form = isinstance(node, Mapping_) and node.get("list") is None
+    if not long_form or not isinstance(node, Mapping_):
+        return Param(name, _whole(read_type(node, problems), node.mark, problems), entry.key.mark)
+    keys = read_keys(node, PARAM, problems, f"param '{name}'")
+    of = _with_details(keys, node, world, problems)
+    optional = "optional" in keys and read_flag(keys["optional"].value, problems, "optional")
+    param = Param(
+        name,
+        of,
+        entry.key.mark,
+        default=_bound(keys, "default", of, world, problems),
+        optional=optional,
+        min=_bound(keys, "min", of, world, problems),
+        max=_bound(keys, "max", of, world, problems),
+        label=_text(keys, "label", problems),
+        help=_text(keys, "help", problems),
+        choices=_words(keys, "choices", problems),
+        aliases=_words(keys, "aliases", problems),
+    )
+    _check_range(param, problems)
+    return param
+
+
+def _with_details(keys: dict[str, Entry], node: Mapping_, world: World, problems: Problems) -> Type:
+    if "type" not in keys:
+        return ANY
+    of = read_type(keys["type"].value, problems)
+    if "of" in keys:
+        names = read_words(keys["of"].value, problems, "of")
+        types = read_agent_types(names, world.catalogue.types, problems)
+        if of.name == "agent":
+            of = Type("agent", of=types)
+        elif of.name == "list" and of.item is not None and of.item.name == "agent":
+            of = list_of(Type("agent", of=types))
+        else:
+            problems.add("E008", keys["of"].key.mark, f"'of' is for agents, this is a {of}", "remove 'of'")
+    if "values" in keys:
+        values = tuple(at.text for at in read_words(keys["values"].value, problems, "values"))
+        if of.name == "enum":
+            of = Type("enum", values=values)
+        elif of != ANY:
+            problems.add(
+                "E008", keys["values"].key.mark, f"'values' is for an enum, this is a {of}", "write type: enum"
+            )
+    return _whole(of, node.mark, problems)
+
+
+def _whole(of: Type, mark: Mark, problems: Problems) -> Type:
+    if of.name == "enum" and not of.values:
+        problems.add("E008", mark, "an enum needs 'values'", "{type: enum, values: [a, b]}")
+        return ANY
+    return of
+
+
+def _bound(keys: dict[str, Entry], key: str, of: Type, world: World, problems: Problems) -> Expr | None:
+    """Read default, min or max: a value of the param's type. A type that does not fit is E061."""
+    if key not in keys:
+        return None
+    scope = Scope({}, agent_types=world.catalogue.types, site=world.site)
+    expr, found = compile_value(keys[key].value, scope, of, what=key)
+    problems.extend(_as_default(d) for d in found)
+    return expr
+
+
+def _as_default(diagnostic: Diagnostic) -> Diagnostic:
+    if diagnostic.code not in ("E013", "E016"):
+        return diagnostic
+    return Diagnostic("E061", diagnostic.mark, diagnostic.message, diagnostic.help, diagnostic.within, None)
+
+
+def _check_range(param: Param, problems: Problems) -> None:
+    low, high, default = (_number(expr) for expr in (param.min, param.max, param.default))
+    if low is not None and high is not None and low > high and param.min is not None:
+        problems.add("E061", param.min.mark, f"min of '{param.name}' is above its max", "exchange them")
+    elif param.default is not None and default is not None:
+        if low is not None and default < low:
+            problems.add("E061", param.default.mark, f"the default of '{param.name}' is below its min")
+        if high is not None and default > high:
+            problems.add("E061", param.default.mark, f"the default of '{param.name}' is above its max")
+
+
+def _number(expr: Expr | None) -> float | None:
+    if expr is None or not expr.is_const or isinstance(expr.const, bool):
+        return None
+    return float(expr.const) if isinstance(expr.const, int | float) else None
+
+
+def _text(keys: dict[str, Entry], key: str, problems: Problems) -> str:
+    at = read_text(keys[key].value, problems, key) if key in keys else None
+    return at.text if at is not None else ""
+
+
+def _words(keys: dict[str, Entry], key: str, problems: Problems) -> tuple[str, ...]:
+    return tuple(at.text for at in read_words(keys[key].value, problems, key)) if key in keys else ()

@@ -1,0 +1,28 @@
+"""Types of the records that the engine hands to expressions: answers, `error`, `abort`, results of actions.
+
+The engine must fill exactly these fields; the loader types `save_as`, `result`, `error` and `abort` with them.
+"""
+
+from typing import Final
+
+from formiga_bt.lang.model import ActionSpec
+from formiga_bt.lang.types import TEXT, TIME, Type, enum_of, list_of, record_of
+
+ERROR: Final[Type] = record_of(code=TEXT, reason=TEXT, step=TEXT, agent=TEXT)
+"""`error`, in on_failure and in later fallback children; `agent` is "" when no agent was concerned."""
+
+ABORT: Final[Type] = record_of(reason=enum_of("aborted", "preempted"))
+"""`abort`, in on_abort."""
+
+
+def answer(options: tuple[str, ...], policy: str) -> Type:
+    """Return the type of an answer; with `policy: all` the answer may be `mixed`, and `.all` lists the answers."""
+    if policy == "all":
+        fields = {"answer": enum_of(*options, "mixed"), "by": TEXT, "at": TIME, "all": list_of(enum_of(*options))}
+        return record_of(**fields)
+    return record_of(answer=enum_of(*options), by=TEXT, at=TIME)
+
+
+def result(action: ActionSpec) -> Type:
+    """Return the type of an action's result."""
+    return record_of(**dict(action.result))

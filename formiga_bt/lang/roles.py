@@ -1,0 +1,226 @@
+"""Vars and roles of a task: what is read once, at admission, before any agent is held."""
+
+import re
+from collections.abc import Mapping
+from typing import Final
+
+from formiga_bt.lang.document import Entry, Mapping_, Node, Scalar
+from formiga_bt.lang.kinds import ROLE
+from formiga_bt.lang.model import Expr, Role
+from formiga_bt.lang.params import is_free, read_agent_types
+from formiga_bt.lang.reading import (
+    read_flag,
+    read_keys,
+    read_mapping,
+    read_name,
+    read_text,
+    read_word,
+    read_words,
+    what_is,
+)
+from formiga_bt.lang.scopes import Body, Named, scalars
+from formiga_bt.lang.types import ANY, DURATION, PERCENT, PLACE, Type, list_of
+
+_WORD: Final = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
+_MOST_AGENTS: Final = 1000
+
+
+def read_vars(body: Body, node: Node) -> dict[str, Expr]:
+    """Return the vars in an order in which each reads only earlier ones; they are defined in `body` on the way."""
+    mapping = read_mapping(node, body.problems, "vars")
+    entries: dict[str, Entry] = {}
+    for entry in mapping.entries if mapping is not None else ():
+        if read_name(entry.key, body.problems, "vars") is not None and _may_define(body, entry.key):
+            entries[entry.key.text] = entry
+    found: dict[str, Expr] = {}
+    for name in _in_order(body, entries):
+        expr = body.value(entries[name].value, ANY, name)
+        _check_admission(body, expr, name)
+        found[name] = expr
+        body.define(name, Named(expr.type, entries[name].key.mark, "var"))
+    body.vars = frozenset(found)
+    return found
+
+
+def _may_define(body: Body, at: Scalar) -> bool:
+    if not is_free(at, body.problems):
+        return False
+    old = body.names.get(at.text)
+    if old is not None:
+        what = f"'{at.text}' is a {old.origin} already; first at line {old.mark.line}"
+        body.problems.add("E018", at.mark, what, "choose another name")
+    return old is None
+
+
+def _in_order(body: Body, entries: Mapping[str, Entry]) -> list[str]:
+    """Sort the vars by what they read, in file order where it is free; report E019 for a cycle."""
+    reads = {name: _reads(entry.value) & entries.keys() for name, entry in entries.items()}
+    order: list[str] = []
+    rest = list(entries)
+    while rest:
+        ready = next((name for name in rest if reads[name] <= set(order)), None)
+        if ready is None:
+            names = sorted(rest)
+            for name in names:
+                body.define(name, Named(ANY, entries[name].key.mark, "var"))
+            mark = entries[rest[0]].key.mark
+            body.problems.add("E019", mark, f"these vars need one another: {', '.join(names)}", "break the circle")
+            body.used.update(names)
+            body.vars = frozenset(names)
+            return order
+        order.append(ready)
+        rest.remove(ready)
+    return order
+
+
+def _reads(node: Node) -> set[str]:
+    words: set[str] = set()
+    for scalar in scalars(node):
+        if "${" in scalar.text:
+            words.update(_WORD.findall(scalar.text))
+    return words
+
+
+def _check_admission(body: Body, expr: Expr, key: str) -> None:
+    """Report E027 for an expression that reads what is not known at admission."""
+    for read in expr.reads:
+        if read.name == "now" or read.field or read.name in body.agents:
+            what = (
+                f"the field '{read.field}' of an agent"
+                if read.field
+                else "'now'"
+                if read.name == "now"
+                else f"the role '{read.name}'"
+            )
+            if read.name in body.agents and body.names[read.name].origin == "param" and not read.field:
+                continue
+            help_ = "it is computed at admission: it may read params, vars, base, site and task"
+            body.problems.add("E027", expr.mark, f"'{key}' reads {what}", help_)
+            return
+
+
+# --- roles -------------------------------------------------------------------------------------------------------
+
+
+def read_roles(body: Body, node: Node) -> dict[str, Role]:
+    """Return the roles of a task; they are defined in `body` on the way."""
+    mapping = read_mapping(node, body.problems, "agents")
+    found: dict[str, Role] = {}
+    entries = mapping.entries if mapping is not None else ()
+    _declare(body, entries)
+    for entry in entries:
+        if entry.key.text not in body.agents:
+            continue
+        value = read_mapping(entry.value, body.problems, entry.key.text)
+        if value is not None:
+            with body.problems.within(entry.key.text):
+                role = _read_role(body, entry.key, value)
+            found[role.name] = role
+    return found
+
+
+def _declare(body: Body, entries: tuple[Entry, ...]) -> None:
+    """Define every role first, so that what reads another role is told that, not "unknown"."""
+    for entry in entries:
+        at = entry.key
+        if read_name(at, body.problems, "agents") is None or not _may_define(body, at):
+            continue
+        types: tuple[str, ...] = ()
+        if isinstance(entry.value, Mapping_):
+            keys = {e.key.text: e.value for e in entry.value.entries}
+            if isinstance(keys.get("type"), Scalar):
+                named = read_text(keys["type"], body.problems, "type")
+                types = read_agent_types([named] if named else [], body.world.catalogue.types, body.problems)
+            elif "any_of" in keys:
+                words = read_words(keys["any_of"], body.problems, "any_of")
+                types = read_agent_types(words, body.world.catalogue.types, body.problems)
+        body.agents[at.text] = types
+        body.define(at.text, Named(Type("agent", of=types), at.mark, "role"))
+
+
+def _read_role(body: Body, at: Scalar, mapping: Mapping_) -> Role:
+    name, problems = at.text, body.problems
+    for entry in mapping.entries:
+        if entry.key.text == "shared":
+            what = (
+                "a role cannot be shared; a type of the catalogue can"
+                if not body.agents[name]
+                else f"{body.agents[name][0]} cannot be shared"
+            )
+            problems.add("E036", entry.key.mark, what, "remove it: people are shared by default")
+    listed = Mapping_(tuple(e for e in mapping.entries if e.key.text != "shared"), mapping.mark)
+    keys = read_keys(listed, ROLE, problems, f"role '{name}'")
+    if ("type" in keys) == ("any_of" in keys):
+        has = "both" if "type" in keys else "neither"
+        problems.add(
+            "E008",
+            mapping.mark if has == "neither" else keys["any_of"].key.mark,
+            f"role '{name}' needs type or any_of, it has {has}",
+        )
+    agent = Type("agent", of=body.agents[name])
+    count = _read_count(body, keys, name)
+    return Role(
+        name,
+        body.agents[name],
+        at.mark,
+        id=_admitted(body, keys, "id", agent),
+        near=_read_near(body, keys, count),
+        prefer=_admitted(body, keys, "prefer", agent),
+        count=count,
+        battery_min=_admitted(body, keys, "battery_min", PERCENT),
+        capabilities=tuple(w.text for w in read_words(keys["capabilities"].value, problems, "capabilities"))
+        if "capabilities" in keys
+        else (),
+        wait=_admitted(body, keys, "wait", DURATION),
+        if_lost="rebind"
+        if "if_lost" in keys and read_word(keys["if_lost"].value, problems, "if_lost", ("fail", "rebind")) == "rebind"
+        else "fail",
+        away="away" in keys and read_flag(keys["away"].value, problems, "away"),
+    )
+
+
+def _admitted(body: Body, keys: Mapping[str, Entry], key: str, of: Type) -> Expr | None:
+    if key not in keys:
+        return None
+    expr = body.value(keys[key].value, of, key, optional=True)
+    _check_admission(body, expr, key)
+    return expr
+
+
+def _read_near(body: Body, keys: Mapping[str, Entry], count: int | None) -> Expr | None:
+    if "near" not in keys:
+        return None
+    expr = _admitted(
+        body, keys, "near", list_of(PLACE) if count is not None and _is_list(body, keys["near"].value) else PLACE
+    )
+    if expr is not None and expr.is_const and isinstance(expr.const, tuple) and count not in (None, len(expr.const)):
+        body.problems.add(
+            "E026", expr.mark, f"near has {len(expr.const)} places for count {count}", "one place for each agent"
+        )
+    return expr
+
+
+def _is_list(body: Body, node: Node) -> bool:
+    """Return whether a value is a list, without reporting anything."""
+    from formiga_bt.lang.expressions import compile_value
+
+    return compile_value(node, body.scope(), ANY)[0].type.name == "list"
+
+
+def _read_count(body: Body, keys: Mapping[str, Entry], name: str) -> int | None:
+    if "count" not in keys:
+        return None
+    node = keys["count"].value
+    if isinstance(node, Mapping_) or (isinstance(node, Scalar) and node.text == "all"):
+        body.problems.add("E008", node.mark, "'count' can only be a number in this version", "such as: count: 3")
+        return None
+    if not isinstance(node, Scalar) or not node.text.isascii() or not node.text.isdigit() or len(node.text) > 6:
+        body.problems.add("E008", node.mark, f"'count' must be a number, this is {what_is(node)}", "such as: count: 3")
+        return None
+    count = int(node.text)
+    if not 1 <= count <= _MOST_AGENTS:
+        body.problems.add("E024", node.mark, f"'count' must be 1 to {_MOST_AGENTS}", "such as: count: 3")
+        return None
+    body.lists[name] = count
+    body.define(name, Named(list_of(Type("agent", of=body.agents[name])), body.names[name].mark, "role"))
+    return count

@@ -1,0 +1,288 @@
+"""Names while a body is read: what is visible here, what may be unset, what is never used.
+
+A body is the steps of a task or of a subtree. `Flow` is the part that depends on the path (definite assignment);
+`Body` holds the rest and compiles every value and condition of the body, so that reads are counted in one place.
+"""
+
+import re
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from typing import Final
+
+from formiga_bt.diagnostics import Diagnostic, Mark
+from formiga_bt.lang.document import Listing, Mapping_, Node, Scalar
+from formiga_bt.lang.expressions import Scope, compile_cond, compile_expr, compile_value
+from formiga_bt.lang.model import Catalogue, Expr, Param, Site, Subtree
+from formiga_bt.lang.reading import Problems, did_you_mean
+from formiga_bt.lang.types import AGENT, ANY, TEXT, Type
+
+_WORD: Final = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
+
+
+@dataclass(frozen=True, slots=True)
+class Named:
+    """A name of a body: its type, where it was defined, and as what."""
+
+    type: Type
+    mark: Mark
+    origin: str
+    """param, var, role or saved."""
+
+
+@dataclass(slots=True)
+class Flow:
+    """What holds at one point of a body: saved names, those surely set, those that may not be saved again."""
+
+    saved: dict[str, Named] = field(default_factory=dict)
+    sure: frozenset[str] = frozenset()
+    taken: frozenset[str] = frozenset()
+    dead: bool = False
+    """No path leads here."""
+
+    def copy(self) -> "Flow":
+        """Return a flow that may be changed on its own."""
+        return Flow(dict(self.saved), self.sure, self.taken, self.dead)
+
+
+def join(*flows: Flow) -> Flow:
+    """Return what holds where the paths meet: a name is surely set only if it is on every live path."""
+    saved: dict[str, Named] = {}
+    taken: frozenset[str] = frozenset()
+    for flow in flows:
+        saved.update({name: named for name, named in flow.saved.items() if name not in saved})
+        taken |= flow.taken
+    live = [flow for flow in flows if not flow.dead]
+    sure = frozenset.intersection(*(flow.sure for flow in live)) if live else frozenset()
+    return Flow(saved, sure, taken, not live)
+
+
+@dataclass(frozen=True, slots=True)
+class Callee:
+    """A subtree as callers see it: what it needs of each agent param, and whether it could be read at all."""
+
+    subtree: Subtree
+    needs: Mapping[str, tuple[str, ...]]
+    returns: Type | None
+
+
+Resolver = Callable[[Scalar], Callee | None]
+"""Finds the subtree that a call names, or reports why not."""
+
+
+@dataclass(frozen=True, slots=True)
+class World:
+    """What does not change while a file is read."""
+
+    catalogue: Catalogue
+    site: Site | None
+
+
+class Body:
+    """One task or subtree being read."""
+
+    def __init__(self, world: World, problems: Problems, resolve: Resolver) -> None:
+        self.world = world
+        self.problems = problems
+        self.resolve = resolve
+        self.names: dict[str, Named] = {}
+        self.agents: dict[str, tuple[str, ...]] = {}
+        """Roles and params of type agent -> their agent types (empty = any)."""
+        self.lists: dict[str, int] = {}
+        """Roles with a count."""
+        self.optional: frozenset[str] = frozenset()
+        self.vars: frozenset[str] = frozenset()
+        self.every: dict[str, Named] = {}
+        """All saved names so far, on whatever path."""
+        self.later: dict[str, Mark] = {}
+        self.used: set[str] = set()
+        self.needs: dict[str, dict[str, None]] = {}
+        self.extra: dict[str, Type] = {}
+        self.flow = Flow()
+        self.dropped = False
+        """A step could not be read: what follows from the order of the steps is not known."""
+
+    # --- names -------------------------------------------------------------------------------------------------
+
+    def define(self, name: str, named: Named, optional: bool = False) -> None:
+        """Add a param, var or role."""
+        self.names[name] = named
+        if optional:
+            self.optional |= {name}
+
+    def need(self, agent: str, action: str) -> None:
+        """Record that the body orders `action` of a role or agent param."""
+        self.needs.setdefault(agent, {})[action] = None
+
+    def save(self, at: Scalar, of: Type) -> str:
+        """Define a saved name from here on; report E018 if it is taken."""
+        name = at.text
+        named = Named(of, at.mark, "saved")
+        old = self.names.get(name)
+        first = self.every.get(name)
+        if old is not None:
+            self.problems.add(
+                "E018",
+                at.mark,
+                f"'{name}' is a {old.origin} already; first at line {old.mark.line}",
+                "choose another name",
+            )
+        elif name in self.flow.taken:
+            line = self.flow.saved[name].mark.line if name in self.flow.saved else at.mark.line
+            self.problems.add("E018", at.mark, f"'{name}' is saved twice; first at line {line}", "choose another name")
+        elif first is not None and ANY not in (first.type, of) and str(first.type) != str(of):
+            what = f"'{name}' is saved with another type at line {first.mark.line}"
+            self.problems.add("E018", at.mark, what, "exclusive branches may share a name if the types agree")
+        self.every.setdefault(name, named)
+        self.flow.saved[name] = named
+        self.flow.taken |= {name}
+        self.flow.sure |= {name}
+        return name
+
+    def drop(self, node: Node) -> None:
+        """Give up on a step: its names count as used and as saved, so that one mistake is one diagnostic."""
+        self.dropped = True
+        for scalar in scalars(node):
+            self.used.update(_WORD.findall(scalar.text))
+        for at in saves(node):
+            if at.text not in self.flow.saved:
+                named = Named(ANY, at.mark, "saved")
+                self.flow.saved[at.text] = named
+                self.every.setdefault(at.text, named)
+            self.flow.sure |= {at.text}
+            self.used.add(at.text)
+
+    @contextmanager
+    def with_names(self, more: Mapping[str, Type]) -> Iterator[None]:
+        """Make built-in names such as `error` or `result` visible in a block."""
+        before, self.extra = self.extra, {**self.extra, **more}
+        try:
+            yield
+        finally:
+            self.extra = before
+
+    # --- compiling ---------------------------------------------------------------------------------------------
+
+    def scope(self) -> Scope:
+        """Return the scope of this point."""
+        names = {name: named.type for name, named in self.names.items()}
+        names.update({name: named.type for name, named in self.flow.saved.items() if name not in names})
+        names.update(self.extra)
+        unset = {name: self._why_unset(name) for name in names if self.is_unsure(name)}
+        return Scope(
+            names,
+            agent_types=self.world.catalogue.types,
+            roles=frozenset(self.agents),
+            maybe_unset=unset,
+            site=self.world.site,
+        )
+
+    def is_unsure(self, name: str) -> bool:
+        """Return whether a name may be without value here."""
+        if name in self.flow.sure or name in self.extra:
+            return False
+        return name in self.optional or (name in self.flow.saved and name not in self.names)
+
+    def _why_unset(self, name: str) -> str:
+        if name in self.optional:
+            return "E067"
+        return f"E019 it is saved only when line {self.flow.saved[name].mark.line} ran"
+
+    def value(self, node: Node, expected: Type, what: str = "", *, optional: bool = False) -> Expr:
+        """Compile a value of an expected type."""
+        expr, found = compile_value(node, self.scope(), expected, what=what, optional=optional)
+        return self._took(expr, found, node)
+
+    def text(self, node: Node, what: str) -> Expr:
+        """Compile text that may hold `${...}`."""
+        return self.value(node, TEXT, what)
+
+    def cond(self, node: Node, what: str) -> Expr | None:
+        """Compile a condition; None (reported) if it is no scalar."""
+        if not isinstance(node, Scalar):
+            self.problems.add("E008", node.mark, f"'{what}' must be a condition, such as: drone.battery > 30 %")
+            return None
+        expr, found = compile_cond(node, self.scope())
+        if expr.is_const and not found:
+            self.problems.add("E044", node.mark, f"this condition is always {'true' if expr.const else 'false'}")
+        return self._took(expr, found, node)
+
+    def agent(self, at: Scalar, name: str) -> Expr:
+        """Compile the bare name of a role or agent param found at the start of a scalar."""
+        expr, found = compile_expr(name, at, 0, self.scope(), AGENT)
+        return self._took(expr, found, at)
+
+    def _took(self, expr: Expr, found: Iterable[Diagnostic], node: Node) -> Expr:
+        self.problems.extend(self._relabel(d) for d in found)
+        self.used.update(read.name for read in expr.reads)
+        if found:
+            for scalar in scalars(node):
+                self.used.update(_WORD.findall(scalar.text))
+        return expr
+
+    def _relabel(self, diagnostic: Diagnostic) -> Diagnostic:
+        """Turn "unknown name" into "used before it is saved" where a later step saves it."""
+        if diagnostic.code != "E010":
+            return diagnostic
+        for name, mark in self.later.items():
+            if f"'{name}'" in diagnostic.message.split(";")[0] and name not in self.flow.saved:
+                what = f"'{name}' is used here before it is saved (line {mark.line})"
+                return replace(diagnostic, code="E019", message=what, help="save it in an earlier step", fix=None)
+        return diagnostic
+
+    # --- the end -----------------------------------------------------------------------------------------------
+
+    def report_unused(self, own: Iterable[str], what: str) -> None:
+        """Report W060 for each name of `own` that nothing read."""
+        for name in own:
+            if name not in self.used:
+                self.problems.add(
+                    "W060", self.names[name].mark, f"{what} '{name}' is declared but never used", "remove it"
+                )
+
+    def report_unread(self) -> None:
+        """Report E053 for each saved name that nothing read."""
+        for name, named in self.every.items():
+            if name not in self.used:
+                self.problems.add("E053", named.mark, f"'{name}' is saved but never used", "remove save_as")
+
+    def unknown_agent(self, at: Mark, name: str, also: Iterable[str] = ()) -> None:
+        """Report E020 for a name that is no role, or E013 for one that is no agent."""
+        if name in self.names or name in self.flow.saved:
+            known = self.names.get(name) or self.flow.saved[name]
+            if known.type != ANY:
+                self.problems.add("E020", at, f"'{name}' is a {known.type}, not an agent", "name a role of agents:")
+            return
+        names = [*self.agents, *also]
+        help_ = f"roles: {', '.join(names)}" if names else "declare it under agents:"
+        self.problems.add("E020", at, f"no role is called '{name}'{did_you_mean(name, names)}", help_)
+
+
+def scalars(node: Node) -> Iterator[Scalar]:
+    """Iterate over all scalars of a node, keys left out."""
+    if isinstance(node, Scalar):
+        yield node
+    elif isinstance(node, Listing):
+        for item in node.items:
+            yield from scalars(item)
+    else:
+        for entry in node.entries:
+            yield from scalars(entry.value)
+
+
+def saves(node: Node) -> Iterator[Scalar]:
+    """Iterate over the names that the steps of a node save, in file order."""
+    if isinstance(node, Listing):
+        for item in node.items:
+            yield from saves(item)
+    elif isinstance(node, Mapping_):
+        for entry in node.entries:
+            if entry.key.text in ("save_as", "collect") and isinstance(entry.value, Scalar):
+                yield entry.value
+            elif entry.key.text not in ("with", "set", "retry", "clears"):
+                yield from saves(entry.value)
+
+
+def agent_types_of(params: Mapping[str, Param]) -> dict[str, tuple[str, ...]]:
+    """Return the agent types of each param that is an agent."""
+    return {name: param.type.of for name, param in params.items() if param.type.name == "agent"}

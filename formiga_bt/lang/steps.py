@@ -1,0 +1,307 @@
+"""Steps: the kind of each, its modifiers, and the composites (sequence, fallback, if).
+
+`read_steps` is called for each section, branch and subtree body. It walks the steps in the order in which they run,
+because what is saved and certain at a step depends on the steps before it.
+"""
+
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+from typing import Any, Final
+
+from formiga_bt.diagnostics import Fix
+from formiga_bt.lang import leaves
+from formiga_bt.lang.document import Entry, Listing, Mapping_, Node, Scalar
+from formiga_bt.lang.expressions import narrows, narrows_when_false
+from formiga_bt.lang.kinds import KINDS, MODIFIERS, RETRY, Kind, Option
+from formiga_bt.lang.model import (
+    Ask,
+    Call,
+    Check,
+    Do,
+    Expr,
+    Fail,
+    Fallback,
+    If,
+    Notify,
+    Retry,
+    Sequence,
+    Set,
+    Step,
+    Wait,
+)
+from formiga_bt.lang.reading import (
+    is_empty,
+    read_flag,
+    read_keys,
+    read_listing,
+    read_mapping,
+    read_text,
+    read_word,
+    shorten,
+    what_is,
+)
+from formiga_bt.lang.records import ERROR
+from formiga_bt.lang.scopes import Body, Flow, join
+from formiga_bt.lang.synonyms import ADVICE, kind_for
+from formiga_bt.lang.types import DURATION, INT, NUMBER
+
+Keys = Mapping[str, Entry]
+
+_CLASSES: Final[Mapping[str, type[Step]]] = MappingProxyType(
+    {
+        "do": Do,
+        "ask": Ask,
+        "call": Call,
+        "wait": Wait,
+        "check": Check,
+        "set": Set,
+        "notify": Notify,
+        "fail": Fail,
+        "sequence": Sequence,
+        "fallback": Fallback,
+        "if": If,
+    }
+)
+
+
+def read_steps(body: Body, node: Node, label: str, key: str) -> tuple[Step, ...]:
+    """Read a list of steps that run one after another.
+
+    Args:
+        body: the task or subtree.
+        node: the list.
+        label: prefix of each step's `seg`, for example `then`.
+        key: how a message calls the list.
+    """
+    items = _items(body, node, key)
+    found: list[Step] = []
+    reported = False
+    for index, item in enumerate(items):
+        if body.flow.dead and not reported:
+            body.problems.add("E043", item.mark, "this step never runs: the step before it always fails", "remove it")
+            reported = True
+        step = read_step(body, item, f"{label}[{index}]")
+        if step is not None:
+            found.append(step)
+    return tuple(found)
+
+
+def _items(body: Body, node: Node, key: str) -> tuple[Node, ...]:
+    if is_empty(node) or (isinstance(node, Listing) and not node.items):
+        body.problems.add("E044", node.mark, f"'{key}' has no steps", "add a step or remove the key")
+        return ()
+    items = read_listing(node, body.problems, key)
+    if items is None:
+        body.drop(node)
+    return tuple(items or ())
+
+
+def read_step(body: Body, node: Node, seg: str) -> Step | None:
+    """Read one step; None (reported) if its kind or its main value cannot be read."""
+    if not isinstance(node, Mapping_):
+        what = f"a step is a mapping such as 'do: drone.TakeOff', this is {what_is(node)}"
+        body.problems.add("E005", node.mark, what)
+        body.drop(node)
+        return None
+    kind = _find_kind(body, node)
+    if kind is None:
+        body.drop(node)
+        return None
+    known = (Option(kind.name, kind.form, kind.doc), *kind.options, *MODIFIERS)
+    with body.problems.within(_label(node, kind)):
+        keys = read_keys(node, known, body.problems, f"'{kind.name}'")
+        step = _read_modified(body, keys, kind, seg)
+    if step is None:
+        body.drop(node)
+    return step
+
+
+def _label(node: Mapping_, kind: Kind) -> str:
+    entry = node.get("name") or (node.get(kind.name) if kind.name in ("do", "call") else None)
+    value = entry.value if entry is not None else None
+    return shorten(value.text) if isinstance(value, Scalar) and value.text else kind.name
+
+
+def _find_kind(body: Body, node: Mapping_) -> Kind | None:
+    """Return the step's one kind, if this version has it."""
+    present = [entry for entry in node.entries if entry.key.text in KINDS]
+    options = {option.name for entry in present for option in KINDS[entry.key.text].options}
+    kinds = [entry for entry in present if entry.key.text not in options] or present
+    if not kinds:
+        _report_no_kind(body, node)
+        return None
+    kind = KINDS[kinds[0].key.text]
+    if len(kinds) > 1:
+        names = " and ".join(entry.key.text for entry in kinds)
+        help_ = "begin a new step with '- ' before the second"
+        body.problems.add("E005", kinds[1].key.mark, f"a step has one kind, this has {names}", help_)
+        return None
+    if not kind.available:
+        what = f"'{kind.name}' is part of the language but not of this version yet"
+        body.problems.add("E006", kinds[0].key.mark, what)
+        return None
+    return kind
+
+
+def _report_no_kind(body: Body, node: Mapping_) -> None:
+    modifiers = {option.name for option in MODIFIERS}
+    unknown = [entry.key for entry in node.entries if entry.key.text not in modifiers]
+    if not unknown:
+        body.problems.add("E005", node.mark, "a step has one kind, this has none", "such as: do: drone.TakeOff")
+        return
+    options = {option.name for kind in KINDS.values() for option in kind.options}
+    key = next((key for key in unknown if key.text not in options), unknown[0])
+    meant = kind_for(key.text, KINDS)
+    guess = f"; did you mean '{meant}'?" if meant else ""
+    help_ = ADVICE.get(key.text, "" if meant else f"steps: {', '.join(k.name for k in KINDS.values() if k.available)}")
+    what = f"'{shorten(key.text)}' is not a step{guess}"
+    body.problems.add("E006", key.mark, what, help_, Fix(key.mark, meant) if meant else None)
+
+
+# --- modifiers ---------------------------------------------------------------------------------------------------
+
+
+def _read_modified(body: Body, keys: Keys, kind: Kind, seg: str) -> Step | None:
+    """Read when( ignore_failure( timeout( retry( step)))), and follow the names through it."""
+    entry = body.flow.copy()
+    entry.dead = False
+    body.flow = entry.copy()
+    common: dict[str, Any] = {"kind": kind.name, "seg": seg, "mark": keys[kind.name].key.mark}
+    when = body.cond(keys["when"].value, "when") if "when" in keys else None
+    if when is not None:
+        body.flow.sure |= narrows(when)
+        common["when"] = when
+    _read_common(body, keys, common)
+    part = _READERS[kind.name](body, keys)
+    if part is None:
+        return None
+    if "ignore_failure" in keys and common["ignore_failure"]:
+        failed = body.flow.copy()
+        failed.sure, failed.dead = entry.sure, False
+        body.flow = join(body.flow, failed)
+    if when is not None:
+        skipped = body.flow.copy()
+        skipped.sure, skipped.dead = entry.sure | narrows_when_false(when), False
+        body.flow = join(body.flow, skipped)
+    return _CLASSES[kind.name](**common, **part)
+
+
+def _read_common(body: Body, keys: Keys, common: dict[str, Any]) -> None:
+    if "name" in keys:
+        at = read_text(keys["name"].value, body.problems, "name")
+        common["name"] = at.text if at is not None else ""
+    if "note" in keys:
+        common["note"] = body.text(keys["note"].value, "note")
+    if "timeout" in keys:
+        common["timeout"] = read_bound(body, keys["timeout"].value, "timeout")
+    if "retry" in keys:
+        common["retry"] = _read_retry(body, keys["retry"])
+    for flag in ("ignore_failure", "critical"):
+        if flag in keys:
+            common[flag] = read_flag(keys[flag].value, body.problems, flag)
+
+
+def read_bound(body: Body, node: Node, key: str) -> Expr:
+    """Read a duration that must be longer than nothing."""
+    expr = body.value(node, DURATION, key)
+    if expr.is_const and isinstance(expr.const, int | float) and expr.const <= 0:
+        body.problems.add("E008", expr.mark, f"'{key}' must be longer than 0 s")
+    return expr
+
+
+def _read_retry(body: Body, entry: Entry) -> Retry | None:
+    node = entry.value
+    if isinstance(node, Scalar):
+        mend = f"{{attempts: {node.text or 3}}}"
+        what = f"'retry' must be a mapping, this is {what_is(node)}"
+        body.problems.add("E008", node.mark, what, f"write {mend}", Fix(node.mark, mend) if node.text else None)
+        return None
+    mapping = read_mapping(node, body.problems, "retry")
+    if mapping is None:
+        return None
+    keys = read_keys(mapping, RETRY, body.problems, "'retry'")
+    if "attempts" not in keys:
+        return None
+    attempts = body.value(keys["attempts"].value, INT, "attempts")
+    if attempts.is_const and isinstance(attempts.const, int) and attempts.const < 1:
+        body.problems.add("E008", attempts.mark, "'attempts' counts the first one, so it is at least 1")
+    agent = read_word(keys["agent"].value, body.problems, "agent", ("same", "another")) if "agent" in keys else "same"
+    if agent == "another":
+        mark = keys["agent"].value.mark
+        body.problems.add("E008", mark, "'agent: another' is part of the language but not of this version yet")
+    return Retry(
+        attempts,
+        body.value(keys["delay"].value, DURATION, "delay") if "delay" in keys else None,
+        body.value(keys["backoff"].value, NUMBER, "backoff") if "backoff" in keys else None,
+        read_bound(body, keys["attempt_timeout"].value, "attempt_timeout") if "attempt_timeout" in keys else None,
+        "same",
+        entry.key.mark,
+    )
+
+
+# --- composites --------------------------------------------------------------------------------------------------
+
+
+def _read_sequence(body: Body, keys: Keys) -> dict[str, Any]:
+    return {"steps": read_steps(body, keys["sequence"].value, "sequence", "sequence")}
+
+
+def _read_fallback(body: Body, keys: Keys) -> dict[str, Any]:
+    """Read the children: each later one runs after all former ones failed, and sees `error`."""
+    entry = body.flow.copy()
+    ends: list[Flow] = []
+    found: list[Step] = []
+    saved = dict(entry.saved)
+    for index, item in enumerate(_items(body, keys["fallback"].value, "fallback")):
+        if ends and _never_fails(found[-1:]):
+            body.problems.add("E043", item.mark, "this child never runs: the one before it cannot fail", "remove it")
+        body.flow = Flow(dict(saved), entry.sure, entry.taken)
+        with body.with_names({"error": ERROR} if index else {}):
+            step = read_step(body, item, f"fallback[{index}]")
+        ends.append(body.flow)
+        saved.update(body.flow.saved)
+        if step is not None:
+            found.append(step)
+    if ends:
+        body.flow = join(*ends)
+    return {"steps": tuple(found)}
+
+
+def _never_fails(steps: list[Step]) -> bool:
+    return (
+        bool(steps)
+        and steps[0].when is None
+        and (steps[0].ignore_failure or steps[0].kind in ("notify", "set", "wait"))
+    )
+
+
+def _read_if(body: Body, keys: Keys) -> dict[str, Any] | None:
+    cond = body.cond(keys["if"].value, "if")
+    entry = body.flow.copy()
+    if cond is not None:
+        body.flow.sure |= narrows(cond)
+    then = read_steps(body, keys["then"].value, "then", "then") if "then" in keys else ()
+    after_then = body.flow
+    body.flow = entry.copy()
+    if cond is not None:
+        body.flow.sure |= narrows_when_false(cond)
+    otherwise = read_steps(body, keys["else"].value, "else", "else") if "else" in keys else ()
+    body.flow = join(after_then, body.flow)
+    return {"cond": cond, "then": then, "otherwise": otherwise} if cond is not None else None
+
+
+_READERS: Final[Mapping[str, Callable[[Body, Keys], dict[str, Any] | None]]] = MappingProxyType(
+    {
+        "do": leaves.read_do,
+        "ask": leaves.read_ask,
+        "call": leaves.read_call,
+        "wait": leaves.read_wait,
+        "check": leaves.read_check,
+        "set": leaves.read_set,
+        "notify": leaves.read_notify,
+        "fail": leaves.read_fail,
+        "sequence": _read_sequence,
+        "fallback": _read_fallback,
+        "if": _read_if,
+    }
+)

@@ -1,0 +1,124 @@
+"""Words of other tools, and small slips, with the word of this language that was meant.
+
+Every synonym is an error whose fix is mechanical; none is silently accepted. The loader asks here before it
+says "unknown".
+"""
+
+import difflib
+from collections.abc import Iterable, Mapping
+from types import MappingProxyType
+from typing import Final
+
+KIND_SYNONYMS: Final[Mapping[str, str]] = MappingProxyType(
+    {
+        "selector": "fallback",
+        "select": "fallback",
+        "try": "fallback",
+        "action": "do",
+        "run": "do",
+        "execute": "do",
+        "sleep": "wait",
+        "delay": "wait",
+        "loop": "repeat",
+        "forEach": "for",
+        "foreach": "for",
+        "for_each": "for",
+        "race": "parallel",
+        "confirm": "ask",
+        "prompt": "ask",
+        "wait_for_confirmation": "ask",
+        "subtree": "call",
+        "include": "call",
+        "condition": "check",
+        "assert": "check",
+        "log": "notify",
+    }
+)
+"""Step kinds of other languages."""
+
+KEY_SYNONYMS: Final[Mapping[str, str]] = MappingProxyType(
+    {
+        "goal": "with",
+        "args": "with",
+        "arguments": "with",
+        "params": "with",
+        "parameters": "with",
+        "inputs": "with",
+        "children": "steps",
+        "tasks": "steps",
+        "on_error": "on_failure",
+        "catch": "on_failure",
+        "roles": "agents",
+        "parameters_": "params",
+        "inputs_": "params",
+        "if_": "when",
+        "retries": "retry",
+        "output": "save_as",
+        "register": "save_as",
+    }
+)
+"""Options of other languages."""
+
+ADVICE: Final[Mapping[str, str]] = MappingProxyType(
+    {
+        "else_if": "write else: with another `if` step in it",
+        "elif": "write else: with another `if` step in it",
+        "race": "parallel with need: any",
+        "loop": "repeat: N for a number of rounds, for: for a list, while: for a condition",
+    }
+)
+"""Help for the words whose mend is more than one word."""
+
+
+def nearest(word: str, known: Iterable[str]) -> str:
+    """Return the known name most like `word`, or "" when none is near."""
+    names = list(known)
+    folded = _fold(word)
+    for name in names:
+        if _fold(name) == folded:
+            return name
+    close = difflib.get_close_matches(word, names, n=1, cutoff=0.7)
+    return close[0] if close else ""
+
+
+def kind_for(word: str, known: Iterable[str]) -> str:
+    """Return the step kind meant by an unknown word, or ""."""
+    return KIND_SYNONYMS.get(word) or nearest(word, known)
+
+
+def key_for(word: str, known: Iterable[str]) -> str:
+    """Return the option meant by an unknown key among the `known` ones, or ""."""
+    names = list(known)
+    meant = KEY_SYNONYMS.get(word, "")
+    return meant if meant in names else nearest(word, names)
+
+
+def action_for(word: str, actions: Mapping[str, str]) -> str:
+    """Return the action meant by a slip such as `Takeoff`, `take_off`, `Land` or `goto`, or "".
+
+    Args:
+        word: what was written.
+        actions: the effect (or any mark of meaning) by name of each action that the agent has.
+    """
+    folded = _fold(word)
+    same = [name for name in actions if _fold(name) == folded]
+    if same:
+        return same[0]
+    meanings = {"land": "grounded", "landing": "grounded", "launch": "airborne", "liftoff": "airborne"}
+    moves = {
+        "moveto": "moves",
+        "flyto": "moves",
+        "move": "moves",
+        "fly": "moves",
+        "navigate": "moves",
+        "gotopose": "moves",
+    }
+    want = meanings.get(folded) or moves.get(folded)
+    if want is not None:
+        fit = [name for name, meaning in actions.items() if meaning == want]
+        return fit[0] if len(fit) == 1 else ""
+    return nearest(word, actions)
+
+
+def _fold(word: str) -> str:
+    return word.replace("_", "").replace("-", "").lower()
