@@ -1,0 +1,1 @@
+"""The engine: a deterministic function from inputs to steps."""

@@ -1,0 +1,1 @@
+"""Text to checked model: pure, without py_trees, network or clock. The door is `loader`."""
