@@ -200,6 +200,8 @@ class Question(Struct, frozen=True, kw_only=True, omit_defaults=True):
     owner: str = ""
     asked_at: Micros = 0
     answers: tuple[Answer, ...] = ()
+    declined: tuple[str, ...] = ()
+    """People whose app refused or failed to show it; they are not asked again."""
     reply: dict[str, Any] | None = None
     order: int = 0
 

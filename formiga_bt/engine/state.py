@@ -73,6 +73,8 @@ def apply(state: EngineState, board: Blackboard, change: ch.Change) -> None:
             _set_or_drop(state.memory.setdefault(task_id, {}), path, mem)
         case ch.DeadlineSet(key, deadline):
             _set_or_drop(state.deadlines, key, deadline)
+            if deadline is not None:
+                state.counters["deadline"] = deadline.seq
         case ch.WallTimerSet(key, after_us):
             _set_or_drop(state.wall, key, after_us)
         case ch.RequestPut(task_id, request):

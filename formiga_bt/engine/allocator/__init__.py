@@ -1,1 +1,1 @@
-"""Who gets which agents: filters, costs, policies."""
+"""Choosing agents for tasks: filters, cost, and policies behind one seam. Pure functions over records."""

@@ -1,0 +1,172 @@
+"""Allocation as a part of the engine: requests on the blackboard, a coalesced look at them, grants and explanations.
+
+The policy is plugged in; this part turns tasks into requests, records the outcome as changes, and gives each granted machine a
+cruise layer of its own while there are enough.
+"""
+
+from collections.abc import Mapping
+from typing import Any
+
+from formiga_bt.clock import Micros, micros
+from formiga_bt.engine import changes as ch
+from formiga_bt.engine.allocator.policy import Candidate, Policy
+from formiga_bt.engine.core import Core, task_deadline
+from formiga_bt.engine.env import TaskEnv
+from formiga_bt.engine.fleet import Fleet
+from formiga_bt.engine.records import PRIORITIES, Request, RoleRequest
+from formiga_bt.engine.tasks import Tasks
+from formiga_bt.errors import TaskError
+from formiga_bt.geo import Place, Position
+from formiga_bt.lang.model import Role, Unset
+from formiga_bt.lang.types import AgentRef
+
+EVERY_US: Micros = 50_000
+"""Least engine time between two looks."""
+
+WAIT_US: Micros = 900_000_000
+"""Default of a role's `wait`."""
+
+
+class Allocation:
+    """Between waiting tasks and free agents."""
+
+    def __init__(self, core: Core, tasks: Tasks, fleet: Fleet, policy: Policy) -> None:
+        self._core = core
+        self._tasks = tasks
+        self._fleet = fleet
+        self._policy = policy
+
+    def enqueue(self, task_id: str) -> None:
+        """Make a task's request; its expressions are read now, once."""
+        core = self._core
+        task = core.task(task_id)
+        model = core.model(task)
+        env = TaskEnv(core, task, core.state.scopes[task_id][""])
+        try:
+            roles = tuple(self._role(role, env) for role in model.roles.values())
+            expires = micros(model.expires.run(env)) if model.expires else None
+        except (Unset, ArithmeticError, LookupError, ValueError) as error:
+            raise TaskError("bad_role", f"{model.name}: a role cannot be evaluated: {error}") from error
+        request = Request(task=task_id, priority=task.priority, order=task.order, at=core.now, roles=roles)
+        core.emit(ch.RequestPut(task_id, request))
+        waits = [role.wait_until for role in roles if role.wait_until is not None]
+        if waits:
+            core.set_deadline(task_deadline(task_id, "wait"), min(waits), task_id)
+        if expires is not None:
+            core.set_deadline(task_deadline(task_id, "expires"), core.now + expires, task_id)
+        self.poke()
+
+    def _role(self, role: Role, env: TaskEnv) -> RoleRequest:
+        core = self._core
+        types = tuple(
+            t for t in core.catalogue.types if t in role.types or any(x in role.types for x in _line(core, t))
+        )
+        wait = micros(role.wait.run(env)) if role.wait else WAIT_US
+        return RoleRequest(
+            role=role.name,
+            types=types,
+            human=all(core.catalogue.types[t].human for t in types) if types else False,
+            count=role.count or 1,
+            is_list=role.count is not None,
+            id=_agent_id(role.id, env),
+            near=_places(role.near, env),
+            prefer=_agent_id(role.prefer, env),
+            battery_min=float(role.battery_min.run(env)) if role.battery_min else 0.0,
+            away=role.away,
+            actions=tuple(dict.fromkeys((*role.actions, *role.capabilities))),
+            wait_until=core.now + wait,
+        )
+
+    # -- looking ---------------------------------------------------------------------------------------------------
+    def poke(self) -> None:
+        """Look at the requests soon: at once, but not within 50 ms of the last look."""
+        core = self._core
+        if not core.state.requests or "alloc" in core.state.deadlines:
+            return
+        last = core.state.counters.get("alloc_at", -EVERY_US)
+        core.set_deadline("alloc", max(core.now, last + EVERY_US))
+
+    def look(self) -> None:
+        """Let the policy decide; record grants and explanations."""
+        core = self._core
+        core.emit(ch.CounterSet("alloc_at", core.now))
+        requests = sorted(core.state.requests.values(), key=lambda r: (PRIORITIES[r.priority], r.order))
+        agents = self._candidates()
+        decision = self._policy(requests, agents)
+        for request in requests:
+            verdicts = decision.verdicts.get(request.task, ())
+            if core.state.explanations.get(request.task) != verdicts:
+                core.emit(ch.Explained(request.task, core.now, verdicts))
+        for grant in decision.grants:
+            request = core.state.requests[grant.task]
+            lists = frozenset(role.role for role in request.roles if role.is_list)
+            core.emit(ch.RequestPut(grant.task, None))
+            self.assign(grant.task, grant.roles)
+            self._tasks.granted(grant.task, grant.roles, lists)
+
+    def assign(self, task_id: str, roles: Mapping[str, tuple[str, ...]]) -> None:
+        """Mark the agents as the task's and give each machine a layer."""
+        core = self._core
+        layers: dict[str, float] = {}
+        for role, agents in roles.items():
+            for agent_id in agents:
+                agent = core.state.agents[agent_id]
+                if agent.human:
+                    continue
+                layers[agent_id] = agent.layer_m if agent.layer_m is not None else self._layer()
+                core.put_agent(agent_id, task=task_id, role=role, pool="ASSIGNED", layer_m=layers[agent_id])
+        core.emit(ch.Granted(task_id, dict(roles), layers))
+
+    def _layer(self) -> float:
+        core = self._core
+        used = [a.layer_m for a in core.state.agents.values() if a.layer_m is not None]
+        return min(core.site.layers_m, key=lambda layer: (used.count(layer), core.site.layers_m.index(layer)))
+
+    def _candidates(self) -> list[Candidate]:
+        return [
+            Candidate(
+                id=a.id,
+                type=a.type,
+                order=a.order,
+                human=a.human,
+                actions=a.actions,
+                refused=a.refused,
+                pool=a.pool,
+                liveness=a.liveness,
+                control=a.control,
+                task=a.task,
+                goal=a.goal,
+                word=a.word,
+                landed=a.landed,
+                at_port=self._fleet.at_port(a),
+                battery=a.battery if a.battery is not None else 0.0,
+                position=a.position,
+                detail=a.quarantine,
+            )
+            for a in self._core.state.agents.values()
+        ]
+
+
+def _line(core: Core, type_name: str) -> tuple[str, ...]:
+    return core.catalogue.types[type_name].extends
+
+
+def _agent_id(expr: Any, env: TaskEnv) -> str:
+    if expr is None:
+        return ""
+    try:
+        value = expr.run(env)
+    except Unset:
+        return ""  # an optional param that was not given: the key counts as absent
+    return value.id if isinstance(value, AgentRef) else str(value or "")
+
+
+def _places(expr: Any, env: TaskEnv) -> tuple[Place, ...]:
+    if expr is None:
+        return ()
+    try:
+        value = expr.run(env)
+    except Unset:
+        return ()
+    places = value if isinstance(value, tuple) else (value,)
+    return tuple(p.ground if isinstance(p, Position) else p for p in places)

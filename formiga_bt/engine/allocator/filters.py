@@ -1,0 +1,40 @@
+"""Filters: may this agent take this role now? Each refusal has a code and, where it helps, the numbers."""
+
+from formiga_bt.engine.allocator.policy import Candidate
+from formiga_bt.engine.records import RoleRequest
+
+
+def refusal(agent: Candidate, role: RoleRequest) -> tuple[str, str] | None:
+    """Return (code, detail) of the first filter that refuses the agent, or None if it fits."""
+    if agent.type not in role.types:
+        return "wrong_type", agent.type
+    if role.id and agent.id != role.id:
+        return "not_this_one", role.id
+    missing = [action for action in role.actions if action not in agent.actions]
+    if missing:
+        return "no_action", missing[0]
+    if agent.refused:
+        return "not_admitted", agent.refused
+    if role.human:
+        return None  # people are shared and wait for nobody: an unreachable one still holds no task up
+    if agent.pool == "QUARANTINED":
+        return "quarantined", agent.detail
+    if agent.liveness != "ALIVE":
+        return "not_alive", agent.liveness
+    if agent.control != "engine":
+        return "control", agent.control
+    if agent.task:
+        return "busy", agent.task
+    if agent.goal:
+        return "busy", agent.goal
+    if agent.word != "STANDBY":
+        return "not_idle", agent.word
+    if agent.position is None:
+        return "no_position", ""
+    if not role.away and agent.landed != "grounded":
+        return "airborne", agent.landed
+    if not role.away and not agent.at_port:
+        return "parked_away", ""
+    if agent.battery < role.battery_min:
+        return "battery", f"{agent.battery:.0f} % < {role.battery_min:.0f} %"
+    return None

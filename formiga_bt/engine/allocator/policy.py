@@ -1,0 +1,183 @@
+"""The seam for policies, and the paper's one: `closest`.
+
+A policy sees all waiting requests (in order of service) and all agents at one instant, and returns grants and, for every
+request, a verdict on every agent. All roles of a request are granted together or none.
+
+`closest` (the paper's choose_closest_mex, section 3.3): highest priority first, then first come first served; each role gets
+the nearest agent that fits; a role with several places gets the best one-to-one assignment.
+"""
+
+from collections.abc import Callable, Sequence
+from typing import Any, Protocol
+
+from msgspec import Struct
+
+from formiga_bt.engine.records import Request, RoleRequest, Verdict
+from formiga_bt.geo import Position, horizontal_m, mm
+
+PREFERRED = -1e6
+"""Cost bonus, metres, of the preferred agent: it wins if it fits."""
+
+UNREACHABLE = 1e5
+"""Cost, metres, of a person who cannot be reached now: reachable ones come first."""
+
+
+class Candidate(Struct, frozen=True, kw_only=True):
+    """An agent as the allocator sees it."""
+
+    id: str
+    type: str
+    order: int
+    human: bool
+    actions: tuple[str, ...]
+    refused: str
+    pool: str
+    liveness: str
+    control: str
+    task: str
+    goal: str
+    word: str
+    landed: str
+    at_port: bool
+    battery: float
+    position: Position | None
+    detail: str = ""
+
+
+class Grant(Struct, frozen=True):
+    """Agents for the roles of one task, in the order of the roles' places."""
+
+    task: str
+    roles: dict[str, tuple[str, ...]]
+
+
+class Decision(Struct, frozen=True):
+    """What a policy decided."""
+
+    grants: tuple[Grant, ...]
+    verdicts: dict[str, tuple[Verdict, ...]]
+
+
+class Policy(Protocol):
+    """Chooses agents for requests. Deterministic: equal inputs, equal decision."""
+
+    def __call__(self, requests: Sequence[Request], agents: Sequence[Candidate]) -> Decision:
+        """Return the decision."""
+        ...
+
+
+Refusal = Callable[[Candidate, RoleRequest], "tuple[str, str] | None"]
+
+
+def closest(requests: Sequence[Request], agents: Sequence[Candidate]) -> Decision:
+    """Grant the nearest fitting agents, request by request in the given order."""
+    from formiga_bt.engine.allocator.filters import refusal
+
+    taken: dict[str, str] = {}
+    grants: list[Grant] = []
+    verdicts: dict[str, tuple[Verdict, ...]] = {}
+    for request in requests:
+        roles, seen = _serve(request, agents, taken, refusal)
+        verdicts[request.task] = tuple(seen)
+        if roles is not None:
+            grants.append(Grant(request.task, roles))
+            machines = {a.id for a in agents if not a.human}
+            taken.update({agent: request.task for group in roles.values() for agent in group if agent in machines})
+    return Decision(tuple(grants), verdicts)
+
+
+def _serve(
+    request: Request, agents: Sequence[Candidate], taken: dict[str, str], refusal: Refusal
+) -> tuple[dict[str, tuple[str, ...]] | None, list[Verdict]]:
+    slots = [(role, index) for role in request.roles for index in range(role.count)]
+    costs: dict[tuple[str, str], float] = {}
+    verdicts: list[Verdict] = []
+    for role in request.roles:
+        for agent in agents:
+            if agent.id in taken:
+                refused: tuple[str, str] | None = (
+                    ("busy", taken[agent.id]) if agent.type in role.types else refusal(agent, role)
+                )
+            else:
+                refused = refusal(agent, role)
+            if refused is not None:
+                verdicts.append(Verdict(role.role, agent.id, refused[0], None, refused[1]))
+            else:
+                cost = min(_cost(agent, role, index) for index in range(role.count))
+                costs[role.role, agent.id] = cost
+                verdicts.append(Verdict(role.role, agent.id, "fits", cost))
+    chosen = _assign(slots, agents, costs)
+    if chosen is None:
+        return None, verdicts
+    roles: dict[str, tuple[str, ...]] = {role.role: () for role in request.roles}
+    for (role, _), agent_id in zip(slots, chosen, strict=True):
+        roles[role.role] = (*roles[role.role], agent_id)
+    final = [
+        Verdict(
+            v.role, v.agent, "chosen" if v.code == "fits" and v.agent in roles[v.role] else v.code, v.cost, v.detail
+        )
+        for v in verdicts
+    ]
+    return roles, final
+
+
+def _cost(agent: Candidate, role: RoleRequest, index: int) -> float:
+    cost = 0.0
+    if role.near and agent.position is not None and not role.id:
+        place: Any = role.near[index] if index < len(role.near) else role.near[0]
+        cost = mm(horizontal_m(agent.position, place))
+    if role.prefer and agent.id == role.prefer:
+        cost += PREFERRED
+    if agent.human and agent.liveness != "ALIVE":
+        cost += UNREACHABLE
+    return cost
+
+
+def _assign(
+    slots: Sequence[tuple[RoleRequest, int]], agents: Sequence[Candidate], costs: dict[tuple[str, str], float]
+) -> list[str] | None:
+    """Return an agent per slot of least total cost, or None if the slots cannot all be filled."""
+    if len(slots) == 1:
+        role = slots[0][0]
+        fits = [(costs[role.role, a.id], a.order, a.id) for a in agents if (role.role, a.id) in costs]
+        return [min(fits)[2]] if fits else None
+    machines = [slot for slot in slots if not slot[0].human]
+    picked: dict[tuple[str, int], str] = {}
+    for role, index in slots:
+        if role.human:  # people are shared: each role of people is served by itself
+            fits = sorted((costs[role.role, a.id], a.order, a.id) for a in agents if (role.role, a.id) in costs)
+            if index >= len(fits):
+                return None
+            picked[role.role, index] = fits[index][2]
+    if len(machines) == 1:
+        single = _assign(machines, agents, costs)
+        if single is None:
+            return None
+        picked[machines[0][0].role, machines[0][1]] = single[0]
+    elif machines:
+        ids = _best_team(machines, agents, costs)
+        if ids is None:
+            return None
+        for (role, index), agent_id in zip(machines, ids, strict=True):
+            picked[role.role, index] = agent_id
+    return [picked[role.role, index] for role, index in slots]
+
+
+def _best_team(
+    slots: Sequence[tuple[RoleRequest, int]], agents: Sequence[Candidate], costs: dict[tuple[str, str], float]
+) -> list[str] | None:
+    import numpy as np
+    from scipy.optimize import linear_sum_assignment
+
+    if len(slots) > len(agents):
+        return None
+    far = 1e12
+    matrix = np.full((len(slots), len(agents)), far)
+    for row, (role, index) in enumerate(slots):
+        for column, agent in enumerate(agents):
+            if (role.role, agent.id) in costs:
+                matrix[row, column] = _cost(agent, role, index)
+    rows, columns = linear_sum_assignment(matrix)
+    if any(matrix[r, c] >= far for r, c in zip(rows, columns, strict=True)):
+        return None
+    return [agents[c].id for c in columns]

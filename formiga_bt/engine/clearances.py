@@ -1,0 +1,230 @@
+"""Clearance: a person's word that people stand clear of a start or landing away from ports.
+
+The engine asks by itself when the machine is there: first the people of the task's own questions, then the site's watchers.
+`clear` lets the goal go within 60 s; `wait` asks again after 30 s; `refuse`, or no word within 5 min, ends it: a machine on
+the ground stays there and its task ends `no_clearance`; one in the air keeps asking until its reserve and 3 min are near, then
+its step fails and it recovers. An `ask` with `clears` gives the same word.
+"""
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
+from formiga_bt.clock import SECOND, micros
+from formiga_bt.engine import changes as ch
+from formiga_bt.engine.core import Core
+from formiga_bt.engine.holds import hold, unhold
+from formiga_bt.engine.inputs import Alarm
+from formiga_bt.engine.people import People
+from formiga_bt.engine.records import AgentRecord, ClearanceRecord, GoalRecord, Question
+from formiga_bt.lang import model
+from formiga_bt.nodes.run import AskOrder
+from formiga_bt.safety.gate import CLEARANCE_LIFE_US
+from formiga_bt.transport.messages import Clearance
+
+if TYPE_CHECKING:
+    from formiga_bt.engine.tasks import Tasks
+
+ANSWER_US = 300 * SECOND
+AGAIN_US = 30 * SECOND
+ESCALATE_US = 60 * SECOND
+MARGIN_S = 180.0
+OPTIONS = ("clear", "wait", "refuse")
+
+
+class Clearances:
+    """All clearances; at most one under way for each machine."""
+
+    tasks: "Tasks"
+
+    def __init__(self, core: Core, people: People) -> None:
+        self._core = core
+        self._people = people
+
+    # -- for the gate ---------------------------------------------------------------------------------------------
+    def given(self, agent_id: str) -> Clearance | None:
+        """Return the word that stands for a machine, however old."""
+        record = self._core.state.clearances.get(agent_id)
+        if record is None or record.state != "given" or record.given_at is None:
+            return None
+        return Clearance(record.by, record.given_at)
+
+    def take(self, goal: GoalRecord) -> Clearance | None:
+        """Return the word that goes along with a goal that leaves now, and use it up."""
+        spec = self._core.action(goal.action)
+        if not (spec.starts_rotors or spec.lands):
+            return None
+        clearance = self.given(goal.agent)
+        if clearance is not None:
+            self._core.emit(ch.ClearancePut(goal.agent, None))
+        return clearance if clearance and self._core.now - clearance.at <= CLEARANCE_LIFE_US else None
+
+    def need(self, goal: GoalRecord) -> None:
+        """A goal waits for the word: ask for it, unless it is being asked for."""
+        core = self._core
+        record = core.state.clearances.get(goal.agent)
+        if record is not None and record.goal == goal.id and record.state in ("asked", "waiting"):
+            return
+        core.emit(
+            ch.ClearancePut(
+                goal.agent,
+                ClearanceRecord(agent=goal.agent, task=goal.task, goal=goal.id, n=0, state="asked", opened_at=core.now),
+            )
+        )
+        hold(core, goal.task, f"clearance:{goal.agent}")
+        core.set_deadline(f"clear|{goal.agent}", core.now + self._patience_us(core.state.agents[goal.agent]))
+        self._ask(goal.agent)
+
+    def _patience_us(self, agent: AgentRecord) -> int:
+        if agent.landed == "grounded":
+            return ANSWER_US
+        limits = self._core.agent_type(agent).limits
+        drain = limits.get("hover_drain_pct_s", 0.0)
+        if not drain or agent.battery is None:
+            return ANSWER_US
+        left_s = (agent.battery - limits.get("reserve_pct", 25.0)) / drain - MARGIN_S
+        return max(0, micros(left_s))
+
+    def _ask(self, agent_id: str) -> None:
+        core = self._core
+        record = core.state.clearances[agent_id]
+        number = core.count("clearance")
+        core.emit(ch.ClearancePut(agent_id, _with(record, n=number, state="asked")))
+        goal = core.state.goals[record.goal]
+        verb = "start here" if core.action(goal.action).starts_rotors else "land here"
+        first = self._task_people(record.task)
+        watchers = tuple(p for p in self._people.of_role("watchers") if p not in first)
+        tiers = tuple(tier for tier in (first, watchers) if tier)
+        if not tiers:
+            core.effect(
+                Alarm("nobody_to_ask", f"nobody can say that people stand clear of {agent_id}", record.task, agent_id)
+            )
+        self._people.open(
+            record.task,
+            AskOrder(
+                id=f"clear/{agent_id}/{number}",
+                text=f"{agent_id} is about to {verb}: do people stand 15 m clear?",
+                note="clear: go ahead within 60 s; wait: ask again in 30 s; refuse: do not",
+                options=OPTIONS,
+                tiers=tiers or ((),),
+                policy="any",
+                escalate_us=ESCALATE_US,
+                expires_at=core.now + ANSWER_US,
+                if_no_answer=f"{agent_id} does not {verb}",
+                clears="",
+                clears_on=(),
+                owner="",
+            ),
+            kind="clearance",
+        )
+
+    def _task_people(self, task_id: str) -> tuple[str, ...]:
+        core = self._core
+        task = core.state.tasks[task_id]
+        found: dict[str, None] = {}
+        if not task.system_agent:
+            for step in asks_of(core.model(task)):
+                for who in step.of:
+                    ids = self._people.of_role(who.name) if who.site_role else task.roles.get(who.name, ())
+                    found.update(dict.fromkeys(ids))
+        return tuple(found)
+
+    # -- answers and time ----------------------------------------------------------------------------------------
+    def on_answer(self, question: Question) -> None:
+        """Take the answer to one of the engine's own questions."""
+        core = self._core
+        agent_id = question.id.split("/")[1]
+        record = core.state.clearances.get(agent_id)
+        assert question.reply is not None
+        answer, by = question.reply["answer"], question.reply["by"]
+        self._people.close(question.id)
+        if record is None or record.state != "asked":
+            return
+        if answer == "clear":
+            self.grant(agent_id, by)
+        elif answer == "wait":
+            core.emit(ch.ClearancePut(agent_id, _with(record, state="waiting")))
+            core.set_deadline(f"clearwait|{agent_id}", core.now + AGAIN_US)
+        else:
+            self._denied(record, f"{by} refused")
+
+    def grant(self, agent_id: str, by: str) -> None:
+        """A person said that people stand clear of this machine."""
+        core = self._core
+        old = core.state.clearances.get(agent_id)
+        agent = core.state.agents[agent_id]
+        if old is not None:
+            self._end(old)
+        core.emit(
+            ch.ClearancePut(
+                agent_id,
+                ClearanceRecord(
+                    agent=agent_id, task=agent.task, goal="", n=0, state="given",
+                    opened_at=core.now, by=by, given_at=core.now,
+                ),
+            )
+        )  # fmt: skip
+        core.gate_stale = True
+
+    def on_deadline(self, word: str, agent_id: str) -> None:
+        """Ask again after `wait`, or give up."""
+        record = self._core.state.clearances.get(agent_id)
+        if record is None or record.state not in ("asked", "waiting"):
+            return
+        if word == "clearwait":
+            self._ask(agent_id)
+        else:
+            self._denied(record, "nobody said that people stand clear")
+
+    def _denied(self, record: ClearanceRecord, why: str) -> None:
+        core = self._core
+        self._end(record)
+        agent = core.state.agents[record.agent]
+        goal = core.state.goals.get(record.goal)
+        if goal is None:
+            return
+        core.put_goal(goal.id, state="gate_refused", code="no_clearance", text=why)
+        if agent.landed == "grounded":
+            core.effect(Alarm("no_clearance", f"{agent.id} stays on the ground: {why}", record.task, agent.id))
+            self.tasks.fail(record.task, "no_clearance", why)
+        else:
+            core.wake(goal.task, goal.owner)
+
+    def withdraw(self, goal: GoalRecord) -> None:
+        """The goal that waits for a word is gone."""
+        record = self._core.state.clearances.get(goal.agent)
+        if record is not None and record.goal == goal.id:
+            self._end(record)
+
+    def _end(self, record: ClearanceRecord) -> None:
+        core = self._core
+        self._people.close(f"clear/{record.agent}/{record.n}")
+        core.clear_deadline(f"clear|{record.agent}")
+        core.clear_deadline(f"clearwait|{record.agent}")
+        core.emit(ch.ClearancePut(record.agent, None))
+        unhold(core, record.task, f"clearance:{record.agent}")
+
+
+def _with(record: ClearanceRecord, **fields: object) -> ClearanceRecord:
+    from msgspec.structs import replace
+
+    return replace(record, **fields)
+
+
+def asks_of(task: model.Task) -> list[model.Ask]:
+    """Return every `ask` of a task, subtrees included, in file order."""
+    found: list[model.Ask] = []
+
+    def walk(steps: Iterable[model.Step]) -> None:
+        for step in steps:
+            if isinstance(step, model.Ask):
+                found.append(step)
+            elif isinstance(step, model.Call):
+                walk(step.subtree.steps)
+            elif isinstance(step, model.If):
+                walk((*step.then, *step.otherwise))
+            elif isinstance(step, model.Sequence | model.Fallback):
+                walk(step.steps)
+
+    for section in (task.steps, task.on_failure, task.on_abort, task.finally_):
+        walk(section)
+    return found

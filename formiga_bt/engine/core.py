@@ -1,0 +1,210 @@
+"""The core that all parts of the engine share while one step is made: state, changes, effects, deadlines, wakes.
+
+Nothing here decides anything. Parts (`fleet`, `goals`, `people`, `gatekeeper`, `tasks`, `allocation`) read `state` and write
+through `emit`, which applies each change at once, so that what is read next is already so.
+"""
+
+import heapq
+from collections.abc import Mapping
+from typing import Any
+
+from msgspec.structs import replace
+
+from formiga_bt.blackboard import Blackboard
+from formiga_bt.clock import Micros
+from formiga_bt.engine import changes as ch
+from formiga_bt.engine.inputs import Effect, PublishState, SendGoal
+from formiga_bt.engine.records import AgentRecord, Deadline, GoalRecord, TaskRecord
+from formiga_bt.engine.state import EngineState, apply, board_of
+from formiga_bt.geo import Frame
+from formiga_bt.lang.model import ActionSpec, AgentType, Catalogue, Site, Task
+
+
+class Core:
+    """State and the step under construction."""
+
+    def __init__(self, site: Site, catalogue: Catalogue, tasks: Mapping[str, Task], state: EngineState) -> None:
+        self.site = site
+        self.catalogue = catalogue
+        self.models = dict(tasks)
+        self.state = state
+        self.board: Blackboard = board_of(state)
+        self.frame = Frame(site.lat, site.lng, site.ground_msl_m)
+        self.changes: list[ch.Change] = []
+        self.effects: list[Effect] = []
+        self.woken: dict[str, dict[str, None]] = {}
+        """task -> node keys to wake, in order"""
+        self.due: set[tuple[str, str]] = set()
+        """(task, node key) whose deadline fired in this step"""
+        self.answered: list[str] = []
+        """Confirm goals that ended in this step and whose question must be looked at."""
+        self.gate_stale = False
+        """Something changed that a waiting goal may wait for."""
+        self.touched: dict[str, None] = {}
+        """Tasks whose ending or sections must be looked at."""
+        self._heap: list[tuple[Micros, int, str]] = [(d.at, d.seq, key) for key, d in state.deadlines.items()]
+        heapq.heapify(self._heap)
+
+    # -- the step ------------------------------------------------------------------------------------------------
+    @property
+    def now(self) -> Micros:
+        """Return the instant of the step, engine time."""
+        return self.state.now
+
+    def begin(self, now: Micros) -> None:
+        """Start a step at `now`."""
+        self.state.now = now
+        self.state.seq += 1
+        self.changes, self.effects = [], []
+        self.due.clear()
+
+    def emit(self, change: ch.Change) -> None:
+        """Record a change and apply it."""
+        self.changes.append(change)
+        apply(self.state, self.board, change)
+
+    def effect(self, effect: Effect) -> None:
+        """Add an effect; it leaves the process after the step is persisted."""
+        self.effects.append(effect)
+
+    def withdraw_send(self, goal_id: str) -> bool:
+        """Take back a SendGoal of this very step; return whether there was one."""
+        for index, effect in enumerate(self.effects):
+            if isinstance(effect, SendGoal) and effect.goal_id == goal_id:
+                del self.effects[index]
+                return True
+        return False
+
+    def count(self, name: str) -> int:
+        """Raise a journaled counter and return it (from 1)."""
+        value = self.state.counters.get(name, 0) + 1
+        self.emit(ch.CounterSet(name, value))
+        return value
+
+    # -- records ---------------------------------------------------------------------------------------------------
+    def task(self, task_id: str) -> TaskRecord:
+        """Return a task's record."""
+        return self.state.tasks[task_id]
+
+    def put_task(self, task_id: str, **fields: Any) -> TaskRecord:
+        """Replace fields of a task's record; a new status or hold is published."""
+        old = self.state.tasks[task_id]
+        new = replace(old, **fields)
+        if new == old:
+            return old
+        self.emit(ch.TaskPut(new))
+        if new.status != old.status or bool(new.held) != bool(old.held):
+            word = "HELD" if new.held and new.status in ("ASSIGNED", "ACTIVE", "ENDING") else new.status
+            self.effect(PublishState(task_id, word, new.code, new.reason))
+        return new
+
+    def put_agent(self, agent_id: str, **fields: Any) -> AgentRecord:
+        """Replace fields of an agent's record."""
+        old = self.state.agents[agent_id]
+        new = replace(old, **fields)
+        if new != old:
+            self.emit(ch.AgentPut(new))
+        return new
+
+    def put_goal(self, goal_id: str, **fields: Any) -> GoalRecord:
+        """Replace fields of a goal's record."""
+        old = self.state.goals[goal_id]
+        new = replace(old, **fields)
+        if new != old:
+            self.emit(ch.GoalPut(new))
+        return new
+
+    def model(self, task: TaskRecord) -> Task:
+        """Return the checked model that a task runs."""
+        return self.models[task.name]
+
+    def agent_type(self, agent: AgentRecord) -> AgentType:
+        """Return the catalogue's entry for an agent."""
+        return self.catalogue.types[agent.type]
+
+    def action(self, name: str) -> ActionSpec:
+        """Return the catalogue's entry for an action."""
+        return self.catalogue.actions[name]
+
+    # -- waking ------------------------------------------------------------------------------------------------------
+    def wake(self, task_id: str, key: str) -> None:
+        """Make a node of a task due for a visit in this step."""
+        self.woken.setdefault(task_id, {})[key] = None
+        self.touched[task_id] = None
+
+    def touch(self, task_id: str) -> None:
+        """Have a task's sections and ending looked at in this step."""
+        self.touched[task_id] = None
+
+    # -- time ----------------------------------------------------------------------------------------------------------
+    def set_deadline(self, key: str, at: Micros, task: str = "", *, pausable: bool = False) -> None:
+        """Set an engine-time deadline. Deadlines of a held task stand still: only what is left is kept."""
+        record = self.state.tasks.get(task)
+        if pausable and record is not None and clock_stands(record):
+            self.put_task(task, paused={**record.paused, key: at - self.now})
+            return
+        seq = self.state.counters.get("deadline", 0) + 1
+        self.emit(ch.DeadlineSet(key, Deadline(at, seq, task, pausable)))
+        heapq.heappush(self._heap, (at, seq, key))
+
+    def clear_deadline(self, key: str) -> None:
+        """Forget a deadline, also one that stands still."""
+        deadline = self.state.deadlines.get(key)
+        if deadline is not None:
+            self.emit(ch.DeadlineSet(key, None))
+        task = self.state.tasks.get(_task_of(key))
+        if task is not None and key in task.paused:
+            self.put_task(task.id, paused={k: left for k, left in task.paused.items() if k != key})
+
+    def pause_deadlines(self, task_id: str) -> None:
+        """Let the pausable deadlines of a task stand still."""
+        mine = {k: d for k, d in self.state.deadlines.items() if d.task == task_id and d.pausable}
+        if mine:
+            left = {key: deadline.at - self.now for key, deadline in mine.items()}
+            self.put_task(task_id, paused={**self.task(task_id).paused, **left})
+            for key in mine:
+                self.emit(ch.DeadlineSet(key, None))
+
+    def resume_deadlines(self, task_id: str) -> None:
+        """Let the deadlines of a task run again."""
+        paused = self.task(task_id).paused
+        if paused:
+            self.put_task(task_id, paused={})
+            for key, left in paused.items():
+                self.set_deadline(key, self.now + left, task_id, pausable=True)
+
+    def next_deadline(self) -> tuple[Micros, str] | None:
+        """Return the earliest live deadline, ties in the order of setting."""
+        while self._heap:
+            at, seq, key = self._heap[0]
+            live = self.state.deadlines.get(key)
+            if live is not None and live.seq == seq:
+                return at, key
+            heapq.heappop(self._heap)
+        return None
+
+    def set_wall(self, key: str, after_us: Micros | None) -> None:
+        """Ask the driver for WallDue(key) after so much wall time, or (None) no more."""
+        if after_us is None and key not in self.state.wall:
+            return
+        self.emit(ch.WallTimerSet(key, after_us))
+
+
+def clock_stands(task: TaskRecord) -> bool:
+    """Return whether a task's deadlines stand still: it is held for another cause than clearance."""
+    return any(not cause.startswith("clearance:") for cause in task.held)
+
+
+def node_deadline(task_id: str, key: str) -> str:
+    """Return the deadline key of a node."""
+    return f"node|{task_id}|{key}"
+
+
+def task_deadline(task_id: str, what: str) -> str:
+    """Return the key of a task's own deadline (`timeout`, `cleanup`, `wait`, `expires`)."""
+    return f"task|{task_id}|{what}"
+
+
+def _task_of(key: str) -> str:
+    parts = key.split("|", 2)
+    return parts[1] if len(parts) == 3 and parts[0] in ("node", "task") else ""

@@ -1,0 +1,220 @@
+"""The engine: a deterministic function from inputs to steps. No clock, no random number, no I/O.
+
+    step = engine.handle(now, input)          next deadline: engine.next_deadline()
+
+A driver feeds inputs one at a time, with `TimerDue` for each deadline that lies before an input, persists the step, and only
+then carries out its effects. The same engine runs in production, dry runs, tests and fault injection.
+"""
+
+from collections.abc import Mapping
+
+from formiga_bt.clock import Micros
+from formiga_bt.engine import changes as ch
+from formiga_bt.engine import inputs as inp
+from formiga_bt.engine.allocation import Allocation
+from formiga_bt.engine.allocator.policy import Policy, closest
+from formiga_bt.engine.clearances import Clearances
+from formiga_bt.engine.core import Core
+from formiga_bt.engine.fleet import Fleet
+from formiga_bt.engine.gatekeeper import Gatekeeper
+from formiga_bt.engine.goals import Goals
+from formiga_bt.engine.people import People
+from formiga_bt.engine.state import EngineState
+from formiga_bt.engine.tasks import Tasks
+from formiga_bt.engine.treerun import CompiledTrees, TreesFactory
+from formiga_bt.errors import TaskError
+from formiga_bt.lang.model import Catalogue, Site, Task
+
+SETTLE_LIMIT = 1000
+"""Rounds of one step; beyond this two parts wake each other for ever, which is a bug."""
+
+
+class Engine:
+    """One engine of one site.
+
+    Args:
+        site: the checked site.
+        catalogue: agent types and actions.
+        tasks: checked tasks by name.
+        policy: how agents are chosen; `closest` by default.
+        trees: how trees are run; the tests' naive interpreter is another.
+        state: a loaded state to go on from.
+    """
+
+    def __init__(
+        self,
+        site: Site,
+        catalogue: Catalogue,
+        tasks: Mapping[str, Task],
+        *,
+        policy: Policy = closest,
+        trees: TreesFactory = CompiledTrees,
+        state: EngineState | None = None,
+    ) -> None:
+        self.core = core = Core(site, catalogue, tasks, state or EngineState())
+        self.fleet = Fleet(core)
+        self.people = People(core)
+        self.gatekeeper = Gatekeeper(core)
+        self.clearances = Clearances(core, self.people)
+        self.goals = Goals(core, self.fleet, self.gatekeeper)
+        self.tasks = Tasks(core, self.goals, self.people, self.fleet, trees)
+        self.allocation = Allocation(core, self.tasks, self.fleet, policy)
+        self.fleet.goals, self.fleet.people, self.fleet.tasks = self.goals, self.people, self.tasks
+        self.gatekeeper.clearances = self.clearances
+        self.clearances.tasks = self.tasks
+        self.tasks.allocation = self.allocation
+        if state is not None:
+            self.tasks.restore()
+
+    @property
+    def state(self) -> EngineState:
+        """Return the state. Read only: `apply` alone writes it."""
+        return self.core.state
+
+    def next_deadline(self) -> tuple[Micros, str] | None:
+        """Return when the next TimerDue must be given, and its key; None = nothing is waited for."""
+        return self.core.next_deadline()
+
+    def statuses(self, task_id: str) -> dict[str, str]:
+        """Return the running nodes of a task, by key."""
+        run = self.tasks.runs.get(task_id)
+        return run.trees.statuses() if run else {}
+
+    def handle(self, now: Micros, given: inp.Input) -> inp.Step:
+        """Handle one input at one instant.
+
+        Raises:
+            AssertionError: time goes back, or a deadline before `now` was not given (a driver's bug).
+        """
+        core = self.core
+        assert now >= core.now, f"time goes back from {core.now} to {now}"
+        due = core.next_deadline()
+        assert due is None or due[0] >= now or isinstance(given, inp.TimerDue), (
+            f"deadline {due} was passed over at {now}"
+        )
+        core.begin(now)
+        try:
+            reply = self._dispatch(given)
+        except TaskError as error:
+            reply = f"error:{error.code}:{error}"
+        self._settle()
+        return inp.Step(core.state.seq, now, given, tuple(core.changes), tuple(core.effects), reply)
+
+    def _dispatch(self, given: inp.Input) -> str:  # noqa: PLR0912 - one line a kind of input
+        match given:
+            case inp.Submit():
+                return self.tasks.submit(given)
+            case inp.Abort():
+                self.tasks.abort(given)
+                return "ok"
+            case inp.Operator():
+                return self._operator(given)
+            case inp.AgentSeenInput(card, wall):
+                self.fleet.on_seen(card, wall)
+                self.tasks.poke_allocator()
+            case inp.AgentGoneInput(agent):
+                self.fleet.on_gone(agent)
+            case inp.AgentStatusInput(status, wall):
+                self.fleet.on_status(status, wall)
+            case inp.GoalEventInput(event, wall):
+                self._goal_event(event, wall)
+            case inp.QueryReplyInput(agent, boot_id, goals):
+                self.fleet.on_query_reply(agent, boot_id, goals)
+            case inp.BadStatusInput(agent, text):
+                self.fleet.on_bad(agent, text)
+            case inp.TimerDue(key):
+                self._timer(key)
+            case inp.WallDue(key, at):
+                self._wall(key, at)
+            case inp.EffectFailed():
+                self.goals.on_effect_failed(given)
+            case inp.Started(epoch):
+                self.core.emit(ch.CounterSet("epoch", epoch))
+        return ""
+
+    def _goal_event(self, event: inp.GoalEvent, wall: Micros) -> None:
+        if event.state == "succeeded" and "~" in event.goal_id and event.goal_id not in self.state.goals:
+            self.people.late(event.agent, "")
+        self.goals.on_event(event, wall)
+
+    def _operator(self, order: inp.Operator) -> str:
+        agent = self.state.agents.get(order.agent)
+        if agent is None:
+            raise TaskError("unknown_agent", f"there is no agent '{order.agent}'")
+        if order.order == "handback_end":
+            text = self.fleet.hand_back(order.agent)
+            if text:
+                raise TaskError("not_possible", text)
+        elif agent.pool != "QUARANTINED":
+            raise TaskError("not_quarantined", f"{order.agent} is not quarantined")
+        elif agent.liveness != "ALIVE":
+            raise TaskError("not_alive", f"{order.agent} cannot be reached; it comes back by itself when it can")
+        else:
+            self.fleet.begin_return(order.agent)
+        return "ok"
+
+    def _timer(self, key: str) -> None:
+        core = self.core
+        due = core.next_deadline()
+        assert due is not None, f"no deadline is set, but {key} was given"
+        assert due[1] == key, f"the next deadline is {due}, not {key}"
+        core.emit(ch.DeadlineSet(key, None))
+        word, _, rest = key.partition("|")
+        match word:
+            case "alloc":
+                self.allocation.look()
+            case "node":
+                task, _, node = rest.partition("|")
+                core.due.add((task, node))
+                core.wake(task, node)
+            case "task":
+                task, _, what = rest.partition("|")
+                self.tasks.on_deadline(task, what)
+            case "recover":
+                task, _, agent = rest.partition("|")
+                self.tasks.recovery.overdue(task, agent)
+            case "escalate":
+                self.people.escalate(rest)
+            case "clear" | "clearwait":
+                self.clearances.on_deadline(word, rest)
+            case _:
+                raise AssertionError(f"unknown deadline {key}")
+
+    def _wall(self, key: str, at: Micros) -> None:
+        word, _, rest = key.partition("|")
+        if word == "live":
+            self.fleet.on_live_due(rest, at)
+        else:
+            self.goals.on_wall(word, rest)
+
+    def _settle(self) -> None:
+        """Go on until nothing is woken, no answer is waiting, and no goal may leave that could not before."""
+        core = self.core
+        for _ in range(SETTLE_LIMIT):
+            if core.answered:
+                self._answers()
+            elif core.touched:
+                touched, core.touched = core.touched, {}
+                order = sorted(touched, key=lambda t: core.state.tasks[t].order if t in core.state.tasks else 0)
+                for task_id in order:
+                    self.tasks.settle(task_id)
+            elif core.gate_stale:
+                self.gatekeeper.review()
+            else:
+                self.people.pump()
+                return
+        raise AssertionError("the step does not settle")
+
+    def _answers(self) -> None:
+        core = self.core
+        answered, core.answered = core.answered, []
+        for goal_id in answered:
+            question = self.people.on_goal_ended(goal_id)
+            if question is None or question.reply is None:
+                continue
+            if question.kind == "clearance":
+                self.clearances.on_answer(question)
+                continue
+            if question.clears and question.reply["answer"] in question.clears_on:
+                self.clearances.grant(question.clears, question.reply["by"])
+            core.wake(question.task, question.owner)

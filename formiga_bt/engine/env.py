@@ -1,0 +1,108 @@
+"""What an expression of a running task reads: names of its scope, built-ins, and agents' last known fields."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from formiga_bt.engine.core import Core
+from formiga_bt.engine.records import AgentRecord, TaskRecord
+from formiga_bt.geo import Place, Position
+from formiga_bt.lang.model import Unset, UnknownState
+from formiga_bt.lang.types import AgentRef, Value
+from formiga_bt.nodes.run import Failure
+
+BASE = Place(0.0, 0.0)
+
+
+class TaskEnv:
+    """Names of one scope. `task` is None while a request is bound, before there is a task."""
+
+    def __init__(
+        self,
+        core: Core,
+        task: TaskRecord | None,
+        values: Mapping[str, Any],
+        error: Failure | None = None,
+        extra: Mapping[str, Any] | None = None,
+    ) -> None:
+        self._core = core
+        self._task = task
+        self._values = values
+        self._error = error
+        self._extra = extra or {}
+
+    def name(self, name: str) -> Value:
+        """Return a name's value (see `lang.model.Env`)."""
+        if name in self._extra:
+            return self._extra[name]  # type: ignore[no-any-return]
+        value = self._values.get(name)
+        if value is not None:
+            return value  # type: ignore[no-any-return]
+        return self._builtin(name)
+
+    def _builtin(self, name: str) -> Value:
+        core, task = self._core, self._task
+        match name:
+            case "base":
+                return BASE
+            case "now":
+                return core.now
+            case "task" if task is not None:
+                return {"id": task.id, "name": task.name, "priority": task.priority, "run": task.run}
+            case "site":
+                site = core.site
+                ports = {port.name: port.at for port in site.ports.values()}
+                return {"name": site.name, "ports": ports, "places": dict(site.places), "regions": dict(site.regions)}
+            case "error" if self._error is not None:
+                e = self._error
+                return {"code": e.code, "reason": e.reason, "step": e.step, "agent": e.agent}
+            case "abort" if task is not None and task.abort_reason:
+                return {"reason": task.abort_reason}
+        raise Unset(f"'{name}' has no value here")
+
+    def is_set(self, name: str) -> bool:
+        """Return whether a name has a value."""
+        try:
+            return self.name(name) is not None
+        except Unset:
+            return False
+
+    def agent_field(self, agent: AgentRef, name: str) -> Value:
+        """Return an agent's field as last known (see `lang.model.Env`)."""
+        record = self._core.state.agents.get(agent.id)
+        if record is None:
+            raise UnknownState(f"/fleet/?/{agent.id}")
+        value = self._field(record, name)
+        if value is None:
+            raise UnknownState(f"/fleet/{record.type}/{record.id}/{name}")
+        return value
+
+    def _field(self, agent: AgentRecord, name: str) -> Value:
+        match name:
+            case "id" | "type" | "control" | "position" | "battery":
+                return getattr(agent, name)  # type: ignore[no-any-return]
+            case "payload":
+                return agent.payload_kg
+            case "status":
+                return agent.pool
+            case "airborne":
+                return None if agent.landed == "unknown" else agent.landed == "airborne"
+            case "age":
+                return (self._core.now - agent.heard_at) / 1e6
+            case "transit_height":
+                return agent.layer_m
+            case "home":
+                port = self._core.site.ports.get(agent.home)
+                return port.at if port else None
+        raise AssertionError(f"agents have no field {name}")
+
+    def lat_lng(self, point: Place | Position) -> tuple[float, float]:
+        """Return WGS84 degrees of a point."""
+        return self._core.frame.lat_lng(point)
+
+    def place(self, lat: float, lng: float) -> Place:
+        """Return the place at WGS84 degrees."""
+        return self._core.frame.place(lat, lng)
+
+    def ground_up_m(self, place: Place) -> float:  # noqa: ARG002 - sites are flat until they name a height file
+        """Return the ground's height over the base's ground in metres: 0 on the flat sites of this version."""
+        return 0.0

@@ -1,0 +1,373 @@
+"""The fleet: which agents there are, how they are, and who of them can be trusted.
+
+    ALIVE -> SUSPECT (no token, or status older than suspect_after) -> LOST (lost_after)      wall time
+    pool: STANDBY, ASSIGNED, EXECUTING ACTION, PARKED_AWAY, QUARANTINED
+
+A lost machine leaves its task QUARANTINED; it comes back by reappearing or by `formiga agents clear`: it is asked what it
+still does, that is canceled, and if it may be airborne a system task `Recover` brings it home. People are never lost.
+"""
+
+import math
+from typing import TYPE_CHECKING
+
+from formiga_bt.clock import SECOND
+from formiga_bt.engine import changes as ch
+from formiga_bt.engine.core import Core
+from formiga_bt.engine.holds import hold, unhold
+from formiga_bt.engine.inputs import Alarm, CancelGoal, QueryGoal
+from formiga_bt.engine.records import AgentRecord, GoalRecord
+from formiga_bt.geo import distance_m, horizontal_m
+from formiga_bt.safety.gate import AT_PORT_M
+from formiga_bt.transport.messages import AgentCard, AgentStatus, GoalEvent
+
+if TYPE_CHECKING:
+    from formiga_bt.engine.goals import Goals
+    from formiga_bt.engine.people import People
+    from formiga_bt.engine.tasks import Tasks
+
+BAD_LIMIT = 5
+"""So many bad messages in a row quarantine a machine."""
+
+TELEPORT_FREE_M = 30.0
+"""A jump smaller than this is never called a teleport: fixes get better and worse."""
+
+
+class Fleet:
+    """All agents."""
+
+    goals: "Goals"
+    people: "People"
+    tasks: "Tasks"
+
+    def __init__(self, core: Core) -> None:
+        self._core = core
+
+    # -- presence ------------------------------------------------------------------------------------------------
+    def on_seen(self, card: AgentCard, wall: int) -> None:
+        """An agent announced itself: admit it, or take it back."""
+        core = self._core
+        old = core.state.agents.get(card.id)
+        if old is None:
+            self._admit(card, wall)
+        else:
+            if old.boot_id and old.boot_id != card.boot_id:
+                self._rebooted(old, card.boot_id)
+            core.put_agent(card.id, present=True, actions=self._known(card), heard_wall=wall or old.heard_wall)
+        self._mark_alive(card.id, wall)
+
+    def _admit(self, card: AgentCard, wall: int) -> None:
+        core = self._core
+        kind = core.catalogue.types.get(card.type)
+        listed = core.site.agents.get(card.id)
+        refused, home = "", ""
+        if kind is None:
+            refused = "unknown_type"
+        elif card.datum != "local":
+            refused = "datum"
+        elif listed is None and core.site.mode == "real":
+            refused = "unlisted"
+        elif not kind.human:
+            home = listed.home if listed else self._free_port()
+            refused = "" if home else "no_port"
+        agent = AgentRecord(
+            id=card.id,
+            type=card.type,
+            human=kind.human if kind else card.human,
+            shared=kind.shared if kind else False,
+            actions=self._known(card),
+            present=True,
+            liveness="ALIVE",
+            home=home,
+            boot_id=card.boot_id,
+            heard_at=core.now,
+            heard_wall=wall,
+            refused=refused,
+            order=core.count("agent"),
+            control="engine" if kind and kind.human else "unknown",
+        )
+        core.emit(ch.AgentPut(agent))
+        if refused:
+            core.effect(Alarm("not_admitted", f"{card.id} ({card.type}) is not admitted: {refused}", "", card.id))
+
+    def _known(self, card: AgentCard) -> tuple[str, ...]:
+        kind = self._core.catalogue.types.get(card.type)
+        return tuple(a for a in card.actions if kind is None or a in kind.actions)
+
+    def _free_port(self) -> str:
+        taken = {a.home for a in self._core.state.agents.values()} | {a.home for a in self._core.site.agents.values()}
+        return next((name for name in self._core.site.ports if name not in taken), "")
+
+    def on_gone(self, agent_id: str) -> None:
+        """The presence token vanished: SUSPECT at once, LOST after `lost_after`."""
+        agent = self._core.state.agents.get(agent_id)
+        if agent is None:
+            return
+        self._core.put_agent(
+            agent_id, present=False, liveness="SUSPECT" if agent.liveness == "ALIVE" else agent.liveness
+        )
+
+    # -- status --------------------------------------------------------------------------------------------------
+    def on_status(self, status: AgentStatus, wall: int) -> None:
+        """Take a status, unless it is old, lies, or comes from an unknown agent."""
+        core = self._core
+        agent = core.state.agents.get(status.id)
+        if agent is None or agent.refused in ("unknown_type", "datum", "unlisted"):
+            return
+        if agent.boot_id and status.boot_id and status.boot_id != agent.boot_id:
+            self._rebooted(agent, status.boot_id)
+            agent = core.state.agents[status.id]
+        elif status.seq <= agent.seq:
+            return
+        lie = self._lie(agent, status)
+        if lie:
+            self.on_bad(agent.id, lie)
+            return
+        took_over = agent.control == "engine" and status.control != "engine" and not agent.human
+        core.put_agent(
+            agent.id,
+            battery=status.battery,
+            position=status.position,
+            initial=status.initial_deployment or agent.initial or status.position,
+            landed=status.landed,
+            control=status.control,
+            word=status.status,
+            payload_kg=status.payload_kg,
+            boot_id=status.boot_id or agent.boot_id,
+            seq=status.seq,
+            stamp=status.stamp,
+            heard_at=core.now,
+            heard_wall=wall or agent.heard_wall,
+            bad=0,
+        )
+        core.gate_stale = True
+        self._mark_alive(agent.id, wall)
+        if took_over:
+            self._pilot_has(agent)
+        if status.last_goal:
+            self._find_lost_result(status)
+        if agent.pool in ("STANDBY", "PARKED_AWAY") and not agent.task:
+            self._rest(agent.id)
+        self.tasks.poke_allocator()
+
+    def _lie(self, agent: AgentRecord, status: AgentStatus) -> str:
+        if status.type != agent.type:
+            return f"status says type {status.type}, its card said {agent.type}"
+        numbers = [status.battery]
+        if status.position is not None:
+            numbers += [status.position.east_m, status.position.north_m, status.position.up_m]
+        if not all(math.isfinite(number) for number in numbers):
+            return "status holds a number that is not finite"
+        if not 0.0 <= status.battery <= 100.0:
+            return f"battery {status.battery} is no percentage"
+        if status.position is not None and agent.position is not None and status.boot_id == agent.boot_id:
+            limits = self._core.catalogue.types[agent.type].limits
+            top = 3 * (limits.get("speed_m_s", 20.0) + limits.get("climb_m_s", 5.0))
+            seconds = max(0, status.stamp - agent.stamp) / 1e6
+            jump = distance_m(status.position, agent.position)
+            if not agent.human and jump > TELEPORT_FREE_M + top * seconds:
+                return f"jumped {jump:.0f} m in {seconds:.1f} s"
+        return ""
+
+    def on_bad(self, agent_id: str, text: str) -> None:
+        """Count a bad message; too many in a row quarantine a machine."""
+        core = self._core
+        agent = core.state.agents.get(agent_id)
+        if agent is None:
+            return
+        agent = core.put_agent(agent_id, bad=agent.bad + 1)
+        if agent.bad == BAD_LIMIT and not agent.human:
+            core.effect(Alarm("bad_status", f"{agent_id}: {text}", agent.task, agent_id))
+            self.goals.lose(agent_id, "lost")
+            self.quarantine(agent_id, "bad_status")
+
+    def _find_lost_result(self, status: AgentStatus) -> None:
+        goal = self._core.state.goals.get(status.last_goal)
+        if goal is not None and goal.agent == status.id and goal.in_flight and not goal.cancel_asked:
+            # The result message may be under way; the agent tells it again when asked.
+            self._core.effect(QueryGoal(status.id, (goal.id,)))
+
+    def _rest(self, agent_id: str) -> None:
+        agent = self._core.state.agents[agent_id]
+        pool = (
+            "PARKED_AWAY" if agent.landed == "grounded" and not self.at_port(agent) and not agent.human else "STANDBY"
+        )
+        self._core.put_agent(agent_id, pool=pool)
+
+    def at_port(self, agent: AgentRecord) -> bool:
+        """Return whether a machine is at its own port (horizontally)."""
+        port = self._core.site.ports.get(agent.home)
+        return port is not None and agent.position is not None and horizontal_m(port.at, agent.position) <= AT_PORT_M
+
+    # -- liveness ------------------------------------------------------------------------------------------------
+    def _mark_alive(self, agent_id: str, wall: int) -> None:
+        core = self._core
+        agent = core.state.agents[agent_id]
+        if not agent.present:
+            return
+        if agent.liveness != "ALIVE":
+            was = agent.liveness
+            core.put_agent(agent_id, liveness="ALIVE")
+            core.gate_stale = True
+            if was == "SUSPECT":
+                self._ask_about_goals(agent_id)
+        if agent.human:
+            self.people.invalidate()
+        elif agent.pool == "QUARANTINED" and agent.quarantine in ("lost", "bad_status"):
+            self.begin_return(agent_id)
+        if wall and f"live|{agent_id}" not in core.state.wall:
+            core.set_wall(f"live|{agent_id}", self._core.agent_type(agent).suspect_after_us)
+
+    def _ask_about_goals(self, agent_id: str) -> None:
+        goals = tuple(g.id for g in self._core.state.goals.values() if g.agent == agent_id and g.in_flight)
+        if goals:
+            self._core.effect(QueryGoal(agent_id, goals))
+
+    def on_live_due(self, agent_id: str, wall: int) -> None:
+        """Judge by the age of the newest status, then look again when it would next be too old."""
+        core = self._core
+        core.set_wall(f"live|{agent_id}", None)
+        agent = core.state.agents.get(agent_id)
+        if agent is None or agent.type not in core.catalogue.types:
+            return
+        kind = core.agent_type(agent)
+        silent = wall - agent.heard_wall
+        if silent < kind.suspect_after_us and agent.present:
+            core.set_wall(f"live|{agent_id}", kind.suspect_after_us - silent)
+            return
+        if agent.liveness == "ALIVE":
+            core.put_agent(agent_id, liveness="SUSPECT")
+        if agent.human:
+            return  # people are only unreachable; the next sign of life sets the timer again
+        if silent < kind.lost_after_us:
+            core.set_wall(f"live|{agent_id}", kind.lost_after_us - silent)
+        else:
+            self._lost(agent_id)
+
+    def _lost(self, agent_id: str) -> None:
+        core = self._core
+        core.put_agent(agent_id, liveness="LOST")
+        self.goals.lose(agent_id, "lost")
+        self.quarantine(agent_id, "lost")
+
+    def _rebooted(self, agent: AgentRecord, boot_id: str) -> None:
+        """Its process is another one: what it did before ended unknown."""
+        self._core.put_agent(agent.id, boot_id=boot_id, seq=-1)
+        self.goals.lose(agent.id, "in_doubt", "in_doubt")
+
+    # -- quarantine ----------------------------------------------------------------------------------------------
+    def quarantine(self, agent_id: str, why: str) -> None:
+        """Take a machine out of its task and out of the pool; it gets nothing but queries."""
+        core = self._core
+        agent = core.state.agents[agent_id]
+        if agent.pool == "QUARANTINED":
+            return
+        task_id = agent.task
+        core.put_agent(agent_id, pool="QUARANTINED", quarantine=why, task="", role="")
+        if agent.landed != "grounded":
+            core.effect(
+                Alarm(
+                    "quarantined_airborne",
+                    f"{agent_id} may be airborne and is out of control: {why}",
+                    task_id,
+                    agent_id,
+                )
+            )
+        if task_id:
+            self.tasks.on_agent_left(task_id, agent_id)
+
+    def begin_return(self, agent_id: str) -> None:
+        """A quarantined machine is back, or a person cleared it: ask what it still does."""
+        core = self._core
+        core.put_agent(agent_id, quarantine="asked", bad=0)
+        core.effect(QueryGoal(agent_id))
+
+    def on_query_reply(self, agent_id: str, boot_id: str, events: tuple[GoalEvent, ...]) -> None:
+        """Take what an agent knows of its goals; end the return from quarantine."""
+        core = self._core
+        agent = core.state.agents.get(agent_id)
+        if agent is None:
+            return
+        if boot_id and agent.boot_id and boot_id != agent.boot_id:
+            self._rebooted(agent, boot_id)
+        returning = agent.pool == "QUARANTINED" and agent.quarantine == "asked"
+        if returning:
+            core.put_agent(agent_id, pool="STANDBY", quarantine="")
+        for event in events:
+            if event.goal_id in core.state.goals:
+                self.goals.on_event(event, 0)
+            elif event.state in ("accepted", "running", "canceling"):
+                self._cancel_foreign(agent_id, event.goal_id)
+        if returning:
+            self._returned(agent_id)
+
+    def _cancel_foreign(self, agent_id: str, goal_id: str) -> None:
+        core = self._core
+        core.emit(
+            ch.GoalPut(
+                GoalRecord(
+                    id=goal_id, agent=agent_id, action=next(iter(core.catalogue.actions)), owner="!none",
+                    state="canceling", cancel_asked=True, order=core.count("goal"), at=core.now, sent_at=core.now,
+                )
+            )
+        )  # fmt: skip
+        core.put_agent(agent_id, goal=goal_id)
+        core.effect(CancelGoal(goal_id, agent_id))
+        core.set_wall(f"cancel|{goal_id}", 2 * SECOND)
+        core.set_wall(f"grace|{goal_id}", 30 * SECOND)
+
+    def _returned(self, agent_id: str) -> None:
+        agent = self._core.state.agents[agent_id]
+        if agent.landed == "grounded":
+            self._rest(agent_id)
+            self.tasks.poke_allocator()
+        else:
+            self.tasks.start_recover(agent_id)
+
+    # -- command -------------------------------------------------------------------------------------------------
+    def on_taken_over(self, goal: GoalRecord) -> None:
+        """A pilot ended a goal: its step waits, held, until a person hands the machine back."""
+        core = self._core
+        for word in ("accept", "cancel", "grace"):
+            core.set_wall(f"{word}|{goal.id}", None)
+        core.put_goal(goal.id, state="gated", code="taken_over", leg=None)
+        agent = core.state.agents[goal.agent]
+        core.put_agent(agent.id, goal="", action="", pool="ASSIGNED" if agent.task else agent.pool)
+        if goal.task:
+            hold(core, goal.task, f"take-over:{goal.agent}")
+        core.gate_stale = True
+
+    def _pilot_has(self, agent: AgentRecord) -> None:
+        if agent.task:
+            hold(self._core, agent.task, f"take-over:{agent.id}")
+            self._core.effect(
+                Alarm("taken_over", f"{agent.id} is not under the engine's control", agent.task, agent.id)
+            )
+
+    def hand_back(self, agent_id: str) -> str:
+        """A person hands a machine back and ends its interrupted step; return an error text, or ""."""
+        core = self._core
+        agent = core.state.agents[agent_id]
+        if agent.control != "engine":
+            return f"{agent_id} is still under the control of its {agent.control}"
+        for goal in list(core.state.goals.values()):
+            if goal.agent == agent_id and goal.state == "gated" and goal.code == "taken_over":
+                self.goals.end(goal.id, "taken_over")
+        if agent.task:
+            unhold(core, agent.task, f"take-over:{agent_id}")
+        return ""
+
+    # -- release -------------------------------------------------------------------------------------------------
+    def release(self, agent_id: str) -> None:
+        """Give a machine back to the pool."""
+        core = self._core
+        agent = core.state.agents[agent_id]
+        if agent.human or agent.pool == "QUARANTINED":
+            return
+        task_id = agent.task
+        agent = core.put_agent(agent_id, task="", role="", pool="STANDBY")
+        if agent.landed == "grounded":
+            core.put_agent(agent_id, layer_m=None)
+            if not self.at_port(agent):
+                core.put_agent(agent_id, pool="PARKED_AWAY")
+                core.effect(Alarm("parked_away", f"{agent_id} stands away from its port", task_id, agent_id))
+        core.gate_stale = True

@@ -1,0 +1,143 @@
+"""The gatekeeper: shows every goal to the safety gate, sends what may go, keeps what must wait and looks at it again.
+
+Waiting goals are looked at when something that one may wait for has changed (a goal ended, a machine moved, an answer came),
+in the order safety goal, priority, age.
+"""
+
+from typing import TYPE_CHECKING
+
+from formiga_bt.engine.core import Core
+from formiga_bt.engine.inputs import SendGoal
+from formiga_bt.engine.records import PRIORITIES, AgentRecord, GoalRecord
+from formiga_bt.geo import Place, Position
+from formiga_bt.safety.gate import Ask, Go, Hold, Refuse, Traffic, judge
+from formiga_bt.transport.messages import to_wire
+
+if TYPE_CHECKING:
+    from formiga_bt.engine.clearances import Clearances
+
+TTL_BEATS = 10
+"""A goal that reaches its agent later than so many heartbeats (wall seconds) is refused by it."""
+
+
+class Gatekeeper:
+    """Between goals and transports."""
+
+    clearances: "Clearances"
+
+    def __init__(self, core: Core) -> None:
+        self._core = core
+
+    def try_send(self, goal_id: str) -> None:
+        """Show a goal to the gate and act on the verdict."""
+        core = self._core
+        goal = core.state.goals[goal_id]
+        ask = self._ask(goal)
+        match judge(ask, self._traffic(goal), core.now, core.site.separation_m):
+            case Go(leg):
+                self._send(goal, leg)
+            case Hold(code, whom):
+                core.put_goal(goal_id, code=code, text=whom)
+                if code == "clearance":
+                    self.clearances.need(goal)
+            case Refuse(code, text):
+                core.put_goal(goal_id, state="gate_refused", code=code, text=text)
+
+    def _send(self, goal: GoalRecord, leg: tuple[Position, Position] | None) -> None:
+        core = self._core
+        clearance = self.clearances.take(goal)
+        goal = core.put_goal(goal.id, state="sent", code="", text="", leg=leg, sent_at=core.now, clearance=clearance)
+        agent = core.state.agents[goal.agent]
+        if not agent.human:
+            core.put_agent(agent.id, goal=goal.id, action=goal.action, pool="EXECUTING ACTION")
+        core.effect(self._effect(goal))
+        core.set_wall(f"accept|{goal.id}", core.action(goal.action).accept_timeout_us)
+
+    def _effect(self, goal: GoalRecord) -> SendGoal:
+        return SendGoal(
+            goal.id,
+            goal.agent,
+            goal.action,
+            {name: to_wire(value) for name, value in goal.fields.items()},
+            self._core.state.epoch,
+            TTL_BEATS,
+            goal.safety,
+            goal.clearance,
+            goal.task,
+        )
+
+    def resend(self, goal: GoalRecord) -> None:
+        """Send a goal again that its agent never had, under the same id."""
+        self._core.effect(self._effect(goal))
+
+    def review(self) -> None:
+        """Look at all waiting goals again."""
+        core = self._core
+        core.gate_stale = False
+        waiting = [g for g in core.state.goals.values() if g.state == "gated" and g.code != "taken_over"]
+        waiting.sort(key=lambda g: (not g.safety, PRIORITIES[self._priority(g)], g.order))
+        for goal in waiting:
+            if core.state.goals.get(goal.id) is goal:
+                self.try_send(goal.id)
+                if core.state.goals[goal.id].ended:
+                    core.wake(goal.task, goal.owner)
+
+    def forget(self, goal: GoalRecord) -> None:
+        """A waiting goal was withdrawn."""
+        self.clearances.withdraw(goal)
+        self._core.gate_stale = True
+
+    def _priority(self, goal: GoalRecord) -> str:
+        task = self._core.state.tasks.get(goal.task)
+        return task.priority if task else "high"
+
+    def _ask(self, goal: GoalRecord) -> Ask:
+        core = self._core
+        agent = core.state.agents[goal.agent]
+        if agent.human:
+            return Ask(agent=agent.id, task=goal.task, human=True, reachable=reachable(agent), control="engine")
+        spec = core.action(goal.action)
+        task = core.state.tasks.get(goal.task)
+        target = goal.fields.get(spec.moves_to) if spec.moves_to else None
+        altitude = goal.fields.get("altitude") if spec.effect == "airborne" else None
+        home = core.site.ports.get(agent.home)
+        return Ask(
+            agent=agent.id,
+            task=goal.task,
+            human=False,
+            reachable=reachable(agent),
+            control=agent.control,
+            busy=agent.goal if agent.goal != goal.id else "",
+            held=bool(task and goal.section == "steps" and _holds(task.held, agent.id)),
+            position=agent.position,
+            landed=agent.landed,
+            target=target if isinstance(target, Place | Position) else None,
+            rises_to_m=float(altitude) if isinstance(altitude, int | float) else None,
+            starts_rotors=spec.starts_rotors,
+            lands=spec.lands,
+            clearance=self.clearances.given(agent.id),
+            ports=tuple(port.at for port in core.site.ports.values()),
+            home=home.at if home else None,
+        )
+
+    def _traffic(self, goal: GoalRecord) -> list[Traffic]:
+        core = self._core
+        return [
+            Traffic(agent.id, agent.task, agent.landed, agent.position, self._leg(agent))
+            for agent in core.state.agents.values()
+            if not agent.human and agent.id != goal.agent
+        ]
+
+    def _leg(self, agent: AgentRecord) -> tuple[Position, Position] | None:
+        goal = self._core.state.goals.get(agent.goal) if agent.goal else None
+        return goal.leg if goal is not None and goal.in_flight else None
+
+
+def _holds(held: tuple[str, ...], agent: str) -> bool:
+    # The clearance that a goal's own agent waits for is judged by the gate itself.
+    return any(cause != f"clearance:{agent}" for cause in held)
+
+
+def reachable(agent: AgentRecord) -> bool:
+    """Return whether a goal can be sent to an agent now."""
+    return agent.present and agent.liveness == "ALIVE"

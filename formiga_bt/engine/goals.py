@@ -1,0 +1,247 @@
+"""Goals: from a leaf's wish, through the gate, to an end that someone takes.
+
+| state | on | next |
+|---|---|---|
+| gated | the gate says go / refuses / the leaf stops | sent / gate_refused / canceled (no effect ever left) |
+| sent, accepted, running | news of the agent | accepted, running, or an end |
+| sent, accepted, running | the leaf stops | canceling: CancelGoal, again each 2 s wall, until `cancel_grace` |
+| canceling | the agent's end of it | that end (also succeeded: the work was done) |
+| canceling | `cancel_grace` is over | in_doubt, `cancel_unconfirmed`, the agent is quarantined |
+| any in flight | agent lost / restarted / taken over by a pilot | lost / in_doubt / taken_over |
+"""
+
+from typing import Any
+
+import msgspec
+
+from formiga_bt.clock import SECOND
+from formiga_bt.engine import changes as ch
+from formiga_bt.engine.core import Core
+from formiga_bt.engine.fleet import Fleet
+from formiga_bt.engine.gatekeeper import Gatekeeper
+from formiga_bt.engine.inputs import CancelGoal, EffectFailed, QueryGoal
+from formiga_bt.engine.records import GoalRecord
+from formiga_bt.geo import Place, Position
+from formiga_bt.lang.types import Type
+from formiga_bt.nodes.run import Failure, GoalOrder
+from formiga_bt.transport.messages import TERMINAL, GoalEvent
+
+RESEND_US = 2 * SECOND
+"""A cancel is sent again after so much wall time without its end."""
+
+
+class Goals:
+    """All goals of all tasks."""
+
+    def __init__(self, core: Core, fleet: Fleet, gatekeeper: Gatekeeper) -> None:
+        self._core = core
+        self._fleet = fleet
+        self._gate = gatekeeper
+
+    # -- from the trees ------------------------------------------------------------------------------------------
+    def order(self, task_id: str, order: GoalOrder) -> Failure | None:
+        """Make a goal and show it to the gate; a Failure says why it cannot be."""
+        core = self._core
+        task = core.task(task_id)
+        section = order.goal_id.split("/", 3)[2]
+        held = any(order.agent in agents for agents in task.roles.values())
+        agent = core.state.agents[order.agent]
+        if not held and not agent.human:
+            code = "agent_lost" if agent.pool == "QUARANTINED" else "released"
+            return Failure(code, "the task no longer holds this agent", order.owner, agent.id, retryable=False)
+        if not agent.human and self._mine_in_flight(task_id, order.agent):
+            return Failure("agent_busy", "another step of this task commands it", order.owner, agent.id)
+        spec = core.action(order.action)
+        core.emit(
+            ch.GoalPut(
+                GoalRecord(
+                    id=order.goal_id,
+                    agent=order.agent,
+                    action=order.action,
+                    task=task_id,
+                    owner=order.owner,
+                    section=section.split(":", 1)[0],
+                    fields=order.fields,
+                    repeatable=spec.repeatable,
+                    order=core.count("goal"),
+                    at=core.now,
+                )
+            )
+        )
+        self._gate.try_send(order.goal_id)
+        return None
+
+    def _mine_in_flight(self, task_id: str, agent_id: str) -> bool:
+        goals = self._core.state.goals.values()
+        return any(g.task == task_id and g.agent == agent_id and not g.ended and not g.cancel_asked for g in goals)
+
+    def cancel(self, goal_id: str, why: str = "") -> bool:
+        """Cancel a goal; return whether its end must be waited for."""
+        core = self._core
+        goal = core.state.goals.get(goal_id)
+        if goal is None:
+            return False
+        if goal.ended:
+            return False
+        if goal.state == "gated":
+            self._gate.forget(goal)
+            self._drop(goal)
+            return False
+        if core.withdraw_send(goal_id):
+            self._free_agent(goal)
+            self._drop(goal)
+            return False
+        if goal.cancel_asked:
+            return True
+        core.put_goal(goal_id, state="canceling", cancel_asked=True, cancel_why=why)
+        core.effect(CancelGoal(goal_id, goal.agent, goal.action))
+        core.set_wall(f"accept|{goal_id}", None)
+        core.set_wall(f"cancel|{goal_id}", RESEND_US)
+        core.set_wall(f"grace|{goal_id}", core.action(goal.action).cancel_grace_us)
+        return True
+
+    def _drop(self, goal: GoalRecord) -> None:
+        core = self._core
+        for word in ("accept", "cancel", "grace"):
+            core.set_wall(f"{word}|{goal.id}", None)
+        core.emit(ch.GoalDrop(goal.id))
+
+    # -- from the agents -----------------------------------------------------------------------------------------
+    def on_event(self, event: GoalEvent, wall: int) -> None:
+        """Take news of a goal. A terminal event's status is applied before it."""
+        core = self._core
+        if event.status is not None and event.status.id == event.agent:
+            self._fleet.on_status(event.status, wall)
+        goal = core.state.goals.get(event.goal_id)
+        if goal is None or goal.agent != event.agent or goal.ended or goal.state == "gated":
+            return
+        if event.n and event.n <= goal.n:
+            return
+        if event.n:
+            goal = core.put_goal(goal.id, n=event.n)
+        if event.state in TERMINAL:
+            self._on_end(goal, event)
+        elif event.state == "unknown":
+            self._on_unknown(goal)
+        elif goal.state == "canceling":
+            core.put_goal(goal.id, phase=event.phase or goal.phase)
+        else:
+            state = "running" if event.state in ("running", "canceling") else "accepted"
+            core.put_goal(goal.id, state=state, phase=event.phase or goal.phase)
+            core.set_wall(f"accept|{goal.id}", None)
+
+    def _on_end(self, goal: GoalRecord, event: GoalEvent) -> None:
+        core = self._core
+        spec = core.action(goal.action)
+        if event.state == "taken_over" and not goal.cancel_asked:
+            self._fleet.on_taken_over(goal)
+            return
+        result: dict[str, Any] = {}
+        if event.state == "succeeded":
+            if spec.effect and not core.state.agents[goal.agent].human:
+                core.put_agent(goal.agent, landed=spec.effect)
+            try:
+                result = read_result(spec.result, event.result)
+            except (msgspec.ValidationError, KeyError, TypeError) as error:
+                self._fleet.on_bad(goal.agent, f"result of {goal.action} cannot be read: {error}")
+                self.end(goal.id, "failed", "bad_result", str(error))
+                return
+        self.end(goal.id, event.state, event.code, event.text, result)
+
+    def _on_unknown(self, goal: GoalRecord) -> None:
+        # The agent never had it: a cancel is done with, a goal is sent again under the same id.
+        if goal.cancel_asked:
+            self.end(goal.id, "canceled")
+        elif goal.state == "sent":
+            self._gate.resend(goal)
+        else:
+            self.end(goal.id, "in_doubt")
+
+    def end(
+        self, goal_id: str, state: str, code: str = "", text: str = "", result: dict[str, Any] | None = None
+    ) -> None:
+        """Give a goal its end: the agent is free, who waits for the goal is woken."""
+        core = self._core
+        goal = core.put_goal(goal_id, state=state, code=code, text=text, result=result or {})
+        for word in ("accept", "cancel", "grace"):
+            core.set_wall(f"{word}|{goal_id}", None)
+        self._free_agent(goal)
+        if goal.owner == "!none":
+            self._drop(goal)
+        elif goal.owner == "!question":
+            core.answered.append(goal_id)
+        elif goal.task:
+            core.wake(goal.task, goal.owner)
+
+    def _free_agent(self, goal: GoalRecord) -> None:
+        core = self._core
+        agent = core.state.agents[goal.agent]
+        core.gate_stale = True
+        if agent.goal == goal.id:
+            pool = agent.pool
+            if pool == "EXECUTING ACTION":
+                pool = "ASSIGNED" if agent.task else "STANDBY"
+            core.put_agent(agent.id, goal="", action="", pool=pool)
+
+    # -- from wall time and wires ----------------------------------------------------------------------------
+    def on_wall(self, word: str, goal_id: str) -> None:
+        """Handle `accept`, `cancel` and `grace` timers."""
+        core = self._core
+        core.set_wall(f"{word}|{goal_id}", None)
+        goal = core.state.goals.get(goal_id)
+        if goal is None or goal.ended:
+            return
+        if word == "accept" and goal.state == "sent":
+            core.effect(QueryGoal(goal.agent, (goal.id,)))
+            core.set_wall(f"accept|{goal_id}", core.action(goal.action).accept_timeout_us)
+        elif word == "cancel" and goal.state == "canceling":
+            core.effect(CancelGoal(goal_id, goal.agent, goal.action))
+            core.set_wall(f"cancel|{goal_id}", RESEND_US)
+        elif word == "grace" and goal.state == "canceling":
+            self.end(goal_id, "in_doubt", "cancel_unconfirmed", "the cancel was never confirmed")
+            self._fleet.quarantine(goal.agent, "cancel_unconfirmed")
+
+    def on_effect_failed(self, failed: EffectFailed) -> None:
+        """A goal that surely did not arrive waits at the gate again; one that may have is asked for."""
+        core = self._core
+        goal = core.state.goals.get(failed.goal_id)
+        if goal is None or goal.ended or failed.what != "goal" or goal.state != "sent":
+            return
+        if failed.outcome == "unreachable":
+            self._free_agent(goal)
+            core.set_wall(f"accept|{goal.id}", None)
+            core.put_goal(goal.id, state="gated", code="unreachable", leg=None)
+        else:
+            core.effect(QueryGoal(goal.agent, (goal.id,)))
+
+    def lose(self, agent_id: str, state: str, code: str = "") -> None:
+        """End every goal that an agent has or waits for (`lost`, `in_doubt`)."""
+        for goal in [g for g in self._core.state.goals.values() if g.agent == agent_id and not g.ended]:
+            if goal.in_flight or state == "lost":
+                self.end(goal.id, state, code)
+
+
+def read_result(types: "dict[str, Type] | Any", raw: dict[str, Any]) -> dict[str, Any]:
+    """Return a result's fields as runtime values of the catalogue's types; unknown fields are left out."""
+    return {name: _read(kind, raw[name]) for name, kind in types.items() if name in raw}
+
+
+def _read(kind: Type, raw: Any) -> Any:
+    match kind.name:
+        case "place":
+            return Place(float(raw["east_m"]), float(raw["north_m"]))
+        case "position":
+            return Position(float(raw["east_m"]), float(raw["north_m"]), float(raw["up_m"]))
+        case "bool":
+            return msgspec.convert(raw, bool)
+        case "int" | "time":
+            return msgspec.convert(raw, int)
+        case "text" | "enum":
+            return msgspec.convert(raw, str)
+        case "list":
+            assert kind.item is not None
+            return tuple(_read(kind.item, item) for item in raw)
+        case "any" | "record":
+            return raw
+        case _:
+            return msgspec.convert(raw, float)

@@ -1,0 +1,30 @@
+"""HELD: a flag with a list of causes beside a task's status.
+
+While held, no new goal of `steps` leaves, goals in flight end naturally, and - unless the only causes are clearances - the
+task's deadlines stand still.
+"""
+
+from formiga_bt.engine.core import Core, clock_stands
+
+
+def hold(core: Core, task_id: str, cause: str) -> None:
+    """Add a cause, if it is not there yet."""
+    task = core.state.tasks.get(task_id)
+    if task is None or cause in task.held or task.section == "done":
+        return
+    stood = clock_stands(task)
+    if not stood and not cause.startswith("clearance:"):
+        core.pause_deadlines(task_id)
+    core.put_task(task_id, held=(*core.task(task_id).held, cause))
+
+
+def unhold(core: Core, task_id: str, cause: str) -> None:
+    """Take a cause away; with the last one the clocks run and waiting goals are looked at again."""
+    task = core.state.tasks.get(task_id)
+    if task is None or cause not in task.held:
+        return
+    stood = clock_stands(task)
+    task = core.put_task(task_id, held=tuple(c for c in task.held if c != cause))
+    if stood and not clock_stands(task):
+        core.resume_deadlines(task_id)
+    core.gate_stale = True

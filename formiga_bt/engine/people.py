@@ -1,0 +1,196 @@
+"""Questions to people: one queue per person, by task priority and time asked; how many show at once is the catalogue's word.
+
+A question is shown to a person as a Confirm goal `<question>~<person>`. Withdrawing it is local and always succeeds.
+"""
+
+from msgspec.structs import replace
+
+from formiga_bt.engine import changes as ch
+from formiga_bt.engine.core import Core
+from formiga_bt.engine.gatekeeper import reachable
+from formiga_bt.engine.inputs import CancelGoal, Notify, SendGoal
+from formiga_bt.engine.records import PRIORITIES, Answer, GoalRecord, Question
+from formiga_bt.nodes.run import AskOrder
+
+TTL_BEATS = 30
+MAX_OPEN = 100
+"""Questions that may be open for one person."""
+
+
+class People:
+    """All open questions."""
+
+    def __init__(self, core: Core) -> None:
+        self._core = core
+        self._stale = True
+
+    def of_role(self, site_role: str) -> tuple[str, ...]:
+        """Return the people of a site role; without a list in the site file, `watchers` are all watchers known."""
+        core = self._core
+        listed = core.site.people.get(site_role)
+        if listed is not None:
+            return tuple(listed)
+        kind = site_role.removesuffix("s")
+        return tuple(a.id for a in core.state.agents.values() if a.human and a.type == kind)
+
+    # -- the life of a question ----------------------------------------------------------------------------------
+    def open(self, task_id: str, order: AskOrder, kind: str = "ask") -> None:
+        """Open a question; it is shown when its turn comes with each person."""
+        core = self._core
+        question = Question(
+            id=order.id,
+            number=f"Q{core.count('question')}",
+            task=task_id,
+            priority=core.task(task_id).priority,
+            kind=kind,  # type: ignore[arg-type]
+            text=order.text,
+            note=order.note,
+            options=order.options,
+            tiers=order.tiers,
+            policy=order.policy,
+            escalate_us=order.escalate_us,
+            expires_at=order.expires_at,
+            if_no_answer=order.if_no_answer,
+            clears=order.clears,
+            clears_on=order.clears_on,
+            owner=order.owner,
+            asked_at=core.now,
+            order=core.count("asked"),
+        )
+        core.emit(ch.QuestionPut(question))
+        if order.escalate_us is not None and len(order.tiers) > 1:
+            core.set_deadline(f"escalate|{order.id}", core.now + order.escalate_us)
+        self._stale = True
+
+    def escalate(self, question_id: str) -> None:
+        """Open a question to the next group as well."""
+        core = self._core
+        question = core.state.questions.get(question_id)
+        if question is None or question.reply is not None or question.tier + 1 >= len(question.tiers):
+            return
+        core.emit(ch.QuestionPut(replace(question, tier=question.tier + 1)))
+        if question.tier + 2 < len(question.tiers) and question.escalate_us is not None:
+            core.set_deadline(f"escalate|{question_id}", core.now + question.escalate_us)
+        self._stale = True
+
+    def close(self, question_id: str) -> None:
+        """Withdraw a question from everybody, or forget an answered one."""
+        core = self._core
+        question = core.state.questions.get(question_id)
+        if question is None:
+            return
+        core.clear_deadline(f"escalate|{question_id}")
+        for person in question.asked:
+            self._take_back(f"{question_id}~{person}")
+        core.emit(ch.QuestionDrop(question_id))
+        self._stale = True
+
+    def _take_back(self, goal_id: str) -> None:
+        core = self._core
+        goal = core.state.goals.get(goal_id)
+        if goal is None:
+            return
+        core.set_wall(f"accept|{goal_id}", None)
+        if goal.in_flight and not core.withdraw_send(goal_id):
+            core.effect(CancelGoal(goal_id, goal.agent, goal.action))
+        core.emit(ch.GoalDrop(goal_id))
+
+    # -- showing -------------------------------------------------------------------------------------------------
+    def invalidate(self) -> None:
+        """A person came, went, or became free: look at the queues again."""
+        self._stale = True
+
+    def pump(self) -> None:
+        """Show each reachable person what is next in their queue."""
+        if not self._stale:
+            return
+        self._stale = False
+        core = self._core
+        concurrency = core.action("Confirm").concurrency
+        shown: dict[str, int] = {}
+        for goal in core.state.goals.values():
+            if goal.owner == "!question" and not goal.ended:
+                shown[goal.agent] = shown.get(goal.agent, 0) + 1
+        queue = sorted(core.state.questions.values(), key=lambda q: (PRIORITIES[q.priority], q.order))
+        for question in queue:
+            if question.reply is not None:
+                continue
+            for person in question.asked:
+                agent = core.state.agents.get(person)
+                if agent is None or not reachable(agent) or shown.get(person, 0) >= concurrency:
+                    continue
+                if f"{question.id}~{person}" in core.state.goals or person in question.declined:
+                    continue
+                if any(a.by == person for a in question.answers):
+                    continue
+                self._show(question, person)
+                shown[person] = shown.get(person, 0) + 1
+
+    def _show(self, question: Question, person: str) -> None:
+        core = self._core
+        goal_id = f"{question.id}~{person}"
+        fields = {
+            "question": question.text,
+            "options": list(question.options),
+            "note": question.note,
+            "number": question.number,
+            "expires_us": question.expires_at,
+            "if_no_answer": question.if_no_answer,
+        }
+        goal = GoalRecord(
+            id=goal_id, agent=person, action="Confirm", task=question.task, owner="!question", fields=fields,
+            state="sent", order=core.count("goal"), at=core.now, sent_at=core.now,
+        )  # fmt: skip
+        core.emit(ch.GoalPut(goal))
+        core.effect(SendGoal(goal_id, person, "Confirm", fields, core.state.epoch, TTL_BEATS, task=question.task))
+        core.set_wall(f"accept|{goal_id}", core.action("Confirm").accept_timeout_us)
+
+    # -- answers -------------------------------------------------------------------------------------------------
+    def on_goal_ended(self, goal_id: str) -> Question | None:
+        """Take the end of a Confirm goal; return the question if it is now decided."""
+        core = self._core
+        goal = core.state.goals.get(goal_id)
+        if goal is None:
+            return None
+        question = core.state.questions.get(goal_id.rsplit("~", 1)[0])
+        core.emit(ch.GoalDrop(goal_id))
+        self._stale = True
+        if question is None or question.reply is not None:
+            return None
+        if goal.state != "succeeded":
+            core.emit(ch.QuestionPut(replace(question, declined=(*question.declined, goal.agent))))
+            return None
+        answer = goal.result.get("answer")
+        if answer not in question.options:
+            return None
+        question = replace(question, answers=(*question.answers, Answer(goal.agent, str(answer), core.now)))
+        question = replace(question, reply=decide(question))
+        core.emit(ch.QuestionPut(question))
+        if question.reply is None:
+            return None
+        core.clear_deadline(f"escalate|{question.id}")
+        for person in question.asked:
+            if person != goal.agent and f"{question.id}~{person}" in core.state.goals:
+                self._take_back(f"{question.id}~{person}")
+                text = f"{question.number} is already answered: {question.reply['answer']} by {question.reply['by']}"
+                core.effect(Notify(text, (person,), "info", question.task))
+        return question
+
+    def late(self, person: str, number: str) -> None:
+        """Tell a person that an answer came after the end; it changes nothing."""
+        self._core.effect(Notify(f"answer_late: {number or 'the question'} was closed before", (person,), "info"))
+
+
+def decide(question: Question) -> "dict[str, object] | None":
+    """Return `{answer, by, at, all}` once the policy is met, else None. `all`: the common answer, or `mixed`."""
+    answers = question.answers
+    if not answers:
+        return None
+    everyone = tuple(dict.fromkeys(p for tier in question.tiers for p in tier))
+    if question.policy == "all" and {a.by for a in answers} < set(everyone):
+        return None
+    last = answers[-1]
+    words = dict.fromkeys(a.answer for a in answers)
+    answer = last.answer if question.policy == "any" or len(words) == 1 else "mixed"
+    every = tuple({"answer": a.answer, "by": a.by, "at": a.at} for a in answers)
+    return {"answer": answer, "by": last.by, "at": last.at, "all": every}

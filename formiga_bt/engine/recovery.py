@@ -1,0 +1,112 @@
+"""Recover: at every release each machine that may be airborne is brought home by its type's recover subtree.
+
+It has no time-out, but an alarm each minute beyond its estimate; a failed one is tried twice more, then the machine is
+QUARANTINED with the alarm `agent_needs_help`. A machine lost meanwhile is postponed: it comes back by itself (`fleet`).
+"""
+
+from typing import TYPE_CHECKING
+
+from msgspec.structs import replace
+
+from formiga_bt.clock import SECOND
+from formiga_bt.engine import changes as ch
+from formiga_bt.engine.core import Core
+from formiga_bt.engine.fleet import Fleet
+from formiga_bt.engine.records import Recovering
+from formiga_bt.engine.treerun import Ended
+from formiga_bt.lang.types import AgentRef
+
+if TYPE_CHECKING:
+    from formiga_bt.engine.taskrun import TaskRun
+    from formiga_bt.engine.tasks import Tasks
+
+TRIES = 3
+ESTIMATE_US = 300 * SECOND
+ALARM_EVERY_US = 60 * SECOND
+
+
+class Recovery:
+    """The last part of every task."""
+
+    def __init__(self, core: Core, fleet: Fleet, tasks: "Tasks") -> None:
+        self._core = core
+        self._fleet = fleet
+        self._tasks = tasks
+
+    def begin(self, task_id: str) -> None:
+        """Start the way home of each machine that the task still holds and that may be airborne."""
+        core = self._core
+        task = core.task(task_id)
+        for agent_id in task.granted:
+            agent = core.state.agents[agent_id]
+            if agent.human or agent.task != task_id or agent.landed == "grounded":
+                continue
+            if core.agent_type(agent).recover is None:
+                continue
+            self._try(task_id, agent_id, 1)
+        self.proceed(task_id)
+
+    def _try(self, task_id: str, agent_id: str, attempt: int) -> None:
+        core = self._core
+        subtree = core.agent_type(core.state.agents[agent_id]).recover
+        assert subtree is not None
+        section = f"recover:{agent_id}#{attempt}"
+        self._set(task_id, Recovering(agent_id, attempt, "running"))
+        param = next(iter(subtree.params))
+        core.emit(ch.ScopePut(task_id, section, {param: AgentRef(agent_id)}))
+        core.set_deadline(f"recover|{task_id}|{agent_id}", core.now + ESTIMATE_US, task_id)
+        self._tasks.start_section(task_id, section, subtree.steps, section)
+
+    def restore(self, task_id: str, recovering: Recovering, run: "TaskRun") -> None:
+        """Rebuild a way home that was under way."""
+        core = self._core
+        subtree = core.agent_type(core.state.agents[recovering.agent]).recover
+        assert subtree is not None
+        section = f"recover:{recovering.agent}#{recovering.attempt}"
+        run.trees.restore(section, subtree.steps, section)
+
+    def ended(self, task_id: str, ended: Ended) -> None:
+        """A way home ended: done, tried again, or given up."""
+        core = self._core
+        agent_id, _, number = ended.section.removeprefix("recover:").rpartition("#")
+        task = core.task(task_id)
+        now = next((r for r in task.recovering if r.agent == agent_id and r.attempt == int(number)), None)
+        if now is None or now.state != "running":
+            return
+        core.clear_deadline(f"recover|{task_id}|{agent_id}")
+        core.emit(ch.ScopePut(task_id, ended.section, None))
+        if ended.failure is None:
+            self._set(task_id, replace(now, state="done"))
+        elif core.state.agents[agent_id].task != task_id:
+            self._set(task_id, replace(now, state="failed"))
+        elif now.attempt < TRIES:
+            self._set(task_id, replace(now, state="failed"))
+            self._try(task_id, agent_id, now.attempt + 1)
+        else:
+            self._set(task_id, replace(now, state="failed"))
+            why = f"{agent_id} could not be brought home: {ended.failure.code}"
+            self._tasks.alarm("agent_needs_help", why, task_id, agent_id)
+            self._fleet.quarantine(agent_id, "recover_failed")
+        self.proceed(task_id)
+
+    def agent_left(self, task_id: str, agent_id: str) -> None:
+        """A machine was lost on its way home."""
+        self._core.clear_deadline(f"recover|{task_id}|{agent_id}")
+
+    def proceed(self, task_id: str) -> None:
+        """End the task once nothing is under way."""
+        task = self._core.task(task_id)
+        if task.section == "recover" and not task.stopping and all(r.state != "running" for r in task.recovering):
+            self._tasks.recovered(task_id)
+
+    def overdue(self, task_id: str, agent_id: str) -> None:
+        """The estimate is over: an alarm each minute."""
+        self._tasks.alarm("recover_slow", f"{agent_id} is not home yet", task_id, agent_id)
+        core = self._core
+        core.set_deadline(f"recover|{task_id}|{agent_id}", core.now + ALARM_EVERY_US, task_id)
+
+    def _set(self, task_id: str, recovering: Recovering) -> None:
+        core = self._core
+        task = core.task(task_id)
+        others = tuple(r for r in task.recovering if r.agent != recovering.agent)
+        core.put_task(task_id, recovering=(*others, recovering))

@@ -1,0 +1,159 @@
+"""`TaskRun`: the services of one running task, between its trees and the parts of the engine."""
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from formiga_bt.clock import Micros
+from formiga_bt.engine import changes as ch
+from formiga_bt.engine.core import Core, node_deadline
+from formiga_bt.engine.env import TaskEnv
+from formiga_bt.engine.inputs import Notify
+from formiga_bt.engine.records import GoalRecord, Question
+from formiga_bt.engine.treerun import CompiledTrees, TaskTrees, TreesFactory
+from formiga_bt.nodes.memory import Mem
+from formiga_bt.nodes.run import AskOrder, Failure, GoalOrder, Runaway
+
+if TYPE_CHECKING:
+    from formiga_bt.engine.goals import Goals
+    from formiga_bt.engine.people import People
+
+BUDGET = 10_000
+"""Nodes that a task may visit in one input."""
+
+
+class TaskRun:
+    """Implements `nodes.run.Run` for one task."""
+
+    def __init__(self, core: Core, goals: "Goals", people: "People", task_id: str, factory: TreesFactory) -> None:
+        self._core = core
+        self._goals = goals
+        self._people = people
+        self.task_id = task_id
+        self._fresh: dict[str, Mem | None] = {}
+        self._spent = 0
+        self._spent_seq = -1
+        self.trees: TaskTrees = factory(self)
+
+    @property
+    def now(self) -> Micros:
+        """Return the instant of the step."""
+        return self._core.now
+
+    def spend(self) -> None:
+        """Count a visit against this input's budget."""
+        if self._spent_seq != self._core.state.seq:
+            self._spent_seq, self._spent = self._core.state.seq, 0
+        self._spent += 1
+        if self._spent > BUDGET:
+            raise Runaway(f"more than {BUDGET} nodes visited for one input")
+
+    def env(self, scope: str, error: Failure | None = None, extra: Mapping[str, Any] | None = None) -> TaskEnv:
+        """Return the names of a scope."""
+        task = self._core.task(self.task_id)
+        values = self._core.state.scopes.get(self.task_id, {}).get(scope, {})
+        if error is None and task.section in ("on_failure", "finally"):
+            error = task.failure
+        return TaskEnv(self._core, task, values, error, extra)
+
+    # -- memory ----------------------------------------------------------------------------------------------------
+    def remember(self, path: str, mem: Mem | None) -> None:
+        """Keep a node's memory until the pass is over."""
+        self._fresh[path] = mem
+
+    def memory(self, path: str) -> Mem | None:
+        """Return a node's memory."""
+        if path in self._fresh:
+            return self._fresh[path]
+        return self._core.state.memory.get(self.task_id, {}).get(path)
+
+    def flush(self) -> None:
+        """Write what changed in a pass."""
+        old = self._core.state.memory.get(self.task_id, {})
+        for path, mem in self._fresh.items():
+            if old.get(path) != mem:
+                self._core.emit(ch.NodeMem(self.task_id, path, mem))
+        self._fresh.clear()
+
+    def register(self, path: str, node: Any) -> None:
+        """Let wakes reach a node of compiled trees."""
+        if isinstance(self.trees, CompiledTrees):
+            self.trees.register(path, node)
+
+    def unregister(self, path: str) -> None:
+        """Forget a node of compiled trees."""
+        if isinstance(self.trees, CompiledTrees):
+            self.trees.unregister(path)
+
+    # -- time ------------------------------------------------------------------------------------------------------
+    def set_deadline(self, path: str, at: Micros) -> None:
+        """Wake a node at an instant."""
+        self._core.set_deadline(node_deadline(self.task_id, path), at, self.task_id, pausable=True)
+
+    def clear_deadline(self, path: str) -> None:
+        """Forget a node's deadline."""
+        self._core.due.discard((self.task_id, path))
+        self._core.clear_deadline(node_deadline(self.task_id, path))
+
+    def is_due(self, path: str) -> bool:
+        """Return whether a node's deadline fired in this step."""
+        return (self.task_id, path) in self._core.due
+
+    # -- goals -----------------------------------------------------------------------------------------------------
+    def goal_id(self, path: str) -> str:
+        """Return `<task>/<run>/<instance path>`; the path begins with the section."""
+        return f"{self.task_id}/{self._core.task(self.task_id).run}/{path}"
+
+    def order(self, order: GoalOrder) -> Failure | None:
+        """Order a goal."""
+        return self._goals.order(self.task_id, order)
+
+    def goal(self, goal_id: str) -> GoalRecord:
+        """Return a goal's record; it has the shape of a GoalView."""
+        return self._core.state.goals[goal_id]
+
+    def drop_goal(self, goal_id: str) -> None:
+        """Forget an ended goal."""
+        self._core.emit(ch.GoalDrop(goal_id))
+
+    def cancel(self, goal_id: str) -> bool:
+        """Cancel a goal; return whether to wait for its end."""
+        return self._goals.cancel(goal_id)
+
+    def adopt(self, goal_id: str, owner: str) -> None:
+        """Change who is woken for a goal."""
+        self._core.put_goal(goal_id, owner=owner)
+
+    # -- people ----------------------------------------------------------------------------------------------------
+    def ask(self, order: AskOrder) -> None:
+        """Open a question."""
+        self._people.open(self.task_id, order)
+
+    def question(self, ask_id: str) -> Question:
+        """Return a question's record; it has the shape of a QuestionView."""
+        return self._core.state.questions[ask_id]
+
+    def close_question(self, ask_id: str) -> None:
+        """Withdraw or forget a question."""
+        self._people.close(ask_id)
+
+    def people(self, site_role: str) -> tuple[str, ...]:
+        """Return who has a site role."""
+        return self._people.of_role(site_role)
+
+    def notify(self, text: str, to: tuple[str, ...], severity: str, path: str) -> None:  # noqa: ARG002
+        """Tell people."""
+        self._core.effect(Notify(text, to, severity, self.task_id))  # type: ignore[arg-type]
+
+    # -- names -----------------------------------------------------------------------------------------------------
+    def open_scope(self, scope: str, values: Mapping[str, Any]) -> None:
+        """Open a scope."""
+        self._core.emit(ch.ScopePut(self.task_id, scope, dict(values)))
+
+    def close_scope(self, scope: str) -> None:
+        """Forget a scope."""
+        if scope in self._core.state.scopes.get(self.task_id, {}):
+            self._core.emit(ch.ScopePut(self.task_id, scope, None))
+
+    def set_var(self, scope: str, name: str, value: Any) -> None:
+        """Set a name."""
+        self._core.emit(ch.VarPut(self.task_id, scope, name, value))

@@ -1,0 +1,423 @@
+"""The life of a task, from request to terminal status.
+
+    PENDING -> ASSIGNED -> ACTIVE -> ENDING -> SUCCEEDED | FAILED | CANCELED          (HELD is a flag beside it)
+
+The parts run in this order, each after the goals of the former have drained; an empty part is passed over:
+
+| part | after it |
+|---|---|
+| steps | on_failure (a step failed, timeout, exception, no clearance), on_abort (operator), else finally |
+| on_failure, on_abort | finally |
+| finally | recover: every machine that may be airborne is brought home |
+| recover | done: release, terminal status |
+"""
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, Final
+
+from formiga_bt.clock import SECOND, micros
+from formiga_bt.engine import changes as ch
+from formiga_bt.engine.core import Core, task_deadline
+from formiga_bt.engine.env import TaskEnv
+from formiga_bt.engine.fleet import Fleet
+from formiga_bt.engine.goals import Goals
+from formiga_bt.engine.inputs import Abort, Alarm, Submit
+from formiga_bt.engine.people import People
+from formiga_bt.engine.records import Recovering, TaskRecord
+from formiga_bt.engine.recovery import Recovery
+from formiga_bt.engine.taskrun import TaskRun
+from formiga_bt.engine.treerun import Ended, TreesFactory
+from formiga_bt.errors import TaskError
+from formiga_bt.lang.model import Step, Task, Unset
+from formiga_bt.lang.types import AgentRef
+from formiga_bt.nodes.run import Failure
+
+if TYPE_CHECKING:
+    from formiga_bt.engine.allocation import Allocation
+
+CLEANUP_US = 300 * SECOND
+"""Default of cleanup_timeout."""
+
+AFTER: Final[Mapping[str, str]] = {"on_failure": "finally", "on_abort": "finally", "finally": "recover"}
+SECTION_AFTER_STEPS: Final[Mapping[str, str]] = {"SUCCEEDED": "finally", "FAILED": "on_failure", "CANCELED": "on_abort"}
+RECOVER_TASK = "Recover"
+
+
+class Tasks:
+    """All tasks that are not yet ended, and the records of those that are."""
+
+    allocation: "Allocation"
+
+    def __init__(self, core: Core, goals: Goals, people: People, fleet: Fleet, factory: TreesFactory) -> None:
+        self._core = core
+        self._goals = goals
+        self._people = people
+        self._fleet = fleet
+        self._factory = factory
+        self.runs: dict[str, TaskRun] = {}
+        self.recovery = Recovery(core, fleet, self)
+
+    # -- coming in -----------------------------------------------------------------------------------------------
+    def submit(self, request: Submit) -> str:
+        """Admit a task; return its id.
+
+        Raises:
+            TaskError: unknown task, or a parameter, var or role cannot be evaluated.
+        """
+        core = self._core
+        model = core.models.get(request.task)
+        if model is None:
+            raise TaskError(
+                "unknown_task", f"there is no task '{request.task}'; tasks: {', '.join(sorted(core.models))}"
+            )
+        values = self._root_values(model, request.params)
+        order = core.count("task")
+        task_id = f"{model.name}-{order}"
+        core.emit(
+            ch.TaskPut(
+                TaskRecord(
+                    id=task_id,
+                    name=model.name,
+                    order=order,
+                    bundle=model.bundle,
+                    priority=request.priority or model.priority,
+                    requester=request.requester,
+                    submitted_at=core.now,
+                )
+            )
+        )
+        core.emit(ch.ScopePut(task_id, "", values))
+        core.put_task(task_id, status="PENDING")
+        self.allocation.enqueue(task_id)
+        return task_id
+
+    def _root_values(self, model: Task, params: Mapping[str, Any]) -> dict[str, Any]:
+        core = self._core
+        unknown = [name for name in params if name not in model.params]
+        if unknown:
+            raise TaskError("unknown_param", f"{model.name} has no parameter '{unknown[0]}'")
+        values = dict(params)
+        env = TaskEnv(core, None, values)
+        for name, param in model.params.items():
+            if values.get(name) is None and param.default is not None:
+                values[name] = param.default.run(env)
+            if values.get(name) is None and not param.optional:
+                raise TaskError("missing_param", f"{model.name} needs the parameter '{name}'")
+        try:
+            for name, expr in model.vars.items():
+                values[name] = expr.run(env)
+        except (Unset, ArithmeticError, LookupError, ValueError) as error:
+            raise TaskError("bad_var", f"{model.name}: '{name}' cannot be computed: {error}") from error
+        return {name: value for name, value in values.items() if value is not None}
+
+    def granted(self, task_id: str, roles: dict[str, tuple[str, ...]], lists: frozenset[str]) -> None:
+        """The allocator gave the agents: bind the roles and start the steps."""
+        core = self._core
+        model = core.model(core.task(task_id))
+        for role, agents in roles.items():
+            refs = tuple(AgentRef(a) for a in agents)
+            core.emit(ch.VarPut(task_id, "", role, refs if role in lists else refs[0]))
+        machines = tuple(dict.fromkeys(a for group in roles.values() for a in group))
+        core.clear_deadline(task_deadline(task_id, "wait"))
+        core.put_task(task_id, status="ASSIGNED", roles=roles, granted=machines, assigned_at=core.now)
+        core.put_task(task_id, status="ACTIVE", section="steps", active_at=core.now)
+        if model.timeout is not None:
+            after = micros(model.timeout.run(self._run(task_id).env("")))
+            core.set_deadline(task_deadline(task_id, "timeout"), core.now + after, task_id, pausable=True)
+        self._run(task_id).trees.start("steps", model.steps, "")
+        core.touch(task_id)
+
+    def start_recover(self, agent_id: str) -> None:
+        """Start the system task that brings a machine home."""
+        core = self._core
+        order = core.count("task")
+        task_id = f"{RECOVER_TASK}-{order}"
+        core.emit(
+            ch.TaskPut(
+                TaskRecord(
+                    id=task_id, name=RECOVER_TASK, order=order, bundle="system", priority="high", requester="engine",
+                    status="ACTIVE", section="finally", outcome="SUCCEEDED", roles={"drone": (agent_id,)},
+                    granted=(agent_id,), submitted_at=core.now, assigned_at=core.now, active_at=core.now,
+                    system_agent=agent_id,
+                )
+            )
+        )  # fmt: skip
+        core.emit(ch.ScopePut(task_id, "", {"drone": AgentRef(agent_id)}))
+        self.allocation.assign(task_id, {"drone": (agent_id,)})
+        self._enter(task_id, "recover")
+
+    def _run(self, task_id: str) -> TaskRun:
+        run = self.runs.get(task_id)
+        if run is None:
+            run = self.runs[task_id] = TaskRun(self._core, self._goals, self._people, task_id, self._factory)
+        return run
+
+    # -- one step --------------------------------------------------------------------------------------------------
+    def settle(self, task_id: str) -> None:
+        """Run a task's trees until they are quiet, follow ended sections and drained goals to the next part."""
+        core = self._core
+        if task_id not in core.state.tasks or core.task(task_id).section in ("", "done"):
+            core.woken.pop(task_id, None)
+            return
+        run = self._run(task_id)
+        for key in core.woken.pop(task_id, {}):
+            run.trees.wake(key)
+        for ended in run.trees.run_passes():
+            self._section_ended(task_id, ended)
+        self._drain(task_id)
+
+    def _section_ended(self, task_id: str, ended: Ended) -> None:
+        core = self._core
+        task = core.task(task_id)
+        if ended.section.startswith("recover:"):
+            if ended.fatal:
+                self.stop(task_id, ended.section)
+            self.recovery.ended(task_id, ended)
+        elif ended.section != task.section or task.stopping:
+            return
+        elif ended.fatal and ended.failure is not None:
+            self.fail(task_id, ended.failure.code, ended.failure.reason, ended.failure)
+        elif task.section == "steps":
+            if ended.failure is None:
+                self._decide(task_id, "SUCCEEDED")
+            else:
+                self._decide(task_id, "FAILED", ended.failure.code, ended.failure.reason, ended.failure)
+            self._next(task_id)
+        else:
+            if ended.failure is not None:
+                self._note(task_id, f"{task.section}: {ended.failure.code} {ended.failure.reason}".strip())
+            self._next(task_id)
+
+    def _decide(
+        self, task_id: str, outcome: str, code: str = "", reason: str = "", failure: Failure | None = None
+    ) -> None:
+        if not self._core.task(task_id).outcome:
+            self._core.put_task(task_id, outcome=outcome, code=code, reason=reason, failure=failure)
+
+    def _note(self, task_id: str, text: str) -> None:
+        self._core.put_task(task_id, notes=(*self._core.task(task_id).notes, text))
+
+    # -- stopping --------------------------------------------------------------------------------------------------
+    def stop(self, task_id: str, section: str) -> None:
+        """Stop a section; its goals join the task's drain set."""
+        core = self._core
+        goals = self._run(task_id).trees.halt(section)
+        for goal in goals:
+            core.put_goal(goal, owner="!task")
+        task = core.task(task_id)
+        core.put_task(task_id, stopping=True, drain=(*task.drain, *goals))
+        core.touch(task_id)
+
+    def _drain(self, task_id: str) -> None:
+        core = self._core
+        task = core.task(task_id)
+        if not task.stopping:
+            return
+        left = []
+        for goal_id in task.drain:
+            goal = core.state.goals.get(goal_id)
+            if goal is not None and not goal.ended:
+                left.append(goal_id)
+            elif goal is not None:
+                core.emit(ch.GoalDrop(goal_id))
+        if len(left) != len(task.drain):
+            core.put_task(task_id, drain=tuple(left))
+        if left:
+            return
+        core.put_task(task_id, stopping=False)
+        if task.section == "recover":
+            self.recovery.proceed(task_id)
+        else:
+            self._next(task_id)
+
+    def fail(self, task_id: str, code: str, reason: str, failure: Failure | None = None) -> None:
+        """End a task by something that no step can catch: its timeout, an exception, a refused clearance."""
+        core = self._core
+        task = core.task(task_id)
+        if task.section == "steps" and not task.stopping:
+            self._decide(task_id, "FAILED", code, reason, failure or Failure(code, reason, retryable=False))
+            self.stop(task_id, "steps")
+        elif task.section in AFTER and not task.stopping:
+            self._note(task_id, f"{task.section}: {code} {reason}")
+            self.stop(task_id, task.section)
+
+    def abort(self, order: Abort) -> str:
+        """End a task on a person's word; return an error text, or "".
+
+        `already_ending` answers an abort of a task whose cleanup, recover or end is under way.
+        """
+        core = self._core
+        task = core.state.tasks.get(order.task)
+        if task is None:
+            raise TaskError("unknown_task", f"there is no task '{order.task}'")
+        if task.section == "done" or task.status in ("SUCCEEDED", "FAILED", "CANCELED"):
+            raise TaskError("already_ended", f"{order.task} has ended: {task.status}")
+        if order.how == "abandon":
+            return self._abandon(task, order)
+        if task.status == "PENDING":
+            self._decide(task.id, "CANCELED", "aborted", f"by {order.by or 'an operator'}")
+            self._done(task.id)
+            return ""
+        if order.how == "now" and task.section != "recover":
+            core.put_task(task.id, abort_now=True)
+        elif task.section in ("on_abort", "finally", "recover"):
+            raise TaskError("already_ending", f"{order.task} is already ending")
+        self._decide(task.id, "CANCELED", "aborted", f"by {order.by or 'an operator'}")
+        core.put_task(task.id, abort_reason=order.reason)
+        if not task.stopping and task.section != "recover":
+            self.stop(task.id, task.section)
+        return ""
+
+    def _abandon(self, task: TaskRecord, order: Abort) -> str:
+        core = self._core
+        self._decide(task.id, "CANCELED", "aborted", f"abandoned by {order.by or 'an operator'}")
+        core.put_task(task.id, abort_now=True, abort_reason="abandoned")
+        for section in self._sections(task):
+            self.stop(task.id, section)
+        for agent_id in task.granted:
+            agent = core.state.agents[agent_id]
+            if agent.task == task.id and not agent.human:
+                self._goals.lose(agent_id, "in_doubt", "in_doubt")
+                self._fleet.quarantine(agent_id, "abandoned")
+        if task.section == "":
+            self._done(task.id)
+        return ""
+
+    def _sections(self, task: TaskRecord) -> list[str]:
+        if task.section == "recover":
+            return [f"recover:{r.agent}#{r.attempt}" for r in task.recovering if r.state == "running"]
+        return [task.section] if task.section else []
+
+    def on_agent_left(self, task_id: str, agent_id: str) -> None:
+        """A machine of the task was quarantined: the task no longer holds it."""
+        core = self._core
+        task = core.task(task_id)
+        roles = {role: tuple(a for a in agents if a != agent_id) for role, agents in task.roles.items()}
+        held = tuple(c for c in task.held if not c.endswith(f":{agent_id}"))
+        core.put_task(task_id, roles=roles)
+        if held != task.held:
+            from formiga_bt.engine.holds import unhold
+
+            for cause in set(task.held) - set(held):
+                unhold(core, task_id, cause)
+        if task.section == "recover":
+            self.recovery.agent_left(task_id, agent_id)
+        core.touch(task_id)
+
+    # -- from part to part -----------------------------------------------------------------------------------------
+    def _next(self, task_id: str) -> None:
+        task = self._core.task(task_id)
+        if task.abort_now:
+            self._enter(task_id, "recover")
+        elif task.section == "steps":
+            self._enter(task_id, SECTION_AFTER_STEPS[task.outcome])
+        else:
+            self._enter(task_id, AFTER[task.section])
+
+    def _enter(self, task_id: str, section: str) -> None:
+        core = self._core
+        task = core.task(task_id)
+        model = core.models.get(task.name)
+        if task.status != "ENDING":
+            core.clear_deadline(task_deadline(task_id, "timeout"))
+            task = core.put_task(task_id, status="ENDING")
+            if model is not None:
+                after = (
+                    micros(model.cleanup_timeout.run(self._run(task_id).env("")))
+                    if model.cleanup_timeout
+                    else CLEANUP_US
+                )
+                if any((model.on_failure, model.on_abort, model.finally_)):
+                    core.set_deadline(task_deadline(task_id, "cleanup"), core.now + after, task_id, pausable=True)
+        core.put_task(task_id, section=section)
+        if section == "recover":
+            core.clear_deadline(task_deadline(task_id, "cleanup"))
+            self.recovery.begin(task_id)
+            return
+        steps = section_steps(model, section)
+        if not steps:
+            self._next(task_id)
+            return
+        self._run(task_id).trees.start(section, steps, "")
+        core.touch(task_id)
+
+    def on_deadline(self, task_id: str, what: str) -> None:
+        """Handle a task's own deadlines: timeout, cleanup, wait."""
+        core = self._core
+        task = core.task(task_id)
+        if what == "timeout":
+            self.fail(task_id, "timeout", "the task's timeout is over")
+        elif what == "cleanup" and task.section in AFTER:
+            self._note(task_id, f"{task.section}: cleanup_timeout is over")
+            core.put_task(task_id, abort_now=True)
+            if not task.stopping:
+                self.stop(task_id, task.section)
+        elif what in ("wait", "expires") and task.status == "PENDING":
+            code = "no_agent" if what == "wait" else "task_expired"
+            self._decide(task_id, "FAILED", code, "no fitting agents in time; see the explanation")
+            self._done(task_id)
+
+    def start_section(self, task_id: str, section: str, steps: tuple[Step, ...], scope: str) -> None:
+        """Start a recover section."""
+        self._run(task_id).trees.start(section, steps, scope)
+        self._core.touch(task_id)
+
+    def recovered(self, task_id: str) -> None:
+        """Every machine is home, or quarantined: release and end."""
+        self._done(task_id)
+
+    def _done(self, task_id: str) -> None:
+        core = self._core
+        task = core.task(task_id)
+        for agent_id in task.granted:
+            if core.state.agents[agent_id].task == task_id:
+                self._fleet.release(agent_id)
+        for key in [k for k, d in core.state.deadlines.items() if d.task == task_id]:
+            core.clear_deadline(key)
+        for question in [q.id for q in core.state.questions.values() if q.task == task_id]:
+            self._people.close(question)
+        core.emit(ch.RequestPut(task_id, None))
+        core.put_task(
+            task_id, status=task.outcome, section="done", ended_at=core.now, held=(), paused={}, roles={}, drain=()
+        )
+        core.emit(ch.TaskForget(task_id))
+        self.runs.pop(task_id, None)
+        self.poke_allocator()
+
+    def poke_allocator(self) -> None:
+        """Agents or requests changed: let the allocator look soon."""
+        self.allocation.poke()
+
+    def alarm(self, code: str, text: str, task_id: str, agent_id: str) -> None:
+        """Raise an alarm."""
+        self._core.effect(Alarm(code, text, task_id, agent_id))
+
+    # -- after a restart -------------------------------------------------------------------------------------------
+    def restore(self) -> None:
+        """Rebuild the trees of every task from its memory."""
+        core = self._core
+        for task in list(core.state.tasks.values()):
+            if task.section in ("", "done") or not core.state.memory.get(task.id):
+                continue
+            run = self._run(task.id)
+            if task.section != "recover":
+                run.trees.restore(task.section, section_steps(core.models[task.name], task.section), "")
+                continue
+            for recovering in task.recovering:
+                if recovering.state == "running" and not task.stopping:
+                    self.recovery.restore(task.id, recovering, run)
+
+
+def section_steps(model: Task | None, section: str) -> tuple[Step, ...]:
+    """Return the steps of a section of a task."""
+    if model is None:
+        return ()
+    return {
+        "steps": model.steps,
+        "on_failure": model.on_failure,
+        "on_abort": model.on_abort,
+        "finally": model.finally_,
+    }[section]
+
+
+__all__ = ["RECOVER_TASK", "Recovering", "Tasks", "section_steps"]

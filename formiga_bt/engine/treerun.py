@@ -1,0 +1,155 @@
+"""The trees of one task: they run passes until nothing is dirty, and tell which sections ended.
+
+`TaskTrees` is the seam between the engine and whatever interprets a task's steps: `CompiledTrees` steps py_trees nodes along
+the way to what was woken; the tests' naive interpreter walks the whole model each pass. Both act through `engine.taskrun.TaskRun`.
+"""
+
+from collections.abc import Callable, Sequence
+from typing import Any, Protocol
+
+from msgspec import Struct
+from py_trees.common import Status
+
+from formiga_bt.compile import compile_section
+from formiga_bt.lang import model
+from formiga_bt.nodes.base import FAILURE, INVALID, RUNNING, LeafError, Node
+from formiga_bt.nodes.composites import SequenceNode
+from formiga_bt.nodes.run import Failure, Run, Runaway
+
+
+class Ended(Struct, frozen=True):
+    """A section's tree ended. `failure` is None on success; `fatal` = nothing in the tree may catch it."""
+
+    section: str
+    failure: Failure | None = None
+    fatal: bool = False
+
+
+class TreeHost(Run, Protocol):
+    """What the trees need of their task's run besides the services of nodes."""
+
+    def flush(self) -> None:
+        """Write the node memory of a pass as changes."""
+        ...
+
+
+class TaskTrees(Protocol):
+    """The trees of one task."""
+
+    def start(self, section: str, steps: Sequence[model.Step], scope: str) -> None:
+        """Start a section in the next pass."""
+        ...
+
+    def wake(self, key: str) -> None:
+        """Make the node with this key due."""
+        ...
+
+    def run_passes(self) -> list[Ended]:
+        """Run passes until nothing is dirty; return the sections that ended, in order."""
+        ...
+
+    def halt(self, section: str) -> list[str]:
+        """Stop a section; return the goals whose end must be waited for."""
+        ...
+
+    def restore(self, section: str, steps: Sequence[model.Step], scope: str) -> None:
+        """Rebuild a running section from the task's memory."""
+        ...
+
+    def statuses(self) -> dict[str, str]:
+        """Return the status of every node that is running, by key."""
+        ...
+
+
+TreesFactory = Callable[[TreeHost], TaskTrees]
+
+
+class CompiledTrees:
+    """py_trees nodes, stepped along the path to what was woken."""
+
+    def __init__(self, host: TreeHost, *, tick: bool = False) -> None:
+        self.host = host
+        self.roots: dict[str, SequenceNode] = {}
+        self._pending: list[tuple[str, str]] = []
+        self._nodes: dict[str, Node] = {}
+        self._tick = tick
+        """Drive the nodes by py_trees' own `tick()` instead of `proceed()`: for tests, the outcome is the same."""
+
+    def register(self, key: str, node: Any) -> None:
+        """Let wakes for `key` reach `node`."""
+        self._nodes[key] = node
+
+    def unregister(self, key: str) -> None:
+        """Forget a key."""
+        self._nodes.pop(key, None)
+
+    def start(self, section: str, steps: Sequence[model.Step], scope: str) -> None:
+        """Start a section in the next pass."""
+        self.roots[section] = compile_section(section, steps)
+        self._pending.append((section, scope))
+
+    def wake(self, key: str) -> None:
+        """Make a node due, if it still runs."""
+        node = self._nodes.get(key)
+        if node is not None:
+            node.wake()
+
+    def run_passes(self) -> list[Ended]:
+        """Run passes until nothing is dirty."""
+        ended: list[Ended] = []
+        while True:
+            if self._pending:
+                section, scope = self._pending.pop(0)
+                self._step(section, lambda root, s=section, sc=scope: root.enter(self.host, s, sc), ended)  # type: ignore[misc]
+            else:
+                dirty = [section for section, root in self.roots.items() if root.dirty and root.status is RUNNING]
+                if not dirty:
+                    return ended
+                for section in dirty:
+                    self._step(section, self._proceed, ended)
+            self.host.flush()
+
+    def _proceed(self, root: SequenceNode) -> Status:
+        if self._tick:
+            for _ in root.tick():
+                pass
+            return root.status
+        return root.proceed(self.host)
+
+    def _step(self, section: str, act: Callable[[SequenceNode], Status], ended: list[Ended]) -> None:
+        root = self.roots[section]
+        try:
+            status = act(root)
+        except LeafError as error:
+            failure = Failure(code="exception", reason=str(error), step=error.path, retryable=False)
+            ended.append(Ended(section, failure, fatal=True))
+            return
+        except Runaway as error:
+            failure = Failure(code="runaway", reason=str(error), step=section, retryable=False)
+            ended.append(Ended(section, failure, fatal=True))
+            return
+        if status is not RUNNING:
+            ended.append(Ended(section, root.failure if status is FAILURE else None))
+
+    def halt(self, section: str) -> list[str]:
+        """Stop a section's tree."""
+        self._pending = [item for item in self._pending if item[0] != section]
+        root = self.roots.get(section)
+        goals = root.halt(self.host) if root is not None else []
+        self.host.flush()
+        return goals
+
+    def restore(self, section: str, steps: Sequence[model.Step], scope: str) -> None:
+        """Rebuild a running section."""
+        root = compile_section(section, steps)
+        self.roots[section] = root
+        root.restore(self.host, section, scope)
+
+    def statuses(self) -> dict[str, str]:
+        """Return the running nodes by key."""
+        found: dict[str, str] = {}
+        for root in self.roots.values():
+            for node in root.iterate():
+                if isinstance(node, Node) and node.status not in (INVALID,) and node.status is RUNNING:
+                    found[node.key] = node.status.name
+        return found
