@@ -33,11 +33,11 @@ UNITS: Final[Mapping[str, tuple[str, float]]] = MappingProxyType(
 LIKELY: Final[Mapping[str, tuple[str, ...]]] = MappingProxyType(
     {
         "duration": ("s", "min"),
-        "distance": ("m", "km"),
+        "distance": ("m",),
         "percent": ("%",),
         "angle": ("deg",),
         "speed": ("m/s", "km/h"),
-        "mass": ("kg", "g"),
+        "mass": ("kg",),
     }
 )
 """The units to suggest for a type when one is missing, the likeliest first."""

@@ -1,68 +1,149 @@
-"""Expressions and values of the task language: text in, typed and compiled `Expr` with diagnostics out.
+"""Expressions of the task language: text in, a typed and compiled `Expr` with its diagnostics out.
 
-The loader's door to the expression compiler; see `expression_text`, `checker` and `values` for the parts.
+The loader's door to the expression compiler. The parts, in the order in which a text passes them: `tokens` (columns,
+units, habits of other languages), `checker` on `operands` on `parts` (names, types, code), with `typing_rules`,
+`calls`, `helpers` and `scope` beside them. `values` reads YAML values of an expected type and comes here for what is in `${}`.
 """
 
-from collections.abc import Mapping
+import re
+from typing import Any
 
-from formiga_bt.diagnostics import Diagnostic
+from formiga_bt.diagnostics import Diagnostic, Fix
+from formiga_bt.lang.checker import Checker
 from formiga_bt.lang.document import Node, Scalar
-from formiga_bt.lang.model import AgentType, Expr, Site
-from formiga_bt.lang.types import Type
+from formiga_bt.lang.interpolation import holes
+from formiga_bt.lang.model import Expr
+from formiga_bt.lang.operators import guarded
+from formiga_bt.lang.parts import facts
+from formiga_bt.lang.scope import Scope
+from formiga_bt.lang.tokens import ExprSyntax, parse_expression
+from formiga_bt.lang.typed import Mismatch, Problems, Run, Typed, mismatch, never
+from formiga_bt.lang.types import ANY, BOOL, Type
+from formiga_bt.lang.typing_rules import fits, in_words, widen
+
+__all__ = [
+    "Scope",
+    "compile_cond",
+    "compile_expr",
+    "compile_value",
+    "fits",
+    "narrows",
+    "narrows_when_false",
+    "poison",
+]
 
 
-class Scope:
-    """The names that are visible at a place of a task, with their types."""
-
-    def __init__(
-        self,
-        names: Mapping[str, Type],
-        *,
-        agent_types: Mapping[str, AgentType] | None = None,
-        roles: frozenset[str] = frozenset(),
-        maybe_unset: Mapping[str, str] | frozenset[str] = frozenset(),
-        site: Site | None = None,
-    ) -> None:
-        raise NotImplementedError
-
-    def with_names(self, more: Mapping[str, Type]) -> "Scope":
-        """Return a child scope with more names."""
-        raise NotImplementedError
-
-    def narrowed(self, set_names: frozenset[str]) -> "Scope":
-        """Return this scope where these names are known to be set."""
-        raise NotImplementedError
+def poison(node: Node, source: str = "", reads: Any = ()) -> Expr:
+    """Return the Expr that stands for a refused one: of type ANY, so that nothing else complains."""
+    return Expr(source, ANY, node.mark, never, tuple(reads))
 
 
 def compile_expr(
-    source: str, at: Scalar, offset: int, scope: Scope, expected: Type | None
+    source: str,
+    at: Scalar,
+    offset: int,
+    scope: Scope,
+    expected: Type | None,
+    *,
+    what: str = "",
+    optional: bool = False,
 ) -> tuple[Expr, list[Diagnostic]]:
-    """Compile the expression `source`, found at `at.text[offset:]`; on an error the Expr has the type ANY."""
-    raise NotImplementedError
+    """Compile an expression.
+
+    Args:
+        source: its text, found at `at.text[offset:]`.
+        at: the scalar that holds it.
+        offset: where it begins in the scalar's text.
+        scope: the names visible there.
+        expected: the type that is due, if any.
+        what: the key or field it is for, named in messages.
+        optional: the whole value may be absent, so a bare name that may be unset is fine.
+
+    Returns:
+        The expression and the problems; with problems its type is ANY and it must not be run.
+    """
+    problems = Problems(at, offset)
+    mark = at.mark_at(offset, offset + len(source))
+    try:
+        parsed = parse_expression(source)
+    except ExprSyntax as bad:
+        problems.report(bad.code, bad.start, bad.end, bad.message, bad.mend, mended=bad.mended)
+        return Expr(source, ANY, mark, never), problems.found
+    checker = Checker(parsed, scope, problems, may_be_absent=optional)
+    part = checker.check()
+    if not problems.found and expected is not None and not fits(part.type, expected, scope.agent_types):
+        why = _mismatch(part, expected, scope, what)
+        checker.wrong(part, why)
+    if problems.found:
+        return Expr(source, ANY, mark, never, part.reads), problems.found
+    type_ = _settled(part.type, expected)
+    run: Run = guarded(part.run) if checker.loose else part.run
+    return Expr(source, type_, mark, run, part.reads, part.const), []
+
+
+def _mismatch(part: Typed, expected: Type, scope: Scope, what: str) -> Mismatch:
+    if expected == BOOL:
+        return Mismatch("E015", f"a condition must be true or false, this is {in_words(part.type)}")
+    return mismatch(part, expected, scope, what)
+
+
+def _settled(have: Type, expected: Type | None) -> Type:
+    """Return the type to show outside: texts written in an expression become what was expected, or text."""
+    if have.name == "literal" and expected is not None and expected.name == "enum":
+        return expected
+    if have.name == "list" and have.item == ANY and expected is not None and expected.name == "list":
+        return expected
+    return widen(have)
 
 
 def compile_cond(at: Scalar, scope: Scope) -> tuple[Expr, list[Diagnostic]]:
-    """Compile a condition key: one bare expression of type bool."""
-    raise NotImplementedError
+    """Compile a condition key: one bare expression of type bool; a `${}` round the whole of it is dropped."""
+    text = at.text
+    offset = len(text) - len(text.lstrip())
+    source = text.strip()
+    spans = holes(source)
+    if spans == [(0, len(source))]:
+        return compile_expr(source[2:-1], at, offset + 2, scope, BOOL)
+    if "${" in source:
+        bare = re.sub(r"\$\{([^{}]*)\}", r"\1", source)
+        start = offset + source.index("${")
+        mark = at.mark_at(start, start + 2)
+        fix = Fix(at.mark_at(offset, offset + len(source)), bare) if at.exact else None
+        said = "a condition is one bare expression; leave ${ } away"
+        return poison(at, source), [Diagnostic("E015", mark, said, f"write: {bare}", fix=fix)]
+    return compile_expr(source, at, offset, scope, BOOL)
+
+
+def narrows(expr: Expr) -> frozenset[str]:
+    """Return the names that are certainly set when the condition is true: `is_set(x)`, and-chains of it."""
+    return _facts(expr)[0]
+
+
+def narrows_when_false(expr: Expr) -> frozenset[str]:
+    """Return the names that are certainly set when the condition is false: `not is_set(x)`, or-chains of it."""
+    return _facts(expr)[1]
+
+
+def _facts(expr: Expr) -> tuple[frozenset[str], frozenset[str]]:
+    try:
+        parsed = parse_expression(expr.source)
+    except ExprSyntax:
+        return frozenset(), frozenset()
+    return facts(parsed.root, parsed)
 
 
 def compile_value(
     node: Node, scope: Scope, expected: Type, *, what: str = "", optional: bool = False
 ) -> tuple[Expr, list[Diagnostic]]:
-    """Compile a value of an expected type. `what` names the key in messages; `optional`: it may be absent."""
-    raise NotImplementedError
+    """Compile a value of an expected type.
 
+    Args:
+        node: literal text read by the type, a YAML list or mapping where the type has such a form, or `${...}`.
+        scope: the names visible there.
+        expected: the type that is due; ANY takes the type from the literal.
+        what: the key or field it is for, named in messages.
+        optional: the whole value may be absent, so `${robot}` of an optional param is fine (`run` raises Unset).
+    """
+    from formiga_bt.lang.values import read_value  # it needs compile_expr
 
-def narrows(expr: Expr) -> frozenset[str]:
-    """Return the names that are certainly set when the condition is true."""
-    raise NotImplementedError
-
-
-def narrows_when_false(expr: Expr) -> frozenset[str]:
-    """Return the names that are certainly set when the condition is false."""
-    raise NotImplementedError
-
-
-def fits(have: Type, want: Type) -> bool:
-    """Return whether a value of type `have` may stand where `want` is due."""
-    raise NotImplementedError
+    return read_value(node, scope, expected, what=what, optional=optional)

@@ -1,0 +1,266 @@
+"""Check an expression: names, fields, types and units, then build its code bottom up.
+
+One visit of Python's ast (see `tokens`), whitelisted node by node. Names that may be unset are narrowed by `is_set`
+across `and`, `or`, `not` and `X if C else Y`. Called by `expressions`.
+"""
+
+import ast
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+from typing import Final
+
+from formiga_bt.lang.calls import Bound, bind
+from formiga_bt.lang.model import Read
+from formiga_bt.lang.operands import Operands
+from formiga_bt.lang.operators import (
+    agent_field_code,
+    any_field_code,
+    call_code,
+    item_code,
+    name_code,
+    point_field_code,
+    record_field_code,
+)
+from formiga_bt.lang.parts import poisoned, reads_of
+from formiga_bt.lang.scope import AGENT_FIELDS, PLACE_FIELDS, POSITION_FIELDS, Scope
+from formiga_bt.lang.tokens import Parsed
+from formiga_bt.lang.typed import Mismatch, Problems, Run, Typed, closest, constant, did_you_mean
+from formiga_bt.lang.types import ANY, BOOL, INT, NUMBER, Type, enum_of
+from formiga_bt.lang.typing_rules import in_words, literal
+
+_FIELD_CODE: Final[Mapping[str, Callable[[Run, str], Run]]] = MappingProxyType(
+    {
+        "agent": agent_field_code,
+        "any": any_field_code,
+        "place": point_field_code,
+        "position": point_field_code,
+    }
+)
+
+
+class Checker(Operands):
+    """Checks one expression in a scope; problems go to `problems`."""
+
+    def __init__(self, parsed: Parsed, scope: Scope, problems: Problems, *, may_be_absent: bool = False) -> None:
+        super().__init__(parsed, scope, problems)
+        self._told: set[str] = set()
+        self._may_be_absent = may_be_absent
+
+    def check(self) -> Typed:
+        """Return the whole expression, typed and compiled."""
+        root = self.parsed.root
+        if self._may_be_absent and isinstance(root, ast.Name):
+            self.known_set = frozenset({self.parsed.token(root.id).text})
+        return self.visit(root)
+
+    def visit(self, node: ast.expr) -> Typed:
+        """Check a node, whitelisted by its kind."""
+        match node:
+            case ast.Name():
+                return self._leaf(node)
+            case ast.Attribute():
+                return self._field(node)
+            case ast.Subscript():
+                return self._index(node)
+            case ast.BinOp():
+                return self.binary(node)
+            case ast.UnaryOp():
+                return self.unary(node)
+            case ast.BoolOp():
+                return self.logic(node)
+            case ast.Compare():
+                return self.comparison(node)
+            case ast.IfExp():
+                return self.choice(node)
+            case ast.List():
+                return self.items(node)
+            case ast.Call():
+                return self._call(node)
+            case ast.Tuple():
+                return self.bad(node, "E009", "a list stands in square brackets", f"write [{self.parsed.text(node)}]")
+            case _:
+                return self.bad(node, "E009", f"'{self.parsed.text(node)}' is not part of the language")
+
+    def _leaf(self, node: ast.Name) -> Typed:
+        token = self.parsed.token(node.id)
+        match token.kind:
+            case "number":
+                type_ = INT if isinstance(token.value, int) else NUMBER
+                return self.part(node, type_, constant(token.value), const=token.value, literal="number")
+            case "quantity":
+                type_ = Type(token.unit_type)
+                return self.part(node, type_, constant(token.value), const=token.value, literal="quantity")
+            case "bool":
+                return self.part(node, BOOL, constant(token.value), const=token.value)
+            case "text":
+                type_ = literal(str(token.value))
+                return self.part(node, type_, constant(token.value), const=token.value, literal="text")
+        return self._name(node, token.text)
+
+    def _name(self, node: ast.Name, name: str) -> Typed:
+        type_ = self.scope.type_of(name)
+        if type_ is None:
+            return self._unknown_name(node, name)
+        reason = self.scope.maybe_unset.get(name)
+        if reason is not None and name not in self.known_set and name not in self._told:
+            self._told.add(name)
+            code, _, detail = reason.partition(" ")
+            what = f"'{name}' may be missing" if code == "E067" else f"'{name}' may be unset here"
+            message = f"{what}: {detail}" if detail else f"{what}: test is_set({name})"
+            self.bad(node, code, message, f"for example: is_set({name}) and ...")
+        return self.part(node, type_, name_code(name), (Read(name),), name=name)
+
+    def _unknown_name(self, node: ast.Name, name: str) -> Typed:
+        if self.scope.helpers.forms(name) or name == "is_set":
+            return self.bad(node, "E010", f"'{name}' is a helper: call it", f"write {name}(...)")
+        near = closest(name, self.scope.visible())
+        if near:
+            message = f"unknown name '{name}'; did you mean '{near}'?"
+            return self.bad(node, "E010", message, f"write {near}", mended=near)
+        legal = ", ".join(self.scope.visible()[:12])
+        return self.bad(
+            node, "E010", f"unknown name '{name}'", f"names here: {legal}; a text stands in quotes: '{name}'"
+        )
+
+    def _field(self, node: ast.Attribute) -> Typed:
+        base = self.visit(node.value)
+        name = self.parsed.token(node.attr).text
+        if poisoned(base):
+            return self.poison(node, base.reads)
+        fields = self._fields_of(base)
+        if fields is None:
+            return self._no_field(node, base, name, ())
+        is_open = base.type.name == "any" or (base.type.name == "names" and self.scope.site is None)
+        if is_open:
+            fields = {name: base.type.item or ANY}
+        elif name not in fields:
+            return self._no_field(node, base, name, tuple(fields))
+        type_ = fields[name]
+        reads = base.reads
+        if base.type.name in ("agent", "any"):
+            owners = {read.name for read in reads if not read.field and self._holds_agents(read.name)}
+            reads = tuple(dict.fromkeys((*reads, *(Read(owner, name) for owner in sorted(owners)))))
+        known = self._of_site(base.source, name)
+        if known is not None:
+            return self.part(node, type_, constant(known), reads, const=known)
+        code = _FIELD_CODE.get(base.type.name, record_field_code)
+        return self.part(node, type_, code(base.run, name), reads)
+
+    def _of_site(self, owner: str, name: str) -> object | None:
+        """Return the value of `site.places.camp` where the site file is known."""
+        site = self.scope.site
+        if site is None or self.scope.type_of("site") is None or "site" in self.scope.names:
+            return None
+        match owner:
+            case "site.ports":
+                return site.ports[name].at if name in site.ports else None
+            case "site.places":
+                return site.places.get(name)
+            case "site.regions":
+                return site.regions.get(name)
+        return None
+
+    def _fields_of(self, base: Typed) -> dict[str, Type] | None:
+        match base.type.name:
+            case "agent":
+                known = tuple(self.scope.agent_types)
+                return {**AGENT_FIELDS, "type": enum_of(*known)} if known else dict(AGENT_FIELDS)
+            case "place":
+                return dict(PLACE_FIELDS)
+            case "position":
+                return dict(POSITION_FIELDS)
+            case "record":
+                return dict(base.type.fields)
+            case "any":
+                return {}
+            case "names":
+                return dict.fromkeys(base.type.values, base.type.item or ANY)
+        return None
+
+    def _no_field(self, node: ast.Attribute, base: Typed, name: str, fields: tuple[str, ...]) -> Typed:
+        token = self.parsed.token(node.attr)
+        if base.type.name == "list" and base.name in self.scope.roles:
+            return self.bad(
+                node, "E024", f"'{base.name}' is a list of agents; use for:", f"one of them: first({base.name})"
+            )
+        if base.type.name in ("record", "names"):
+            owner = f"'{base.source}'"
+        else:
+            owner = str(base.type) if base.type.name in ("agent", "list") else in_words(base.type)
+        near = closest(name, fields)
+        message = f"{owner} has no field '{name}'{did_you_mean(name, fields)}"
+        mend = "fields: " + ", ".join(fields) if fields else "it has no fields"
+        self.problems.report("E011", token.start, token.end, message, mend, mended=near or None)
+        return self.poison(node, base.reads)
+
+    def _holds_agents(self, name: str) -> bool:
+        type_ = self.scope.type_of(name)
+        while type_ is not None and type_.name == "list":
+            type_ = type_.item
+        return type_ is not None and type_.name in ("agent", "record", "any")
+
+    def _index(self, node: ast.Subscript) -> Typed:
+        base = self.visit(node.value)
+        if isinstance(node.slice, (ast.Slice, ast.Tuple)):
+            return self.bad(node, "E009", "a list is read one item at a time", "write list[0]", reads=base.reads)
+        index = self.visit(node.slice)
+        if poisoned(base, index):
+            return self.poison(node, reads_of([base, index]))
+        if base.type.name not in ("list", "any"):
+            is_field = index.literal == "text" and str(index.const).isidentifier()
+            mend = f"write {base.source}.{index.const}" if is_field else ""
+            return self.bad(node, "E013", f"{in_words(base.type)} has no items", mend, reads=base.reads)
+        if index.type not in (INT, ANY):
+            self.wrong(index, Mismatch("E013", f"an item's number is due an int, this is {in_words(index.type)}"))
+            return self.poison(node, reads_of([base, index]))
+        return self.made(node, base.type.item or ANY, item_code(base.run, index.run), [base, index])
+
+    def _call(self, node: ast.Call) -> Typed:
+        if not isinstance(node.func, ast.Name):
+            said = "only helpers are called; values have fields, no methods"
+            return self.bad(node, "E012", said, "helpers: " + ", ".join(self.scope.helpers.names()[:8]) + ", ...")
+        token = self.parsed.token(node.func.id)
+        if token.text == "is_set":
+            return self._is_set(node)
+        positional = [self.visit(argument) for argument in node.args]
+        keywords: dict[str, Typed] = {}
+        for keyword in node.keywords:
+            value = self.visit(keyword.value)
+            if keyword.arg is None:
+                return self.bad(node, "E009", "'**' is not part of the language")
+            keywords[self.parsed.token(keyword.arg).text] = value
+        parts = [*positional, *keywords.values()]
+        forms = self.scope.helpers.forms(token.text)
+        if token.kind != "name" or not forms:
+            return self._unknown_helper(node, token.text, reads_of(parts))
+        bound = bind(forms, positional, keywords, self.scope)
+        if not isinstance(bound, Bound):
+            part, why = bound
+            if part is None:
+                return self.bad(node, why.code, why.message, why.mend, reads=reads_of(parts))
+            self.wrong(part, why)
+            return self.poison(node, reads_of(parts))
+        run = call_code(bound.helper.run, [arg.run for arg in bound.args], needs_env=bound.helper.needs_env)
+        return self.made(node, bound.returns, run, bound.args, pure=not bound.helper.needs_env)
+
+    def _unknown_helper(self, node: ast.Call, name: str, reads: tuple[Read, ...]) -> Typed:
+        start, end = self.parsed.span(node.func)
+        names = self.scope.helpers.names()
+        near = closest(name, names)
+        if self.scope.type_of(name) is not None:
+            said, mend, near = f"'{name}' is a value, not a helper", "an operator may be missing before '('", ""
+        else:
+            said = f"unknown helper '{name}'{did_you_mean(name, names)}"
+            mend = f"write {near}" if near else "helpers: " + ", ".join(names)
+        self.problems.report("E012", start, end, said, mend, mended=near or None)
+        return self.poison(node, reads)
+
+    def _is_set(self, node: ast.Call) -> Typed:
+        argument = node.args[0] if len(node.args) == 1 and not node.keywords else None
+        token = self.parsed.token(argument.id) if isinstance(argument, ast.Name) else None
+        if token is None or token.kind != "name" or not isinstance(argument, ast.Name):
+            return self.bad(node, "E012", "is_set takes one name", "is_set(reply)")
+        name = token.text
+        if self.scope.type_of(name) is None:
+            return self._unknown_name(argument, name)
+        return self.part(node, BOOL, lambda env: env.is_set(name), (Read(name),))

@@ -1,0 +1,194 @@
+"""The helpers that an expression may call: a registry of pure, typed functions.
+
+A helper declares its arguments as the author sees them; the checker binds and types a call before anything runs.
+Pseudo-types: `$point` (a place or a position, the same for all such arguments of one call), `$quantity` (a number,
+a quantity or a time), `$item` (of a list). A further helper is one `Helper` in the tuple below, or of a registry of
+one's own given to `Scope`.
+"""
+
+import math
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any, Final
+
+from formiga_bt.lang import region_shapes, shapes
+from formiga_bt.lang.model import EvalError
+from formiga_bt.lang.types import (
+    ANGLE,
+    BOOL,
+    DISTANCE,
+    INT,
+    NUMBER,
+    PLACE,
+    POSITION,
+    REGION,
+    Type,
+    list_of,
+)
+
+REQUIRED: Final[Any] = object()
+"""Default of an argument that must be given."""
+
+POINT: Final = Type("$point")
+QUANTITY: Final = Type("$quantity")
+ITEM: Final = Type("$item")
+
+
+@dataclass(frozen=True, slots=True)
+class Arg:
+    """An argument of a helper. `rest` takes one or more values and is the last."""
+
+    name: str
+    type: Type
+    default: Any = REQUIRED
+    rest: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Helper:
+    """A pure function with its types; with `needs_env` it gets the environment first. May raise only `EvalError`."""
+
+    name: str
+    args: tuple[Arg, ...]
+    returns: Type
+    run: Callable[..., Any]
+    help: str
+    needs_env: bool = False
+
+    @property
+    def signature(self) -> str:
+        """Return how it is called: `circle(center, radius, points=24, start=0)`."""
+        shown = (
+            a.name + ("..." if a.rest else "") + ("" if a.default is REQUIRED else f"={a.default:g}") for a in self.args
+        )
+        return f"{self.name}({', '.join(shown)})"
+
+
+class Helpers:
+    """Helpers by name; several of one name are forms of one helper, tried in order."""
+
+    def __init__(self, helpers: Iterable[Helper]) -> None:
+        forms: dict[str, list[Helper]] = {}
+        for helper in helpers:
+            forms.setdefault(helper.name, []).append(helper)
+        self._forms: Mapping[str, tuple[Helper, ...]] = MappingProxyType({k: tuple(v) for k, v in forms.items()})
+
+    def forms(self, name: str) -> tuple[Helper, ...]:
+        """Return the forms of a helper, empty if there is none of that name."""
+        return self._forms.get(name, ())
+
+    def names(self) -> tuple[str, ...]:
+        """Return the names of all helpers, with `is_set`, which the checker itself knows."""
+        return (*self._forms, "is_set")
+
+
+def _floor_mod(a: float, b: float) -> float:
+    if b == 0:
+        raise EvalError("division by zero")
+    return a % b
+
+
+def _whole(x: float) -> int:
+    return round(x)
+
+
+def _rounded(x: float, digits: int = 0) -> float:
+    if not -9 <= digits <= 9:
+        raise EvalError(f"round takes -9 to 9 digits, not {digits}")
+    return round(x, digits)
+
+
+def _range(n: int) -> tuple[int, ...]:
+    if not 0 <= n <= 1000:
+        raise EvalError(f"range takes 0 to 1000, not {n}")
+    return tuple(range(n))
+
+
+def _end(which: int, name: str) -> Callable[[tuple[Any, ...]], Any]:
+    def run(items: tuple[Any, ...]) -> Any:
+        if not items:
+            raise EvalError(f"{name} of an empty list")
+        return items[which]
+
+    return run
+
+
+def _extreme(pick: Callable[[Iterable[Any]], Any], name: str) -> Callable[[tuple[Any, ...]], Any]:
+    def run(items: tuple[Any, ...]) -> Any:
+        if not items:
+            raise EvalError(f"{name} of an empty list")
+        return pick(items)
+
+    return run
+
+
+def _several(pick: Callable[[Iterable[Any]], Any]) -> Callable[..., Any]:
+    return lambda *items: pick(items)
+
+
+def _sum(items: tuple[float, ...]) -> float:
+    return sum(items) if all(isinstance(item, int) for item in items) else math.fsum(items)
+
+
+_P, _Q = Arg("p", POINT), Arg("x", QUANTITY)
+_A_B = (Arg("a", POINT), Arg("b", POINT))
+_EAST_NORTH = (Arg("east", DISTANCE, 0.0), Arg("north", DISTANCE, 0.0))
+_CENTER = (Arg("center", POINT), Arg("radius", DISTANCE))
+_REGION, _ITEMS = Arg("region", REGION), Arg("items", list_of(ITEM))
+
+_POINTS: Final = (
+    Helper("above", (Arg("place", PLACE), Arg("height", DISTANCE)), POSITION, shapes.above,
+           "the position this high over the ground at the place", needs_env=True),
+    Helper("at_height", (Arg("place", PLACE), Arg("height", DISTANCE)), POSITION, shapes.at_height,
+           "the position over the place, this high over the base's ground"),
+    Helper("ground", (Arg("position", POSITION),), PLACE, shapes.ground, "the place straight below"),
+    Helper("offset", (Arg("p", PLACE), *_EAST_NORTH), PLACE, shapes.moved, "the place so far east and north"),
+    Helper("offset", (Arg("p", POSITION), *_EAST_NORTH, Arg("up", DISTANCE, 0.0)), POSITION, shapes.moved,
+           "the position so far east, north and up"),
+    Helper("toward", (*_A_B, Arg("dist", DISTANCE)), POINT, shapes.toward, "the point so far from a toward b"),
+    Helper("distance", _A_B, DISTANCE, shapes.between, "over ground between places, straight between positions"),
+    Helper("bearing", _A_B, ANGLE, shapes.bearing, "direction from a to b, clockwise from north"),
+    Helper("midpoint", _A_B, POINT, shapes.midpoint, "the point half way"),
+    Helper("line", (*_A_B, Arg("n", INT)), list_of(POINT), shapes.line, "n points from a to b, both included"),
+    Helper("circle", (*_CENTER, Arg("points", INT, 24), Arg("start", ANGLE, 0.0)), list_of(POINT), shapes.circle,
+           "a closed circle: points + 1 points, clockwise"),
+    Helper("polygon", (*_CENTER, Arg("sides", INT)), list_of(POINT), shapes.polygon,
+           "the corners of a regular polygon, clockwise from north"),
+    Helper("triangle", (Arg("corner", POINT), Arg("leg", DISTANCE), Arg("heading", ANGLE, 0.0)), list_of(POINT),
+           shapes.triangle, "three points, the right angle first"),
+    Helper("zigzag", (Arg("start", POINT), Arg("end", POINT), Arg("amplitude", DISTANCE), Arg("legs", INT)),
+           list_of(POINT), shapes.zigzag, "legs + 1 points, exactly to the end"),
+    Helper("nearest", (_P, Arg("list", list_of(POINT))), POINT, shapes.nearest, "the nearest of a list"),
+)  # fmt: skip
+
+_REGIONS: Final = (
+    Helper("lawnmower", (_REGION, Arg("spacing", DISTANCE), Arg("altitude", DISTANCE), Arg("angle", ANGLE, 0.0)),
+           list_of(POSITION), region_shapes.lawnmower, "a path in lanes over the region", needs_env=True),
+    Helper("split", (_REGION, Arg("parts", INT)), list_of(REGION), region_shapes.split, "parts of equal area"),
+    Helper("split_by_area", (_REGION, Arg("max_area", NUMBER)), list_of(REGION), region_shapes.split_by_area,
+           "equal parts, none larger than so many square metres"),
+    Helper("centroid", (_REGION,), PLACE, region_shapes.centroid, "the centre of the region"),
+    Helper("area", (_REGION,), NUMBER, region_shapes.area, "the area in square metres"),
+    Helper("inside", (_P, _REGION), BOOL, region_shapes.inside, "whether the point is over the region"),
+)  # fmt: skip
+
+_NUMBERS: Final = (
+    Helper("len", (_ITEMS,), INT, len, "how many items"),
+    Helper("min", (Arg("items", list_of(QUANTITY)),), QUANTITY, _extreme(min, "min"), "the least of a list"),
+    Helper("min", (_Q, Arg("others", QUANTITY, rest=True)), QUANTITY, _several(min), "the least"),
+    Helper("max", (Arg("items", list_of(QUANTITY)),), QUANTITY, _extreme(max, "max"), "the greatest of a list"),
+    Helper("max", (_Q, Arg("others", QUANTITY, rest=True)), QUANTITY, _several(max), "the greatest"),
+    Helper("abs", (_Q,), QUANTITY, abs, "without its sign"),
+    Helper("round", (Arg("x", NUMBER),), INT, _whole, "the nearest whole number"),
+    Helper("round", (_Q, Arg("digits", INT, 0)), QUANTITY, _rounded, "rounded to so many digits"),
+    Helper("sum", (Arg("items", list_of(QUANTITY)),), QUANTITY, _sum, "the sum of a list"),
+    Helper("mod", (Arg("a", QUANTITY), Arg("b", QUANTITY)), QUANTITY, _floor_mod, "the remainder of a / b"),
+    Helper("range", (Arg("n", INT),), list_of(INT), _range, "0, 1, .. n - 1"),
+    Helper("first", (_ITEMS,), ITEM, _end(0, "first"), "the first item"),
+    Helper("last", (_ITEMS,), ITEM, _end(-1, "last"), "the last item"),
+    Helper("reverse", (_ITEMS,), list_of(ITEM), lambda items: items[::-1], "the list backwards"),
+)  # fmt: skip
+
+STANDARD: Final = Helpers((*_POINTS, *_REGIONS, *_NUMBERS))
+"""The helpers of the language."""

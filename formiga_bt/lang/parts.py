@@ -1,0 +1,110 @@
+"""The ground of the expression checker: making typed parts, folding constants, reporting at columns.
+
+`Parts` holds what one check works with; `operands` and `checker` build on it. A part that was refused is poison (its
+code is `never`), so that one mistake is one diagnostic.
+"""
+
+import ast
+from abc import ABC, abstractmethod
+from collections.abc import Iterable
+from typing import Any, Final
+
+from formiga_bt.lang.model import EvalError, Read
+from formiga_bt.lang.scope import Scope
+from formiga_bt.lang.tokens import Parsed
+from formiga_bt.lang.typed import Mismatch, Problems, Run, Typed, constant, never
+from formiga_bt.lang.types import ANY, Type
+
+Names = frozenset[str]
+NO_NAMES: Final[Names] = frozenset()
+
+
+def facts(node: ast.AST, parsed: Parsed) -> tuple[Names, Names]:
+    """Return the names that are set for certain when a condition is true, and when it is false."""
+    if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not):
+        when_true, when_false = facts(node.operand, parsed)
+        return when_false, when_true
+    if isinstance(node, ast.BoolOp):
+        parts = [facts(value, parsed) for value in node.values]
+        trues, falses = [part[0] for part in parts], [part[1] for part in parts]
+        if isinstance(node.op, ast.And):
+            return NO_NAMES.union(*trues), falses[0].intersection(*falses)
+        return trues[0].intersection(*trues), NO_NAMES.union(*falses)
+    if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and len(node.args) == 1:
+        argument = node.args[0]
+        if parsed.token(node.func.id).text == "is_set" and isinstance(argument, ast.Name):
+            return frozenset({parsed.token(argument.id).text}), NO_NAMES
+    return NO_NAMES, NO_NAMES
+
+
+def poisoned(*parts: Typed) -> bool:
+    """Return whether one of the parts was refused."""
+    return any(part.run is never for part in parts)
+
+
+def reads_of(parts: Iterable[Typed]) -> tuple[Read, ...]:
+    """Return what the parts read, each once, in order."""
+    return tuple(dict.fromkeys(read for part in parts for read in part.reads))
+
+
+class Parts(ABC):
+    """What one check works with, and how it makes parts; problems go to `problems`."""
+
+    def __init__(self, parsed: Parsed, scope: Scope, problems: Problems) -> None:
+        self.parsed = parsed
+        self.scope = scope
+        self.problems = problems
+        self.known_set: Names = NO_NAMES
+        """Names that are set for certain where the visit stands."""
+        self.loose = False
+        """Whether a value of type `any` took part, so that types are only known at run time."""
+
+    @abstractmethod
+    def visit(self, node: ast.expr) -> Typed:
+        """Check a node and return its part."""
+
+    def bad(
+        self,
+        node: ast.AST,
+        code: str,
+        message: str,
+        mend: str = "",
+        *,
+        mended: str | None = None,
+        reads: tuple[Read, ...] = (),
+    ) -> Typed:
+        """Report a problem at a node and return poison."""
+        start, end = self.parsed.span(node)
+        self.problems.report(code, start, end, message, mend, mended=mended)
+        return self.poison(node, reads)
+
+    def poison(self, node: ast.AST, reads: tuple[Read, ...] = ()) -> Typed:
+        """Return a part that was refused."""
+        return self.part(node, ANY, never, reads)
+
+    def part(self, node: ast.AST, type_: Type, run: Run, reads: tuple[Read, ...] = (), **more: Any) -> Typed:
+        """Make a part of a node."""
+        self.loose = self.loose or (type_.name == "any" and run is not never)
+        start, end = self.parsed.span(node)
+        return Typed(type_, run, start, end, self.parsed.source[start:end], reads, **more)
+
+    def made(self, node: ast.AST, type_: Type, run: Run, parts: list[Typed], *, pure: bool = True) -> Typed:
+        """Make a part from others; fold it where all of them are constant."""
+        reads = reads_of(parts)
+        if poisoned(*parts):
+            return self.poison(node, reads)
+        if not (pure and all(part.is_const for part in parts)):
+            return self.part(node, type_, run, reads)
+        try:
+            value = run(_NO_ENV)
+        except EvalError as error:
+            return self.bad(node, "E013", f"this never has a value: {error.reason}", reads=reads)
+        return self.part(node, type_, constant(value), reads, const=value)
+
+    def wrong(self, part: Typed, why: Mismatch) -> None:
+        """Report why a part does not stand where it does."""
+        self.problems.report(why.code, part.start, part.end, why.message, why.mend, mended=why.mended)
+
+
+_NO_ENV: Final[Any] = None
+"""Stands for the environment while constants are folded; nothing constant reads it."""

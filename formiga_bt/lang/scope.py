@@ -1,0 +1,142 @@
+"""The names that an expression may read at one place of a task, and the fields of agents and built-ins.
+
+Built by the loader as it walks a task; read by the expression checker. Scopes are never changed: each narrowing or
+addition returns a new one.
+"""
+
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Final
+
+from formiga_bt.lang.helpers import STANDARD, Helpers
+from formiga_bt.lang.model import AgentType, Site
+from formiga_bt.lang.types import (
+    BOOL,
+    DISTANCE,
+    DURATION,
+    INT,
+    MASS,
+    NUMBER,
+    PERCENT,
+    PLACE,
+    POSITION,
+    REGION,
+    TEXT,
+    TIME,
+    Type,
+    enum_of,
+    record_of,
+)
+
+STATUS: Final = enum_of("STANDBY", "ASSIGNED", "EXECUTING ACTION", "PARKED_AWAY", "QUARANTINED")
+CONTROL: Final = enum_of("engine", "pilot", "failsafe", "unknown")
+
+AGENT_FIELDS: Final[Mapping[str, Type]] = MappingProxyType(
+    {
+        "id": TEXT,
+        "type": TEXT,
+        "position": POSITION,
+        "home": PLACE,
+        "battery": PERCENT,
+        "status": STATUS,
+        "airborne": BOOL,
+        "payload": MASS,
+        "age": DURATION,
+        "control": CONTROL,
+        "transit_height": DISTANCE,
+    }
+)
+"""What an expression may read of any agent; the blackboard's last value."""
+
+PLACE_FIELDS: Final[Mapping[str, Type]] = MappingProxyType({"lat": NUMBER, "lng": NUMBER})
+POSITION_FIELDS: Final[Mapping[str, Type]] = MappingProxyType({**PLACE_FIELDS, "height": DISTANCE})
+TASK_FIELDS: Final = record_of(id=TEXT, name=TEXT, priority=enum_of("low", "medium", "high"), run=INT)
+BUILT_INS: Final = ("base", "task", "now", "site")
+"""Always there. `error`, `abort` and `result` are names that the loader adds where they have a value."""
+
+
+def _site_type(site: Site | None) -> Type:
+    """Return the type of `site`: three records by name, open (any name goes) without a site file."""
+
+    def names(of: Type, known: Mapping[str, object] | None) -> Type:
+        return Type("names", item=of, values=tuple(known or ()))
+
+    return record_of(
+        ports=names(PLACE, site.ports if site else None),
+        places=names(PLACE, site.places if site else None),
+        regions=names(REGION, site.regions if site else None),
+    )
+
+
+class Scope:
+    """The names that are visible at a place of a task, with their types.
+
+    Args:
+        names: params, vars, roles, saved and loop names; `error`, `abort`, `result` where they have a value.
+        agent_types: of the catalogue, when known.
+        roles: which of the names are roles (for messages).
+        maybe_unset: names that must be tested with `is_set` before use, each with its reason: `E067` (optional
+            param), `E019` (saved on some paths only), or `E019 it is saved only when line 14 ran`. A set of names
+            means E019.
+        site: the checked site, when known.
+        helpers: the pure functions that may be called.
+    """
+
+    __slots__ = ("_all", "agent_types", "helpers", "maybe_unset", "names", "roles", "site")
+
+    def __init__(
+        self,
+        names: Mapping[str, Type],
+        *,
+        agent_types: Mapping[str, AgentType] | None = None,
+        roles: frozenset[str] = frozenset(),
+        maybe_unset: Mapping[str, str] | frozenset[str] = frozenset(),
+        site: Site | None = None,
+        helpers: Helpers = STANDARD,
+    ) -> None:
+        self.names = MappingProxyType(dict(names))
+        self.agent_types = MappingProxyType(dict(agent_types or {}))
+        self.roles = roles
+        reasons = maybe_unset if isinstance(maybe_unset, Mapping) else dict.fromkeys(sorted(maybe_unset), "E019")
+        self.maybe_unset = MappingProxyType(dict(reasons))
+        self.site = site
+        self.helpers = helpers
+        built_in = {"base": PLACE, "task": TASK_FIELDS, "now": TIME, "site": _site_type(site)}
+        self._all = MappingProxyType({**built_in, **names})
+
+    def _with(
+        self, names: Mapping[str, Type], maybe_unset: Mapping[str, str], roles: frozenset[str] | None = None
+    ) -> "Scope":
+        return Scope(
+            names,
+            agent_types=self.agent_types,
+            roles=self.roles if roles is None else roles,
+            maybe_unset=maybe_unset,
+            site=self.site,
+            helpers=self.helpers,
+        )
+
+    def with_names(
+        self,
+        more: Mapping[str, Type],
+        *,
+        roles: frozenset[str] = frozenset(),
+        maybe_unset: Mapping[str, str] | None = None,
+    ) -> "Scope":
+        """Return a child scope with more names; those given in `maybe_unset` must be tested before use."""
+        left = {name: reason for name, reason in self.maybe_unset.items() if name not in more}
+        return self._with({**self.names, **more}, {**left, **(maybe_unset or {})}, self.roles | roles)
+
+    def narrowed(self, set_names: frozenset[str]) -> "Scope":
+        """Return this scope where these names are known to be set."""
+        if not set_names & self.maybe_unset.keys():
+            return self
+        return self._with(self.names, {n: why for n, why in self.maybe_unset.items() if n not in set_names})
+
+    def type_of(self, name: str) -> Type | None:
+        """Return the type of a name, or None if it is not visible here."""
+        return self._all.get(name)
+
+    def visible(self) -> tuple[str, ...]:
+        """Return every name that is legal here, the author's own first."""
+        return (*self.names, *(name for name in BUILT_INS if name not in self.names))
