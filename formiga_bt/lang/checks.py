@@ -1,8 +1,167 @@
-"""Checks of a whole task, on the model: retries, time-outs, ignored failures, the state of flight."""
+"""Checks of a whole task, on the model: retries, time-outs, ignored failures, the state of flight.
 
-from formiga_bt.lang.model import Catalogue, Task
+What one step or one name shows by itself is checked while it is read; this is what needs the steps around it.
+"""
+
+from collections.abc import Iterator, Mapping
+
+from formiga_bt.lang.flight import check_flight, plain_name
+from formiga_bt.lang.model import (
+    ActionSpec,
+    Ask,
+    Call,
+    Catalogue,
+    Do,
+    Expr,
+    Fail,
+    Fallback,
+    If,
+    Sequence,
+    Step,
+    Subtree,
+    Task,
+)
 from formiga_bt.lang.reading import Problems
+from formiga_bt.units import format_quantity
 
 
 def check_task(task: Task, catalogue: Catalogue, problems: Problems) -> None:
-    """Report what only the whole task shows."""
+    """Report what only the whole task shows, in its own steps and in the subtrees that it sees."""
+    checks = _Checks(catalogue, problems)
+    sections = (
+        ("steps", task.steps),
+        ("on_failure", task.on_failure),
+        ("on_abort", task.on_abort),
+        ("finally", task.finally_),
+    )
+    for name, steps in sections:
+        with problems.within(name):
+            checks.check(steps, bounded=False)
+    for subtree in task.subtrees.values():
+        checks.check_subtree(subtree)
+    check_flight(task, catalogue, problems)
+
+
+def children(step: Step) -> tuple[Step, ...]:
+    """Return the steps inside a step, those of a called subtree left out."""
+    match step:
+        case Sequence() | Fallback():
+            return step.steps
+        case If():
+            return (*step.then, *step.otherwise)
+        case _:
+            return ()
+
+
+def orders(step: Step, names: Mapping[str, str] | None = None) -> Iterator[tuple[str, Do]]:
+    """Iterate over all goals that a step may send, calls included, with the caller's name of the agent ("" if unknown)."""
+    if isinstance(step, Do):
+        yield (step.who.name if names is None else names.get(step.who.name, "")), step
+    elif isinstance(step, Call):
+        inner = {}
+        for param, arg in step.args.items():
+            outer = plain_name(arg)
+            inner[param] = outer if names is None else names.get(outer, "")
+        for child in step.subtree.steps:
+            yield from orders(child, inner)
+    else:
+        for child in children(step):
+            yield from orders(child, names)
+
+
+def can_succeed(step: Step) -> bool:
+    """Return whether some path through a step succeeds."""
+    if step.ignore_failure:
+        return True
+    match step:
+        case Fail():
+            return False
+        case Sequence():
+            return all(can_succeed(child) or child.when is not None for child in step.steps)
+        case Fallback():
+            return any(can_succeed(child) for child in step.steps)
+        case If():
+            return not step.otherwise or any(_all_can(branch) for branch in (step.then, step.otherwise))
+        case _:
+            return True
+
+
+def _all_can(steps: tuple[Step, ...]) -> bool:
+    return all(can_succeed(step) or step.when is not None for step in steps)
+
+
+class _Checks:
+    def __init__(self, catalogue: Catalogue, problems: Problems) -> None:
+        self.actions = catalogue.actions
+        self.problems = problems
+
+    def check_subtree(self, subtree: Subtree) -> None:
+        """Check the body of a subtree; a question in it may be bounded by its caller."""
+        with self.problems.outermost(subtree.name, "steps"):
+            self.check(subtree.steps, bounded=False)
+
+    def check(self, steps: tuple[Step, ...], *, bounded: bool) -> None:
+        """Check steps and what is inside them; `bounded`: a step around them has a time-out."""
+        for step in steps:
+            with self.problems.within(step.title):
+                self._check_step(step, bounded)
+                inner = bounded or step.timeout is not None or (step.retry is not None and step.retry.attempt_timeout)
+                self.check(children(step), bounded=bool(inner))
+
+    def _check_step(self, step: Step, bounded: bool) -> None:
+        if step.retry is not None:
+            self._check_retry(step)
+        if isinstance(step, Do):
+            self._check_typical(step, step.timeout, "timeout")
+            if step.retry is not None:
+                self._check_typical(step, step.retry.attempt_timeout, "attempt_timeout")
+        if isinstance(step, Ask) and step.timeout is None and not bounded:
+            attempt = step.retry.attempt_timeout if step.retry is not None else None
+            if attempt is None:
+                self.problems.add("W049", step.mark, "nobody may ever answer: add timeout:", "such as: timeout: 10 min")
+        if step.ignore_failure:
+            self._check_ignored(step)
+        if isinstance(step, Fallback):
+            self._check_fallback(step)
+
+    def _check_retry(self, step: Step) -> None:
+        assert step.retry is not None
+        for _, do in orders(step):
+            spec = self.actions.get(do.action)
+            if spec is not None and not spec.repeatable:
+                what = f"{spec.name} cannot be repeated, so it cannot be retried"
+                self.problems.add("E046", step.retry.mark, what, "remove retry, or put it around the other steps only")
+                return
+
+    def _check_typical(self, step: Do, bound: Expr | None, key: str) -> None:
+        spec = self.actions.get(step.action)
+        if spec is None or bound is None or not bound.is_const or not isinstance(bound.const, int | float):
+            return
+        typical = spec.typical_us / 1e6
+        if 0 < bound.const < typical:
+            usual, given = format_quantity("duration", typical), format_quantity("duration", float(bound.const))
+            what = f"{spec.name} usually takes {usual}, {key} is {given}"
+            self.problems.add("E046", bound.mark, what, f"give it at least {usual}")
+
+    def _moves(self, spec: ActionSpec | None) -> bool:
+        return spec is not None and bool(spec.moves_to or spec.effect)
+
+    def _check_ignored(self, step: Step) -> None:
+        for name, do in orders(step):
+            if self._moves(self.actions.get(do.action)):
+                what = f"if {do.action} fails, the next steps run with '{name or do.who.name}' somewhere else"
+                self.problems.add("W069", step.mark, what, "let it fail, or use retry or fallback")
+                return
+
+    def _check_fallback(self, step: Fallback) -> None:
+        moved: dict[str, str] = {}
+        for child in step.steps:
+            commanded = {name for name, _ in orders(child)}
+            for name, action in moved.items():
+                if name not in commanded and can_succeed(child):
+                    what = f"if {action} fails, this counts as success with '{name}' somewhere else"
+                    self.problems.add("W069", child.mark, what, f"command '{name}' here too, or end with fail:")
+                    break
+            for name, do in orders(child):
+                if name and self._moves(self.actions.get(do.action)):
+                    moved.setdefault(name, do.action)
