@@ -15,7 +15,7 @@ from typing import Any, ClassVar
 
 from py_trees import common
 from py_trees.behaviour import Behaviour
-from py_trees.common import Status
+from py_trees.common import Status as Status
 
 from formiga_bt.diagnostics import Mark
 from formiga_bt.lang.model import Step

@@ -79,3 +79,10 @@ def test_the_tour_names_files_that_exist() -> None:
     named = set(re.findall(r"`((?:\w+/)*\w+\.py|(?:\w+/)+)`", tour))
     places = [ROOT, ROOT / "formiga_bt", ROOT / "formiga_bt" / "lang"]
     assert [path for path in sorted(named) if not any((place / path).exists() for place in places)] == []
+
+
+def test_every_code_of_the_checker_is_described_and_no_other() -> None:
+    code = re.compile(r"[\"']([EW]\d{3})[\"']")
+    used = {c for path in (ROOT / "formiga_bt").rglob("*.py") for c in code.findall(path.read_text(encoding="utf-8"))}
+    table = (ROOT / "docs" / "errors.md").read_text(encoding="utf-8")
+    assert set(re.findall(r"^\| ([EW]\d{3}) \|", table, re.MULTILINE)) == used

@@ -68,7 +68,7 @@ def test_json_says_the_same_to_programs(bad: Path, good: Path, capsys: pytest.Ca
     assert run(["check", "--json", str(bad), str(good)]) == 1
     report = json.loads(capsys.readouterr().out)
     assert (report["ok"], report["files"]) == (False, 2)
-    first = report["diagnostics"][0]
+    first = next(d for d in report["diagnostics"] if d["code"] == "E004")
     assert (first["file"], first["severity"]) == (str(bad), "error")
     assert {"code", "line", "col", "end_line", "end_col", "message", "help", "within", "fix"} <= first.keys()
 
