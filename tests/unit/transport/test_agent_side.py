@@ -1,0 +1,238 @@
+from collections.abc import Callable
+
+import pytest
+
+from formiga_bt.clock import SECOND
+from formiga_bt.geo import Position
+from formiga_bt.transport.agent_side import REMEMBERED_GOALS, AgentSide
+from formiga_bt.transport.messages import AgentCard, AgentStatus, ClockBeat, GoalEvent, GoalRequest
+
+
+class Link:
+    def __init__(self) -> None:
+        self.events: list[GoalEvent] = []
+        self.statuses: list[AgentStatus] = []
+        self.cards: list[AgentCard] = []
+
+    def publish_status(self, status: AgentStatus) -> None:
+        self.statuses.append(status)
+
+    def publish_event(self, event: GoalEvent) -> None:
+        self.events.append(event)
+
+    def publish_card(self, card: AgentCard) -> None:
+        self.cards.append(card)
+
+
+class Body:
+    def __init__(self) -> None:
+        self.started: list[str] = []
+        self.refuses = ""
+        self.in_start: Callable[[str], None] = lambda _: None
+        self.in_cancel: Callable[[str], bool] = lambda _: True
+
+    def start(self, request: GoalRequest) -> str:
+        if self.refuses:
+            return self.refuses
+        self.started.append(request.goal_id)
+        self.in_start(request.goal_id)
+        return ""
+
+    def cancel(self, goal_id: str) -> bool:
+        return self.in_cancel(goal_id)
+
+
+class Agent:
+    def __init__(self, *, human: bool = False, beat_us: int | None = None) -> None:
+        self.time = 0
+        self.link = Link()
+        self.body = Body()
+        card = AgentCard(id="a", type="drone", boot_id="b1", actions=("Go", "Confirm"), human=human)
+        self.side = AgentSide(card, self.body, self.link, now=lambda: self.time, beat_us=beat_us)
+
+    def goal(self, goal_id: str, **more: object) -> GoalEvent:
+        return self.side.on_goal(GoalRequest(**{"goal_id": goal_id, "agent": "a", "action": "Go", **more}))
+
+    def clock(self, beat: int, *, epoch: int = 0, engine_us: int = 0, speed: float = 1.0) -> None:
+        self.side.on_clock(ClockBeat(wall_us=0, engine_us=engine_us, speed=speed, epoch=epoch, beat=beat))
+
+
+@pytest.fixture
+def agent() -> Agent:
+    return Agent()
+
+
+def test_the_card_and_a_standby_status_are_announced(agent: Agent) -> None:
+    agent.side.announce()
+    assert agent.link.cards == [agent.side.card]
+    assert (agent.link.statuses[0].status, agent.link.statuses[0].boot_id) == ("STANDBY", "b1")
+
+
+def test_the_status_names_the_running_goal(agent: Agent) -> None:
+    agent.goal("g1", task_id="PickUp-1")
+    agent.side.publish_status(battery=70.0, position=Position(1, 2, 3))
+    status = agent.link.statuses[-1]
+    assert (status.status, status.task_id, status.action_name, status.battery) == (
+        "EXECUTING ACTION",
+        "PickUp-1",
+        "Go",
+        70.0,
+    )
+    agent.side.finish("g1", "succeeded")
+    agent.side.publish_status()
+    after = agent.link.statuses[-1]
+    assert (after.status, after.task_id, after.action_name) == ("STANDBY", "None", "")
+    assert (after.last_goal, after.last_goal_state) == ("g1", "succeeded")
+    assert after.seq > status.seq
+
+
+def test_a_body_cannot_set_what_the_side_knows(agent: Agent) -> None:
+    with pytest.raises(AssertionError, match="seq"):
+        agent.side.set_status(seq=3)
+
+
+def test_a_goal_may_end_while_it_is_being_begun(agent: Agent) -> None:
+    agent.body.in_start = lambda goal: agent.side.finish(goal, "succeeded", result={"x": 1})
+    reply = agent.goal("g1")
+    assert (reply.state, reply.n, reply.result) == ("succeeded", 2, {"x": 1})
+    assert [event.state for event in agent.link.events] == ["succeeded"]
+    assert agent.side.active == ()
+
+
+def test_a_goal_of_another_agent_is_refused(agent: Agent) -> None:
+    assert agent.goal("g1", agent="b").code == "wrong_agent"
+
+
+def test_a_refused_safety_goal_leaves_the_running_one_alone(agent: Agent) -> None:
+    agent.goal("g1")
+    agent.body.refuses = "too_low"
+    assert agent.goal("s1", safety=True).code == "too_low"
+    assert agent.side.state_of("g1") == "accepted"
+    assert agent.link.events == []
+
+
+def test_a_safety_goal_that_ends_at_once_ends_after_the_one_it_replaced(agent: Agent) -> None:
+    agent.goal("g1")
+    agent.body.in_start = lambda goal: agent.side.finish(goal, "succeeded")
+    agent.goal("s1", safety=True)
+    assert [(event.goal_id, event.state) for event in agent.link.events] == [("g1", "superseded"), ("s1", "succeeded")]
+    assert agent.side.status.last_goal == "s1"
+
+
+def test_news_of_an_ended_goal_is_not_sent(agent: Agent) -> None:
+    agent.goal("g1")
+    agent.side.finish("g1", "failed", code="motor")
+    agent.side.feedback("g1", progress=0.5)
+    agent.side.finish("g1", "succeeded")
+    agent.side.finish("never", "succeeded")
+    assert [event.state for event in agent.link.events] == ["failed"]
+
+
+def test_a_cancel_that_the_body_follows_at_once_answers_the_end(agent: Agent) -> None:
+    def end(goal: str) -> bool:
+        agent.side.finish(goal, "canceled")
+        return True
+
+    agent.body.in_cancel = end
+    agent.goal("g1")
+    assert agent.side.on_cancel("g1").state == "canceled"
+
+
+def test_a_repeated_cancel_is_not_passed_on(agent: Agent) -> None:
+    asked: list[str] = []
+    agent.body.in_cancel = lambda goal: not asked.append(goal)
+    agent.goal("g1")
+    assert agent.side.on_cancel("g1") == agent.side.on_cancel("g1")
+    assert asked == ["g1"]
+    agent.side.feedback("g1", progress=0.9)
+    assert agent.link.events[-1].state == "canceling"
+
+
+def test_a_refused_cancel_may_be_asked_again(agent: Agent) -> None:
+    agent.body.in_cancel = lambda _: False
+    agent.goal("g1")
+    replies = [agent.side.on_cancel("g1") for _ in range(2)]
+    assert [(reply.state, reply.cancel_refused, reply.n) for reply in replies] == [
+        ("accepted", True, 2),
+        ("accepted", True, 3),
+    ]
+    assert not agent.side.on_query(["g1"])[0].cancel_refused
+
+
+def test_a_higher_epoch_of_the_clock_bars_older_goals(agent: Agent) -> None:
+    agent.clock(50, epoch=2)
+    assert agent.goal("g1", epoch=1, beat=50).code == "epoch_old"
+    assert agent.side.state_of("g1") == "unknown"
+    assert agent.goal("g1", epoch=2, beat=50).state == "accepted"
+
+
+def test_a_new_epoch_starts_its_own_count_of_beats(agent: Agent) -> None:
+    agent.clock(5000, epoch=1)
+    assert agent.goal("g1", epoch=2, beat=3).state == "accepted"
+    agent.clock(4, epoch=2)
+    assert (agent.side.epoch, agent.side.beat) == (2, 4)
+    agent.clock(9000, epoch=1)
+    assert agent.side.beat == 4
+
+
+def test_a_goal_lives_for_its_beats_and_not_longer(agent: Agent) -> None:
+    agent.clock(15)
+    assert agent.goal("g1", beat=5, ttl_beats=10).state == "accepted"
+    agent.side.finish("g1", "succeeded")
+    agent.clock(16)
+    assert agent.goal("g2", beat=5, ttl_beats=10).code == "goal_expired"
+    assert agent.goal("g1", beat=5, ttl_beats=10).state == "succeeded", "a recorded state is told all the same"
+
+
+def test_beats_that_must_have_passed_unheard_count_too() -> None:
+    agent = Agent(beat_us=SECOND)
+    agent.clock(5)
+    agent.time += 11 * SECOND
+    assert agent.goal("g1", beat=5, ttl_beats=10).code == "goal_expired"
+    assert agent.goal("g2", beat=16, ttl_beats=10).state == "accepted"
+
+
+def test_engine_time_is_extrapolated_and_never_goes_back(agent: Agent) -> None:
+    agent.time = 7
+    assert agent.side.engine_now() == 7
+    agent.clock(1, engine_us=1000 * SECOND, speed=10.0)
+    agent.time += SECOND
+    assert agent.side.engine_now() == 1010 * SECOND
+    agent.clock(2, engine_us=1008 * SECOND, speed=0.0)
+    assert agent.side.engine_now() == 1010 * SECOND
+    agent.clock(1, engine_us=2000 * SECOND)
+    assert agent.side.engine_now() == 1010 * SECOND, "a late beat is ignored"
+
+
+def test_a_thousand_ended_goals_are_remembered_and_running_ones_never_forgotten() -> None:
+    agent = Agent(human=True)
+    agent.goal("kept", action="Confirm")
+    for i in range(REMEMBERED_GOALS + 5):
+        agent.goal(f"g{i}")
+        agent.side.finish(f"g{i}", "succeeded")
+    assert agent.side.state_of("kept") == "accepted"
+    assert agent.side.state_of("g0") == "unknown"
+    assert agent.side.state_of("g6") == "succeeded"
+
+
+def test_a_person_holds_many_questions_beside_one_other_goal() -> None:
+    agent = Agent(human=True)
+    assert [agent.goal(f"q{i}", action="Confirm").state for i in range(3)] == ["accepted"] * 3
+    assert agent.goal("g1").state == "accepted"
+    assert agent.goal("g2").code == "busy"
+    assert agent.goal("s1", safety=True).state == "accepted"
+    assert agent.side.state_of("g1") == "superseded"
+    assert [goal.goal_id for goal in agent.side.active] == ["q0", "q1", "q2", "s1"]
+
+
+def test_a_pilot_ends_all_goals_and_gives_back(agent: Agent) -> None:
+    agent.goal("g1")
+    agent.side.take_control("pilot")
+    agent.side.take_control("pilot")
+    assert [event.state for event in agent.link.events] == ["taken_over"]
+    assert agent.link.events[0].status is not None
+    assert agent.link.events[0].status.control == "pilot"
+    assert len(agent.link.statuses) == 1
+    assert agent.goal("s1", safety=True).code == "not_in_command"
+    agent.side.take_control("engine")
+    assert agent.goal("g2").state == "accepted"

@@ -1,0 +1,144 @@
+"""docs/wire.md says all there is to say: every field, state and code, and examples that are what the code writes.
+
+To renew the examples: FORMIGA_UPDATE=1 pytest tests/unit/transport/test_wire_doc.py
+"""
+
+import os
+import re
+from pathlib import Path
+from typing import Any, get_args
+
+import msgspec
+import pytest
+from msgspec import Struct
+
+from formiga_bt.geo import Position
+from formiga_bt.transport import agent_side, codec
+from formiga_bt.transport.codec import CancelRequest, GoalsReply, GoalsRequest
+from formiga_bt.transport.desk import ConfirmFields
+from formiga_bt.transport.messages import (
+    AgentCard,
+    AgentStatus,
+    Clearance,
+    ClockBeat,
+    Control,
+    GoalEvent,
+    GoalRequest,
+    GoalState,
+    Landed,
+    to_wire,
+)
+
+DOC = Path(__file__).parents[3] / "docs" / "wire.md"
+T0 = 1_790_000_000_000_000
+
+STATUS = AgentStatus(
+    id="hwd_1",
+    type="hwd",
+    battery=87.5,
+    position=Position(180.0, 90.0, 60.0),
+    lat=66.50080692,
+    lng=25.70403425,
+    initial_deployment=Position(0.0, 20.0, 0.0),
+    landed="airborne",
+    payload_kg=1.2,
+    age_us=40_000,
+    boot_id="hwd_1@65a1",
+    seq=412,
+    stamp=T0 + 12_000_000,
+    beat=731,
+    last_goal="PickUp-12/0/steps/steps[1]",
+    last_goal_state="succeeded",
+)
+DONE = GoalEvent(
+    goal_id="PickUp-12/0/steps/steps[1]", agent="hwd_1", state="succeeded", n=7, result={"found": 3}, status=STATUS
+)
+EXAMPLES: dict[str, Struct] = {
+    "AgentCard": AgentCard(
+        id="hwd_1",
+        type="hwd",
+        boot_id="hwd_1@65a1",
+        actions=("TakeOff", "GoTo", "LandIn"),
+        limits={"speed_m_s": 10.0, "climb_m_s": 3.0},
+    ),
+    "AgentStatus": STATUS,
+    "GoalRequest": GoalRequest(
+        goal_id="PickUp-12/0/steps/steps[1]",
+        agent="hwd_1",
+        action="GoTo",
+        fields={"to": to_wire(Position(180.0, 90.0, 60.0)), "speed_m_s": 8.0},
+        epoch=4,
+        beat=724,
+        clearance=Clearance("watcher_1", T0),
+        task_id="PickUp-12",
+    ),
+    "GoalEvent": DONE,
+    "CancelRequest": CancelRequest("PickUp-12/0/steps/steps[1]"),
+    "GoalsRequest": GoalsRequest(("PickUp-12/0/steps/steps[1]", "PickUp-12/0/steps/steps[2]")),
+    "GoalsReply": GoalsReply(
+        "hwd_1@65a1",
+        (
+            msgspec.structs.replace(DONE, state="running", n=3, result={}, status=None, progress=0.4, eta_s=12.0),
+            GoalEvent(goal_id="PickUp-12/0/steps/steps[2]", agent="hwd_1", state="unknown"),
+        ),
+    ),
+    "ClockBeat": ClockBeat(wall_us=T0 + 500_000, engine_us=T0 + 12_000_000, speed=1.0, epoch=4, beat=731),
+    "ConfirmFields": ConfirmFields(
+        question="Is the crate loaded?",
+        options=("not_yet", "loaded"),
+        note="hwd_1 stands at camp with its rotors off",
+        number="Q7",
+        expires_us=T0 + 300_000_000,
+        if_no_answer="hwd_1 flies home without it",
+    ),
+}
+
+
+def written(message: Struct) -> str:
+    return msgspec.json.format(codec.encode(message), indent=2).decode()
+
+
+def block(name: str, body: str) -> str:
+    return f"<!-- example: {name} -->\n```json\n{body}\n```\n"
+
+
+@pytest.fixture(scope="module")
+def doc() -> str:
+    text = DOC.read_text()
+    if os.environ.get("FORMIGA_UPDATE"):
+        for name, message in EXAMPLES.items():
+            head, tail = text.split(f"<!-- example: {name} -->\n", 1)
+            text = head + block(name, written(message)) + tail.split("```\n", 1)[1]
+        DOC.write_text(text)
+    return text
+
+
+@pytest.mark.parametrize("name", EXAMPLES)
+def test_the_example_is_what_the_code_writes_and_reads(doc: str, name: str) -> None:
+    message = EXAMPLES[name]
+    assert block(name, written(message)) in doc, "renew it with FORMIGA_UPDATE=1"
+    assert codec.decode(codec.encode(message), type(message)) == message
+
+
+@pytest.mark.parametrize("name", EXAMPLES)
+def test_every_field_is_explained(doc: str, name: str) -> None:
+    fields = type(EXAMPLES[name]).__struct_encode_fields__
+    assert [field for field in fields if f"`{field}`" not in doc] == []
+
+
+@pytest.mark.parametrize("words", [GoalState, Control, Landed])
+def test_every_word_is_named(doc: str, words: Any) -> None:
+    assert [word for word in get_args(words) if f"`{word}`" not in doc] == []
+
+
+def test_every_code_of_the_agents_rules_is_named(doc: str) -> None:
+    source = Path(agent_side.__file__).read_text()
+    codes = set(re.findall(r'return "([a-z_]+)"|code="([a-z_]+)"', source))
+    found = {first or second for first, second in codes} | {"busy"}
+    assert {"epoch_old", "goal_expired", "unknown_action", "not_in_command"} <= found
+    assert [code for code in sorted(found) if f"`{code}`" not in doc] == []
+
+
+def test_the_limits_are_the_codes(doc: str) -> None:
+    assert str(codec.FRAME_LIMIT) in doc
+    assert f"{agent_side.REMEMBERED_GOALS:,}" in doc
