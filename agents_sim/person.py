@@ -150,8 +150,9 @@ class Person:
             timer.cancel()
         self._answers.clear()
 
-    def shift(self, by: Micros) -> None:
-        """Follow a jump of engine time (nothing here depends on it)."""
+    def shift(self, by: Micros) -> None:  # noqa: ARG002  (a body's)
+        """Follow a jump of engine time: note again, in the new time, where the person stands."""
+        self._recorder.person_at(self.agent, self._scheduler.now(), self._place)
 
     def _choose(self, question: str, options: list[str]) -> tuple[str | None, Micros]:
         """Return the answer (None: never) and how long it takes."""

@@ -60,6 +60,15 @@ def is_person(spec: AgentSpec) -> bool:
     return spec.type in PERSON_TYPES
 
 
+def drone_limits(spec: AgentSpec) -> DroneLimits:
+    """Return the limits of a drone: its type's, with the spec's overrides.
+
+    Raises:
+        ValueError: an override is wrong.
+    """
+    return DRONE_TYPES.get(spec.type, DroneLimits()).replaced(spec.limits)
+
+
 def build_body(
     spec: AgentSpec, scheduler: Scheduler, *, recorder: Recorder | None = None, state: BodyState | None = None
 ) -> Body:
@@ -73,7 +82,7 @@ def build_body(
         return Person(spec.id, scheduler, place, read_rules(spec.script), recorder)
     if not 0.0 <= spec.battery <= 100.0:
         raise ValueError(f"battery of {spec.id} must be 0..100, got {spec.battery!r}")
-    limits = DRONE_TYPES.get(spec.type, DroneLimits()).replaced(spec.limits)
+    limits = drone_limits(spec)
     if state is None:
         here = spec.at if isinstance(spec.at, Position) else Position(place.east_m, place.north_m, 0.0)
         now = scheduler.now()

@@ -1,0 +1,129 @@
+"""Run one simulated agent as a process: `python -m agents_sim --id hwd_1 --type hwd --site farm --at 0,20`.
+
+Ends on SIGTERM and SIGINT. SIGUSR1 plays the pilot who takes a drone over, SIGUSR2 the one who hands it back.
+"""
+
+import argparse
+import json
+import os
+import signal
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from agents_sim.world import AgentSpec
+from formiga_bt.errors import TransportError
+from formiga_bt.geo import Place, Position
+
+
+def parse(arguments: Sequence[str]) -> argparse.Namespace:
+    """Read the command line; exits with a message if it is wrong."""
+    parser = argparse.ArgumentParser(prog="python -m agents_sim", description="One simulated agent over Zenoh.")
+    parser.add_argument("--id", required=True, help="the agent's id, for example hwd_1")
+    parser.add_argument("--type", required=True, help="lwd, hwd, picker, watcher; others with --kind")
+    parser.add_argument("--kind", choices=["drone", "person"], default="", help="what an unknown type is")
+    parser.add_argument("--site", required=True, help="the site's name")
+    parser.add_argument("--connect", default="tcp/127.0.0.1:7447", help="the engine's endpoint (%(default)s)")
+    parser.add_argument("--at", default="0,0", help="metres east,north[,up] of the base (%(default)s)")
+    parser.add_argument("--home", help="metres east,north of its port (where it begins)")
+    parser.add_argument("--battery", type=float, default=100.0, help="percent (%(default)s)")
+    parser.add_argument("--limits", default="", help="overrides, for example speed_m_s=10,climb_m_s=3")
+    parser.add_argument(
+        "--script", default="[]", help='a person\'s answers, JSON: [{"match": "*", "options": ["yes"]}]'
+    )
+    parser.add_argument("--state-dir", type=Path, help="where its files are kept; without, it is new at each start")
+    parser.add_argument(
+        "--exit-with-parent",
+        type=int,
+        nargs="?",
+        const=os.getppid(),
+        metavar="PID",
+        help="end when the process that started it (PID) is gone",
+    )
+    return parser.parse_args(arguments)
+
+
+def read_spec(options: argparse.Namespace) -> AgentSpec:
+    """Return the agent the command line describes.
+
+    Raises:
+        ValueError: a value cannot be read.
+    """
+    at = read_point(options.at)
+    home = read_point(options.home) if options.home else at
+    limits = dict(pair.split("=", 1) for pair in options.limits.split(",") if pair)
+    return AgentSpec(
+        id=options.id,
+        type=options.type,
+        at=at,
+        battery=options.battery,
+        home=home if isinstance(home, Place) else home.ground,
+        limits={name: float(number) for name, number in limits.items()},
+        script=json.loads(options.script),
+        kind=options.kind,
+    )
+
+
+def read_point(text: str) -> Place | Position:
+    """Read `east,north` or `east,north,up`.
+
+    Raises:
+        ValueError: it is neither.
+    """
+    numbers = [float(part) for part in text.split(",")]
+    if len(numbers) == 2:
+        return Place(*numbers)
+    if len(numbers) == 3:
+        return Position(*numbers)
+    raise ValueError(f"a point is east,north or east,north,up in metres, got {text!r}")
+
+
+class Signals:
+    """What signals asked for; the handlers only take notes."""
+
+    def __init__(self, parent: int | None) -> None:
+        self._parent = parent
+        self._stop = False
+        self._orders: list[str] = []
+        for number in (signal.SIGTERM, signal.SIGINT):
+            signal.signal(number, self._on_stop)
+        signal.signal(signal.SIGUSR1, lambda *_: self._orders.append("take_over"))
+        signal.signal(signal.SIGUSR2, lambda *_: self._orders.append("hand_back"))
+
+    def is_stopping(self) -> bool:
+        """Return whether to end: a signal came, or the parent is gone."""
+        return self._stop or (self._parent is not None and os.getppid() != self._parent)
+
+    def orders(self) -> list[str]:
+        """Return what the pilot did since the last call."""
+        orders, self._orders = self._orders, []
+        return orders
+
+    def _on_stop(self, *_: Any) -> None:
+        self._stop = True
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one agent until it is told to end. Return the exit status."""
+    options = parse(sys.argv[1:] if arguments is None else arguments)
+    signals = Signals(options.exit_with_parent)
+    from agents_sim.process import AgentProcess  # loads the wire: only once the command line is known to be good
+
+    try:
+        agent = AgentProcess(
+            read_spec(options), site=options.site, connect=options.connect, state_dir=options.state_dir
+        )
+        agent.run(signals.is_stopping, signals.orders)
+    except (ValueError, OSError, TransportError) as error:
+        print(f"agents_sim: {options.id}: {error}", file=sys.stderr)  # noqa: T201
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    status = main()
+    sys.stdout.flush()
+    sys.stderr.flush()
+    # Not sys.exit: a session that hangs while it closes must not keep the process alive.
+    os._exit(status)

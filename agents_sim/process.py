@@ -1,0 +1,132 @@
+"""One simulated agent as the main loop of an OS process, over Zenoh.
+
+One thread owns the body, its rules and its timers; Zenoh's threads only queue what they hear. The loop runs due timers,
+answers the engine, publishes the status twice a second of wall time, and keeps the body's state in a file, so that a
+drone killed in flight is found where it was. Called by `__main__`.
+"""
+
+import os
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Final
+
+from agents_sim.drone import Drone
+from agents_sim.ledger import BodyFile, Ledger, Note, NoteTaker, Saved
+from agents_sim.pacing import PacedScheduler, PacedSide
+from agents_sim.world import AgentSpec, build_body, build_card, drone_limits
+from formiga_bt.clock import SECOND, Micros
+from formiga_bt.transport.zenoh_agent import ZenohAgentLink
+
+STATUS_EVERY_US: Final[Micros] = SECOND // 2
+SAVE_EVERY_US: Final[Micros] = SECOND // 5
+"""How far behind the file may be of a drone that moves (wall time)."""
+LONGEST_WAIT_S: Final = 0.2
+"""After a signal the loop goes on within this."""
+
+
+def wall_us() -> Micros:
+    """Return a clock that never goes back, in microseconds."""
+    return time.monotonic_ns() // 1000
+
+
+def calendar_us() -> Micros:
+    """Return the wall clock's time since 1970 in microseconds; it outlives the process."""
+    return time.time_ns() // 1000
+
+
+class AgentProcess:
+    """One agent: found as its file says, else as its spec says.
+
+    Args:
+        spec: what it is.
+        site: the site's name.
+        connect: the engine's endpoint; the engine may come later.
+        state_dir: where its files are; None: the body dies with the process.
+
+    Raises:
+        ValueError: the spec or the state file is wrong.
+    """
+
+    def __init__(self, spec: AgentSpec, *, site: str, connect: str, state_dir: Path | None) -> None:
+        self._file = self._ledger = None
+        saved: Saved | None = None
+        if state_dir is not None:
+            state_dir.mkdir(parents=True, exist_ok=True)
+            self._file, self._ledger = BodyFile(state_dir, spec.id), Ledger(state_dir, spec.id)
+            saved = self._file.load()
+        start, speed = calendar_us(), 1.0
+        if saved is not None:
+            start = saved.engine_us + round(max(0, start - saved.wall_us) * saved.speed)
+            speed = saved.speed
+        self.scheduler = PacedScheduler(wall_us, start, speed)
+        self._dirty = False
+        self._link = ZenohAgentLink(site, connect=connect)
+        # Before the body: already its first motion is noted, and dropped for want of engine time.
+        notes = NoteTaker(self._note)
+        state = None
+        if saved is not None:
+            hover = drone_limits(spec).drain_hover_percent_s
+            state = saved.body.found_at(start, saved.engine_us, hover)
+        self.body = build_body(spec, self.scheduler, recorder=notes, state=state)
+        boot_id = f"{spec.id}-{calendar_us():x}-{os.getpid()}"
+        self.side = PacedSide(
+            build_card(spec, self.body, boot_id), self.body, self._link, self.scheduler, self._follow_jump
+        )
+        self.body.attach(self.side)
+
+    def run(self, is_stopping: Callable[[], bool], orders: Callable[[], list[str]] = list) -> None:
+        """Live until `is_stopping`. `orders` returns what the pilot did meanwhile: `take_over`, `hand_back`.
+
+        Raises:
+            TransportError: the site, the id or the endpoint cannot be used.
+        """
+        try:
+            self._link.serve(self.side)
+            self._save()
+            next_status = next_save = wall_us()
+            while not is_stopping():
+                self.scheduler.run_due()
+                for order in orders():
+                    self._obey_pilot(order)
+                now = wall_us()
+                if now >= next_status:
+                    self.body.report()
+                    self._dirty = True  # never found behind where it was last reported
+                    next_status = max(next_status + STATUS_EVERY_US, now)
+                if self._dirty or now >= next_save:
+                    self._save()
+                    next_save = now + SAVE_EVERY_US
+                wait_s = min(LONGEST_WAIT_S, max(0.0, (min(next_status, next_save) - wall_us()) / SECOND))
+                self._link.pump(self.scheduler.wait_s(wait_s))
+        finally:
+            self._save()
+            self._link.close()
+            if self._ledger is not None:
+                self._ledger.close()
+
+    def _obey_pilot(self, order: str) -> None:
+        if isinstance(self.body, Drone):
+            if order == "take_over":
+                self.body.take_over()
+            else:
+                self.body.hand_back()
+
+    def _note(self, note: Note) -> None:
+        self._dirty = True
+        if not self.scheduler.has_beat:
+            return  # not engine time yet; noted again when it is
+        if self._ledger is not None:
+            self._ledger.write(note)
+        self._link.publish_extra("motion", note)
+
+    def _follow_jump(self, by: Micros) -> None:
+        self.body.shift(by)
+        self._dirty = True
+
+    def _save(self) -> None:
+        self._dirty = False
+        if self._file is not None and isinstance(self.body, Drone):
+            now = self.scheduler.now()
+            saved = Saved(body=self.body.state(), engine_us=now, wall_us=calendar_us(), speed=self.scheduler.speed)
+            self._file.save(saved)
