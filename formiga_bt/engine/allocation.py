@@ -13,7 +13,7 @@ from formiga_bt.engine.allocator.policy import Candidate, Policy
 from formiga_bt.engine.core import Core, task_deadline
 from formiga_bt.engine.env import TaskEnv
 from formiga_bt.engine.fleet import Fleet
-from formiga_bt.engine.records import PRIORITIES, Request, RoleRequest
+from formiga_bt.engine.records import PRIORITIES, Request, RoleRequest, TaskRecord
 from formiga_bt.engine.tasks import Tasks
 from formiga_bt.errors import TaskError
 from formiga_bt.geo import Place, Position
@@ -36,24 +36,33 @@ class Allocation:
         self._fleet = fleet
         self._policy = policy
 
-    def enqueue(self, task_id: str) -> None:
-        """Make a task's request; its expressions are read now, once."""
+    def request(self, task: TaskRecord, values: Mapping[str, Any]) -> Request:
+        """Return a task's request; the expressions of its roles are read now, once.
+
+        Raises:
+            TaskError: one of them cannot be evaluated.
+        """
         core = self._core
-        task = core.task(task_id)
         model = core.model(task)
-        env = TaskEnv(core, task, core.state.scopes[task_id][""])
+        env = TaskEnv(core, task, values)
         try:
             roles = tuple(self._role(role, env) for role in model.roles.values())
-            expires = micros(model.expires.run(env)) if model.expires else None
+            expires = core.now + micros(model.expires.run(env)) if model.expires else None
         except (Unset, ArithmeticError, LookupError, ValueError) as error:
             raise TaskError("bad_role", f"{model.name}: a role cannot be evaluated: {error}") from error
-        request = Request(task=task_id, priority=task.priority, order=task.order, at=core.now, roles=roles)
-        core.emit(ch.RequestPut(task_id, request))
-        waits = [role.wait_until for role in roles if role.wait_until is not None]
+        return Request(
+            task=task.id, priority=task.priority, order=task.order, at=core.now, roles=roles, expires=expires
+        )
+
+    def enqueue(self, request: Request) -> None:
+        """Let a request wait for agents."""
+        core = self._core
+        core.emit(ch.RequestPut(request.task, request))
+        waits = [role.wait_until for role in request.roles if role.wait_until is not None]
         if waits:
-            core.set_deadline(task_deadline(task_id, "wait"), min(waits), task_id)
-        if expires is not None:
-            core.set_deadline(task_deadline(task_id, "expires"), core.now + expires, task_id)
+            core.set_deadline(task_deadline(request.task, "wait"), min(waits), request.task)
+        if request.expires is not None:
+            core.set_deadline(task_deadline(request.task, "expires"), request.expires, request.task)
         self.poke()
 
     def _role(self, role: Role, env: TaskEnv) -> RoleRequest:

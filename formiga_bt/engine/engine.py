@@ -24,6 +24,7 @@ from formiga_bt.engine.tasks import Tasks
 from formiga_bt.engine.treerun import CompiledTrees, TreesFactory
 from formiga_bt.errors import TaskError
 from formiga_bt.lang.model import Catalogue, Site, Task
+from formiga_bt.transport.messages import GoalEvent
 
 SETTLE_LIMIT = 1000
 """Rounds of one step; beyond this two parts wake each other for ever, which is a bug."""
@@ -100,7 +101,7 @@ class Engine:
         self._settle()
         return inp.Step(core.state.seq, now, given, tuple(core.changes), tuple(core.effects), reply)
 
-    def _dispatch(self, given: inp.Input) -> str:  # noqa: PLR0912 - one line a kind of input
+    def _dispatch(self, given: inp.Input) -> str:
         match given:
             case inp.Submit():
                 return self.tasks.submit(given)
@@ -132,7 +133,7 @@ class Engine:
                 self.core.emit(ch.CounterSet("epoch", epoch))
         return ""
 
-    def _goal_event(self, event: inp.GoalEvent, wall: Micros) -> None:
+    def _goal_event(self, event: GoalEvent, wall: Micros) -> None:
         if event.state == "succeeded" and "~" in event.goal_id and event.goal_id not in self.state.goals:
             self.people.late(event.agent, "")
         self.goals.on_event(event, wall)

@@ -6,7 +6,7 @@ from typing import Any
 from formiga_bt.engine.core import Core
 from formiga_bt.engine.records import AgentRecord, TaskRecord
 from formiga_bt.geo import Place, Position
-from formiga_bt.lang.model import Unset, UnknownState
+from formiga_bt.lang.model import UnknownState, Unset
 from formiga_bt.lang.types import AgentRef, Value
 from formiga_bt.nodes.run import Failure
 

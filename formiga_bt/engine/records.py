@@ -241,6 +241,7 @@ class Request(Struct, frozen=True, kw_only=True):
     order: int
     at: Micros
     roles: tuple["RoleRequest", ...]
+    expires: Micros | None = None
 
 
 class RoleRequest(Struct, frozen=True, kw_only=True):

@@ -57,7 +57,7 @@ class Recovery:
         core.set_deadline(f"recover|{task_id}|{agent_id}", core.now + ESTIMATE_US, task_id)
         self._tasks.start_section(task_id, section, subtree.steps, section)
 
-    def restore(self, task_id: str, recovering: Recovering, run: "TaskRun") -> None:
+    def restore(self, recovering: Recovering, run: "TaskRun") -> None:
         """Rebuild a way home that was under way."""
         core = self._core
         subtree = core.agent_type(core.state.agents[recovering.agent]).recover

@@ -21,7 +21,7 @@ from formiga_bt.engine.core import Core, task_deadline
 from formiga_bt.engine.env import TaskEnv
 from formiga_bt.engine.fleet import Fleet
 from formiga_bt.engine.goals import Goals
-from formiga_bt.engine.inputs import Abort, Alarm, Submit
+from formiga_bt.engine.inputs import Abort, Alarm, PublishState, Submit
 from formiga_bt.engine.people import People
 from formiga_bt.engine.records import Recovering, TaskRecord
 from formiga_bt.engine.recovery import Recovery
@@ -71,25 +71,23 @@ class Tasks:
                 "unknown_task", f"there is no task '{request.task}'; tasks: {', '.join(sorted(core.models))}"
             )
         values = self._root_values(model, request.params)
-        order = core.count("task")
-        task_id = f"{model.name}-{order}"
-        core.emit(
-            ch.TaskPut(
-                TaskRecord(
-                    id=task_id,
-                    name=model.name,
-                    order=order,
-                    bundle=model.bundle,
-                    priority=request.priority or model.priority,
-                    requester=request.requester,
-                    submitted_at=core.now,
-                )
-            )
+        order = core.state.counters.get("task", 0) + 1
+        task = TaskRecord(
+            id=f"{model.name}-{order}",
+            name=model.name,
+            order=order,
+            bundle=model.bundle,
+            priority=request.priority or model.priority,
+            requester=request.requester,
+            submitted_at=core.now,
         )
-        core.emit(ch.ScopePut(task_id, "", values))
-        core.put_task(task_id, status="PENDING")
-        self.allocation.enqueue(task_id)
-        return task_id
+        wish = self.allocation.request(task, values)  # raises before anything is recorded
+        core.count("task")
+        core.emit(ch.TaskPut(task))
+        core.emit(ch.ScopePut(task.id, "", values))
+        core.effect(PublishState(task.id, task.status))
+        self.allocation.enqueue(wish)
+        return task.id
 
     def _root_values(self, model: Task, params: Mapping[str, Any]) -> dict[str, Any]:
         core = self._core
@@ -405,7 +403,7 @@ class Tasks:
                 continue
             for recovering in task.recovering:
                 if recovering.state == "running" and not task.stopping:
-                    self.recovery.restore(task.id, recovering, run)
+                    self.recovery.restore(recovering, run)
 
 
 def section_steps(model: Task | None, section: str) -> tuple[Step, ...]:

@@ -1,18 +1,17 @@
 """The trees of one task: they run passes until nothing is dirty, and tell which sections ended.
 
 `TaskTrees` is the seam between the engine and whatever interprets a task's steps: `CompiledTrees` steps py_trees nodes along
-the way to what was woken; the tests' naive interpreter walks the whole model each pass. Both act through `engine.taskrun.TaskRun`.
+the way to what was woken; the tests' naive interpreter walks the whole model each pass. Both act through `TaskRun`.
 """
 
 from collections.abc import Callable, Sequence
 from typing import Any, Protocol
 
 from msgspec import Struct
-from py_trees.common import Status
 
 from formiga_bt.compile import compile_section
 from formiga_bt.lang import model
-from formiga_bt.nodes.base import FAILURE, INVALID, RUNNING, LeafError, Node
+from formiga_bt.nodes.base import FAILURE, RUNNING, LeafError, Node, Status
 from formiga_bt.nodes.composites import SequenceNode
 from formiga_bt.nodes.run import Failure, Run, Runaway
 
@@ -150,6 +149,6 @@ class CompiledTrees:
         found: dict[str, str] = {}
         for root in self.roots.values():
             for node in root.iterate():
-                if isinstance(node, Node) and node.status not in (INVALID,) and node.status is RUNNING:
+                if isinstance(node, Node) and node.status is RUNNING:
                     found[node.key] = node.status.name
         return found

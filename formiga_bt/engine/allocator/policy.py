@@ -167,7 +167,7 @@ def _best_team(
     slots: Sequence[tuple[RoleRequest, int]], agents: Sequence[Candidate], costs: dict[tuple[str, str], float]
 ) -> list[str] | None:
     import numpy as np
-    from scipy.optimize import linear_sum_assignment
+    from scipy.optimize import linear_sum_assignment  # type: ignore[attr-defined]
 
     if len(slots) > len(agents):
         return None

@@ -1,0 +1,1 @@
+"""Drivers: they own time and transports, feed the engine, persist each step, carry out its effects."""

@@ -1,0 +1,143 @@
+"""The virtual driver: discrete events, no waiting. Dry runs, tests and fault injection run the production engine on it.
+
+Order at one instant: what the world does, then wall timers, then engine deadlines (an input at the very deadline goes before
+the timer). Wall time is the virtual time.
+"""
+
+import heapq
+from collections.abc import Callable, Sequence
+from functools import partial
+
+from formiga_bt.clock import SECOND, Micros, VirtualScheduler
+from formiga_bt.engine import changes as ch
+from formiga_bt.engine import inputs as inp
+from formiga_bt.engine.drivers.wiring import Switchboard, to_input
+from formiga_bt.engine.engine import Engine
+from formiga_bt.transport.base import AgentTransport
+from formiga_bt.transport.messages import ClockBeat
+
+Listener = Callable[[inp.Step], None]
+
+
+class VirtualDriver:
+    """Runs an engine and in-process transports on a `VirtualScheduler`."""
+
+    def __init__(
+        self,
+        engine: Engine,
+        transports: Sequence[AgentTransport],
+        scheduler: VirtualScheduler,
+        *,
+        listeners: Sequence[Listener] = (),
+        persist: Listener | None = None,
+    ) -> None:
+        self.engine = engine
+        self.scheduler = scheduler
+        self.switchboard = Switchboard(transports)
+        self.listeners = list(listeners)
+        self._persist = persist
+        self._wall: list[tuple[Micros, int, str]] = []
+        self._wall_live: dict[str, int] = {}
+        self._wall_seq = 0
+        self._beat = 0
+        self.switchboard.open(lambda: None)
+        self._publish_clock()
+
+    def start(self, epoch: int = 1) -> None:
+        """Give the engine its epoch."""
+        self.feed(inp.Started(epoch))
+        self._publish_clock()
+
+    def _publish_clock(self) -> None:
+        now = self.scheduler.now()
+        self._beat = now // SECOND
+        beat = ClockBeat(wall_us=now, engine_us=now, speed=1.0, epoch=self.engine.state.epoch, beat=self._beat)
+        for transport in self.switchboard.transports:
+            transport.publish_clock(beat)
+
+    # -- feeding -------------------------------------------------------------------------------------------------
+    def feed(self, given: inp.Input) -> inp.Step:
+        """Handle an input now; deadlines that lie before are given first."""
+        now = self.scheduler.now()
+        while (due := self.engine.next_deadline()) is not None and due[0] < now:
+            self._handle(max(due[0], self.engine.state.now), inp.TimerDue(due[1]))
+        return self._handle(now, given)
+
+    def _feed(self, given: inp.Input) -> None:
+        self.feed(given)
+
+    def _handle(self, now: Micros, given: inp.Input) -> inp.Step:
+        step = self.engine.handle(now, given)
+        if self._persist is not None:
+            self._persist(step)
+        for change in step.changes:
+            if isinstance(change, ch.WallTimerSet):
+                self._set_wall(change.key, change.after_us)
+        for listener in self.listeners:
+            listener(step)
+        failed = [self.switchboard.carry_out(effect, self._beat) for effect in step.effects]
+        for failure in failed:
+            if failure is not None:
+                self.scheduler.call_at(self.scheduler.now() + 1, partial(self._feed, failure))
+        return step
+
+    def _set_wall(self, key: str, after_us: Micros | None) -> None:
+        self._wall_live.pop(key, None)
+        if after_us is not None:
+            self._wall_seq += 1
+            self._wall_live[key] = self._wall_seq
+            heapq.heappush(self._wall, (self.scheduler.now() + after_us, self._wall_seq, key))
+
+    def _next_wall(self) -> Micros | None:
+        while self._wall and self._wall_live.get(self._wall[0][2]) != self._wall[0][1]:
+            heapq.heappop(self._wall)
+        return self._wall[0][0] if self._wall else None
+
+    # -- running -------------------------------------------------------------------------------------------------
+    def drain(self) -> None:
+        """Feed what the transports have."""
+        for event in self.switchboard.poll():
+            self.feed(to_input(event, self.scheduler.now()))
+
+    def next_time(self) -> Micros | None:
+        """Return when the next thing happens, or None if nothing is left to happen."""
+        due = self.engine.next_deadline()
+        times = [t for t in (self.scheduler.next_time(), self._next_wall(), due[0] if due else None) if t is not None]
+        return min(times, default=None)
+
+    def run_one(self) -> bool:
+        """Let the next thing happen; return False when there is none."""
+        at = self.next_time()
+        if at is None:
+            return False
+        if self.scheduler.now() // SECOND > self._beat:
+            self._publish_clock()
+            return True
+        world, wall = self.scheduler.next_time(), self._next_wall()
+        if world is not None and world <= at:
+            self.scheduler.run_next()
+        elif wall is not None and wall <= at:
+            self.scheduler.advance_to(wall)
+            _, _, key = heapq.heappop(self._wall)
+            self._wall_live.pop(key, None)
+            self.feed(inp.WallDue(key, wall))
+        else:
+            due = self.engine.next_deadline()
+            assert due is not None
+            self.scheduler.advance_to(max(due[0], self.scheduler.now()))
+            self._handle(self.scheduler.now(), inp.TimerDue(due[1]))
+        self.drain()
+        return True
+
+    def run_until(self, done: Callable[[], bool], limit: Micros) -> bool:
+        """Run until `done()` or until virtual time `limit`; return whether it is done."""
+        while not done():
+            at = self.next_time()
+            if at is None or at > limit:
+                return done()
+            self.run_one()
+        return True
+
+    def close(self) -> None:
+        """Close the transports."""
+        self.switchboard.close()

@@ -1,0 +1,95 @@
+"""What both drivers share: transport events become inputs, effects become calls on the transport that has the agent."""
+
+from collections.abc import Callable, Sequence
+
+from formiga_bt.clock import Micros
+from formiga_bt.engine import inputs as inp
+from formiga_bt.errors import FormigaError
+from formiga_bt.transport import messages as msg
+from formiga_bt.transport.base import AgentTransport
+
+
+def to_input(event: msg.TransportEvent, wall: Micros) -> inp.Input:
+    """Return the engine input for a transport event that was taken from the inbox at wall time `wall`."""
+    match event:
+        case msg.AgentSeen(card):
+            return inp.AgentSeenInput(card, wall)
+        case msg.AgentGone(agent):
+            return inp.AgentGoneInput(agent)
+        case msg.StatusArrived(status):
+            return inp.AgentStatusInput(status, wall)
+        case msg.GoalReported(goal):
+            return inp.GoalEventInput(goal, wall)
+        case msg.QueryReplied(agent, boot_id, goals):
+            return inp.QueryReplyInput(agent, boot_id, goals)
+        case msg.SendFailed(agent, what, goal_id, outcome, text):
+            return inp.EffectFailed(agent, what, goal_id, outcome, text)
+        case msg.BadMessage(agent, text):
+            return inp.BadStatusInput(agent, text)
+
+
+class Switchboard:
+    """Knows which transport has which agent, and carries out effects."""
+
+    def __init__(self, transports: Sequence[AgentTransport]) -> None:
+        self.transports = list(transports)
+        self._of: dict[str, AgentTransport] = {}
+
+    def open(self, wake: Callable[[], None]) -> None:
+        """Open all transports."""
+        for transport in self.transports:
+            transport.open(wake)
+
+    def close(self) -> None:
+        """Close all transports."""
+        for transport in self.transports:
+            transport.close()
+
+    def poll(self) -> list[msg.TransportEvent]:
+        """Return what came in on all wires, wire by wire in order."""
+        events: list[msg.TransportEvent] = []
+        for transport in self.transports:
+            for event in transport.poll():
+                if isinstance(event, msg.AgentSeen):
+                    self._of[event.card.id] = transport
+                events.append(event)
+        return events
+
+    def carry_out(self, effect: inp.Effect, beat: int) -> inp.EffectFailed | None:
+        """Carry out one effect; an agent that no wire has is unreachable. Notices and alarms are the listeners'."""
+        match effect:
+            case inp.SendGoal():
+                return self._send(effect, beat)
+            case inp.CancelGoal(goal_id, agent):
+                return self._try(agent, "cancel", goal_id, lambda t: t.cancel_goal(agent, goal_id))
+            case inp.QueryGoal(agent, goal_ids):
+                return self._try(agent, "query", "", lambda t: t.query_goals(agent, goal_ids))
+            case inp.Notify() | inp.Alarm() | inp.PublishState():
+                return None
+
+    def _send(self, effect: inp.SendGoal, beat: int) -> inp.EffectFailed | None:
+        request = msg.GoalRequest(
+            goal_id=effect.goal_id,
+            agent=effect.agent,
+            action=effect.action,
+            fields=effect.fields,
+            epoch=effect.epoch,
+            beat=beat,
+            ttl_beats=effect.ttl_beats,
+            safety=effect.safety,
+            clearance=effect.clearance,
+            task_id=effect.task or "None",
+        )
+        return self._try(effect.agent, "goal", effect.goal_id, lambda t: t.send_goal(request))
+
+    def _try(
+        self, agent: str, what: str, goal_id: str, call: Callable[[AgentTransport], None]
+    ) -> inp.EffectFailed | None:
+        transport = self._of.get(agent)
+        if transport is None:
+            return inp.EffectFailed(agent, what, goal_id, "unreachable", "no transport has this agent")  # type: ignore[arg-type]
+        try:
+            call(transport)
+        except FormigaError as error:
+            return inp.EffectFailed(agent, what, goal_id, "unknown", str(error))  # type: ignore[arg-type]
+        return None
