@@ -60,7 +60,7 @@ def read_spec(options: argparse.Namespace) -> AgentSpec:
         battery=options.battery,
         home=home if isinstance(home, Place) else home.ground,
         limits={name: float(number) for name, number in limits.items()},
-        script=json.loads(options.script),
+        script=tuple(json.loads(options.script)),
         kind=options.kind,
     )
 

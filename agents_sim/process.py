@@ -61,6 +61,7 @@ class AgentProcess:
             speed = saved.speed
         self.scheduler = PacedScheduler(wall_us, start, speed)
         self._dirty = False
+        self._newest: Note | None = None
         self._link = ZenohAgentLink(site, connect=connect)
         # Before the body: already its first motion is noted, and dropped for want of engine time.
         notes = NoteTaker(self._note)
@@ -93,6 +94,8 @@ class AgentProcess:
                 if now >= next_status:
                     self.body.report()
                     self._dirty = True  # never found behind where it was last reported
+                    if self._newest is not None:
+                        self._link.publish_extra("motion", self._newest)  # for a referee that came late
                     next_status = max(next_status + STATUS_EVERY_US, now)
                 if self._dirty or now >= next_save:
                     self._save()
@@ -118,6 +121,7 @@ class AgentProcess:
             return  # not engine time yet; noted again when it is
         if self._ledger is not None:
             self._ledger.write(note)
+        self._newest = note
         self._link.publish_extra("motion", note)
 
     def _follow_jump(self, by: Micros) -> None:

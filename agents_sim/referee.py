@@ -100,8 +100,10 @@ class Referee:
     # A Recorder.
 
     def moved(self, agent: str, segment: Segment, kind: MotionKind) -> None:
-        """Take note: from `segment.t0` on the drone moves so. What it did before is cut there."""
+        """Take note: from `segment.t0` on the drone moves so. What it did before is cut there. Repeating it is harmless."""
         track = self._tracks.setdefault(agent, [])
+        if track and (track[-1].segment, track[-1].kind) == (segment, kind):
+            return
         while track and track[-1].since >= segment.t0:
             track.pop()
         if track:

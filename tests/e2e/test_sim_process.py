@@ -1,17 +1,21 @@
 """A simulated drone as an OS process over real Zenoh: flown, killed in flight, found again."""
 
+import os
+import subprocess
+import sys
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+import msgspec
 import pytest
 
 from agents_sim.launch import FleetProcesses
 from agents_sim.ledger import judge
-from agents_sim.referee import Referee
+from agents_sim.referee import Referee, Verdict
 from agents_sim.world import AgentSpec
 from formiga_bt.clock import SECOND
-from formiga_bt.geo import Place
+from formiga_bt.geo import Place, Position
 from formiga_bt.transport.messages import (
     AgentGone,
     AgentSeen,
@@ -154,3 +158,31 @@ def test_a_person_answers_and_the_pilot_takes_over(engine: Engine, tmp_path: Pat
         engine.wait(lambda: engine.has_ended("up", "taken_over"))
         fleet.freeze("picker_1")  # and a frozen process ends all the same
     assert set(fleet.ended()) == {"picker_1", "hwd_1"}
+
+
+def test_the_referee_process_sees_a_crash_of_two_processes(engine: Engine, tmp_path: Path) -> None:
+    specs = [
+        AgentSpec(id="hwd_1", type="hwd", at=Position(0.0, 0.0, 60.0)),
+        AgentSpec(id="hwd_2", type="hwd", at=Position(200.0, 0.0, 61.0)),
+    ]
+    words = ["-m", "agents_sim.watch", "--site", "sim-test", "--connect", engine.wire.endpoint]
+    words += ["--exit-with-parent", str(os.getpid())]
+    referee = subprocess.Popen([sys.executable, *words], stdout=subprocess.PIPE)
+    try:
+        with FleetProcesses(specs, site="sim-test", connect=engine.wire.endpoint, state_dir=tmp_path):
+            engine.wait(lambda: len(engine.boots()) == 2)
+            engine.wait(lambda: (s := engine.status()) is not None and s.beat > 0)
+            engine.order("there", "GoTo", to={"east_m": 200.0, "north_m": 0.0, "up_m": 60.0})
+            engine.order("back", "GoTo", agent="hwd_2", to={"east_m": 0.0, "north_m": 0.0, "up_m": 61.0})
+            engine.wait(lambda: engine.has_ended("there") and engine.has_ended("back"))
+            end = time.monotonic() + 2.5  # its verdict is a little late
+            engine.wait(lambda: time.monotonic() > end)
+        referee.terminate()
+        printed, _ = referee.communicate(timeout=10)
+    finally:
+        referee.kill()
+        referee.wait()
+    verdict = msgspec.json.decode(printed, type=Verdict)
+    assert referee.returncode == 1
+    assert [(crash.a, crash.b) for crash in verdict.crashes] == [("hwd_1", "hwd_2")]
+    assert 1.0 <= verdict.crashes[0].distance_m < 2.0

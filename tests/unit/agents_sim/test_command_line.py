@@ -1,0 +1,41 @@
+"""The command line of one agent's process says what the spec says."""
+
+import os
+from pathlib import Path
+
+import pytest
+
+from agents_sim.__main__ import parse, read_spec
+from agents_sim.launch import FleetProcesses, command
+from agents_sim.world import AgentSpec
+from formiga_bt.geo import Place, Position
+
+
+@pytest.mark.parametrize(
+    "spec",
+    [
+        AgentSpec(
+            id="d", type="hwd", at=Place(-3.5, 20.0), battery=55.5, home=Place(-1.0, -2.0), limits={"climb_m_s": 2.0}
+        ),
+        AgentSpec(id="d", type="lwd", at=Position(0.0, -1.0, 40.0), home=Place(0.0, -1.0)),
+        AgentSpec(
+            id="x", type="medic", kind="person", home=Place(0.0, 0.0), script=({"match": "a b", "options": ["ä"]},)
+        ),
+    ],
+)
+def test_a_spec_passes_through_the_command_line(spec: AgentSpec, tmp_path: Path) -> None:
+    words = command(spec, site="farm", connect="tcp/127.0.0.1:1", state_dir=tmp_path)
+    options = parse(words[2:])
+    assert read_spec(options) == spec
+    assert (options.site, options.connect, options.state_dir) == ("farm", "tcp/127.0.0.1:1", tmp_path)
+    assert options.exit_with_parent == os.getpid()
+
+
+def test_a_fleet_refuses_wrong_specs_before_it_starts_any(tmp_path: Path) -> None:
+    for specs in (
+        [AgentSpec(id="d", type="boat")],
+        [AgentSpec(id="d", type="lwd"), AgentSpec(id="d", type="lwd")],
+        [AgentSpec(id="d", type="lwd", limits={"wings": 2.0})],
+    ):
+        with pytest.raises(ValueError, match=r"boat|two agents|wings"):
+            FleetProcesses(specs, site="s", connect="tcp/127.0.0.1:1", state_dir=tmp_path)
