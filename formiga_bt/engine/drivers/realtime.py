@@ -1,0 +1,229 @@
+"""The realtime driver: one thread that feeds the engine, over real transports and a real clock.
+
+Engine time starts at max(wall clock, what was journaled last) and then follows the monotonic clock times the speed; it never
+goes back. Liveness, cancels and heartbeats are wall time and do not scale with the speed.
+"""
+
+import heapq
+import logging
+import threading
+import time
+from collections.abc import Callable, Sequence
+from concurrent.futures import Future
+
+from formiga_bt.clock import SECOND, Micros
+from formiga_bt.engine import changes as ch
+from formiga_bt.engine import inputs as inp
+from formiga_bt.engine.drivers.inbox import Inbox
+from formiga_bt.engine.drivers.wiring import Switchboard, to_input
+from formiga_bt.engine.engine import Engine
+from formiga_bt.errors import FormigaError, TaskError
+from formiga_bt.transport.base import AgentTransport
+from formiga_bt.transport.messages import ClockBeat
+
+TOP_SPEED = 20.0
+"""60 s of a clearance must be at least 3 s of wall time for the people asked."""
+
+Listener = Callable[[inp.Step], None]
+log = logging.getLogger("formiga.driver")
+
+
+class EngineStopped(FormigaError):  # noqa: N818 - it names the state
+    """The driver was stopped, or the engine met a bug and stopped; the text says which."""
+
+
+class RealtimeDriver:
+    """Runs an engine in its own thread.
+
+    Args:
+        engine: the engine; nobody else may touch it while the driver runs.
+        transports: the wires.
+        speed: engine seconds per wall second, above 0 and at most 20.
+        epoch: of this start of the engine on its site.
+        listeners: called in the driver's thread after each step is persisted; they must only enqueue.
+        persist: called with each step before its effects leave.
+    """
+
+    def __init__(
+        self,
+        engine: Engine,
+        transports: Sequence[AgentTransport],
+        *,
+        speed: float = 1.0,
+        epoch: int = 1,
+        listeners: Sequence[Listener] = (),
+        persist: Listener | None = None,
+    ) -> None:
+        if not 0.0 < speed <= TOP_SPEED:
+            raise ValueError(f"speed must be above 0 and at most {TOP_SPEED:g} (people are asked), got {speed:g}")
+        self.engine = engine
+        self.switchboard = Switchboard(transports)
+        self.listeners = list(listeners)
+        self.error: BaseException | None = None
+        self._persist = persist
+        self._speed = speed
+        self._epoch = epoch
+        self._inbox = Inbox()
+        self._wall: list[tuple[Micros, int, str]] = []
+        self._wall_live: dict[str, int] = {}
+        self._wall_seq = 0
+        self._beat = 0
+        self._next_beat: Micros = 0
+        self._stopping = threading.Event()
+        self._thread: threading.Thread | None = None
+        self._wall0 = self._wall_now()
+        self._engine0 = max(time.time_ns() // 1000, engine.state.now)
+
+    # -- time ------------------------------------------------------------------------------------------------------
+    @staticmethod
+    def _wall_now() -> Micros:
+        return time.monotonic_ns() // 1000
+
+    def now(self) -> Micros:
+        """Return the engine time; may be called from any thread."""
+        return self._engine0 + round((self._wall_now() - self._wall0) * self._speed)
+
+    # -- from any thread -------------------------------------------------------------------------------------------
+    def start(self) -> None:
+        """Open the transports and start the thread.
+
+        Raises:
+            TransportError: a wire cannot be opened.
+        """
+        self.switchboard.open(self._inbox.wake)
+        self._inbox.put(inp.Started(self._epoch))
+        self._thread = threading.Thread(target=self._run, name="formiga-engine", daemon=True)
+        self._thread.start()
+
+    def stop(self) -> None:
+        """Stop the thread and close the transports; may be called twice. Agents go on with what they do."""
+        self._stopping.set()
+        self._inbox.wake()
+        if self._thread is not None and self._thread is not threading.current_thread():
+            self._thread.join(10.0)
+        self.switchboard.close()
+
+    def post(self, given: inp.Input) -> "Future[str]":
+        """Hand in a person's order; the future holds the engine's reply."""
+        future: Future[str] = Future()
+        if self._stopping.is_set():
+            future.set_exception(EngineStopped("the engine is stopped"))
+        else:
+            self._inbox.put(given, future)
+        return future
+
+    def ask(self, given: inp.Input, timeout_s: float = 10.0) -> str:
+        """Hand in a person's order and wait for the reply.
+
+        Raises:
+            TaskError: the engine refused it.
+            EngineStopped: the engine does not run.
+        """
+        reply = self.post(given).result(timeout_s)
+        if reply.startswith("error:"):
+            _, code, text = reply.split(":", 2)
+            raise TaskError(code, text)
+        return reply
+
+    # -- the thread ------------------------------------------------------------------------------------------------
+    def _run(self) -> None:
+        try:
+            while not self._stopping.is_set():
+                self._publish_clock()
+                self._collect()
+                if not self._one():
+                    self._inbox.wait(self._idle_s())
+        except BaseException as error:
+            self.error = error
+            log.exception("the engine stopped")
+            self._stopping.set()
+        finally:
+            self._refuse_waiting()
+
+    def _refuse_waiting(self) -> None:
+        while (item := self._inbox.take()) is not None:
+            if isinstance(item[1], Future):
+                item[1].set_exception(EngineStopped(f"the engine stopped: {self.error or 'on request'}"))
+
+    def _collect(self) -> None:
+        wall = self._wall_now()
+        for event in self.switchboard.poll():
+            self._inbox.put(to_input(event, wall))
+
+    def _one(self) -> bool:
+        """Handle what is due, then one input; return False when there was nothing to do."""
+        now = self.now()
+        worked = self._timers(now, including=False) | self._wall_timers()
+        item = self._inbox.take()
+        if item is None:
+            return self._timers(now, including=True) or worked
+        given, waiter = item
+        step = self._handle(max(now, self.engine.state.now), given)
+        if isinstance(waiter, Future):
+            waiter.set_result(step.reply)
+        return True
+
+    def _timers(self, now: Micros, *, including: bool) -> bool:
+        worked = False
+        while (due := self.engine.next_deadline()) is not None and (due[0] < now or (including and due[0] == now)):
+            self._handle(max(due[0], self.engine.state.now), inp.TimerDue(due[1]))
+            worked = True
+        return worked
+
+    def _wall_timers(self) -> bool:
+        worked = False
+        while self._wall and self._wall[0][0] <= self._wall_now():
+            at, seq, key = heapq.heappop(self._wall)
+            if self._wall_live.get(key) == seq:
+                del self._wall_live[key]
+                self._timers(self.now(), including=False)
+                self._handle(max(self.now(), self.engine.state.now), inp.WallDue(key, max(at, self._wall_now())))
+                worked = True
+        return worked
+
+    def _handle(self, now: Micros, given: inp.Input) -> inp.Step:
+        # A deadline that came up between stamping and handling goes first.
+        while (due := self.engine.next_deadline()) is not None and due[0] < now and not isinstance(given, inp.TimerDue):
+            self._handle(max(due[0], self.engine.state.now), inp.TimerDue(due[1]))
+        step = self.engine.handle(now, given)
+        if self._persist is not None:
+            self._persist(step)
+        for change in step.changes:
+            if isinstance(change, ch.WallTimerSet):
+                self._set_wall(change.key, change.after_us)
+        for effect in step.effects:
+            failed = self.switchboard.carry_out(effect, self._beat)
+            if failed is not None:
+                self._inbox.put(failed)
+        for listener in self.listeners:
+            listener(step)
+        return step
+
+    def _set_wall(self, key: str, after_us: Micros | None) -> None:
+        self._wall_live.pop(key, None)
+        if after_us is not None:
+            self._wall_seq += 1
+            self._wall_live[key] = self._wall_seq
+            heapq.heappush(self._wall, (self._wall_now() + after_us, self._wall_seq, key))
+
+    def _publish_clock(self) -> None:
+        wall = self._wall_now()
+        if wall < self._next_beat:
+            return
+        self._next_beat = wall + SECOND
+        self._beat += 1
+        beat = ClockBeat(
+            wall_us=time.time_ns() // 1000, engine_us=self.now(), speed=self._speed, epoch=self._epoch, beat=self._beat
+        )
+        for transport in self.switchboard.transports:
+            transport.publish_clock(beat)
+
+    def _idle_s(self) -> float:
+        wall = self._wall_now()
+        waits = [self._next_beat - wall]
+        if self._wall:
+            waits.append(self._wall[0][0] - wall)
+        due = self.engine.next_deadline()
+        if due is not None:
+            waits.append(round((due[0] - self.now()) / self._speed) + 1)
+        return max(0.0, min(waits) / SECOND)
