@@ -273,11 +273,12 @@ class _CatalogueReader:
         unit = self.shelf.units.get(str(path))
         if unit is None:
             unit = self.shelf.open_text(path.read_text(encoding="utf-8"), str(path), path.parent, library=True)
-            subtrees.read_all(unit)
-        callee = subtrees.callee(unit, name)
-        if callee is None:
+        callee = subtrees.read_one(unit, name)
+        if name not in unit.own:
             what = f"{file} has no subtree '{name}'{did_you_mean(name, unit.own)}"
             self.problems.add("E050", at.mark, what, f"subtrees: {quoted_list(unit.own)}")
+            return None
+        if callee is None:
             return None
         agents = [p for p in callee.subtree.params.values() if p.type.name == "agent"]
         if len(agents) != 1 or len(callee.subtree.params) != 1:

@@ -149,7 +149,8 @@ class _Checks:
     def _check_ignored(self, step: Step) -> None:
         for name, do in orders(step):
             if self._moves(self.actions.get(do.action)):
-                what = f"if {do.action} fails, the next steps run with '{name or do.who.name}' somewhere else"
+                where = "in another state" if self.actions[do.action].effect else "somewhere else"
+                what = f"if {do.action} fails, the next steps run with '{name or do.who.name}' {where}"
                 self.problems.add("W069", step.mark, what, "let it fail, or use retry or fallback")
                 return
 

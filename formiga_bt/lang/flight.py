@@ -34,6 +34,7 @@ from formiga_bt.lang.model import (
     Task,
 )
 from formiga_bt.lang.reading import Problems
+from formiga_bt.lang.types import ANY
 
 Air = Literal["grounded", "airborne", "unknown"]
 
@@ -134,7 +135,7 @@ class _Flight:
             states = final[role.name] if final is not None else {}
             why = states.get("airborne") or states.get("unknown")
             if why is not None:
-                path = f" {why.path}" if why.path else ""
+                path = f" ({why.path})" if why.path else ""
                 what = f"'{role.name}' can still be airborne when the task ends{path}"
                 help_ = f"land it, or bring it home: call: ReturnHome with drone: ${{{role.name}}}"
                 self.problems.add("E031", why.mark, what, help_)
@@ -349,6 +350,8 @@ def narrow(sky: Sky, cond: Expr, holds: bool) -> Sky | None:
 
     Understood: `x.airborne`, `not x.airborne`, joined by `and` (when it holds) or by `or` (when it does not).
     """
+    if cond.type == ANY:  # refused already: taken to hold, so that nothing else complains
+        return sky if holds else None
     if cond.is_const:
         return sky if bool(cond.const) == holds else None
     narrowed = dict(sky)

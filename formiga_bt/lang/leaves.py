@@ -376,6 +376,7 @@ def read_set(body: Body, keys: Keys) -> Part | None:
         what = f"'{name}' is a {kind}, only vars can be set" if kind else f"no var is called '{name}'"
         guess = "" if kind else did_you_mean(name, sorted(body.vars))
         body.problems.add("E010", entry.key.mark, what + guess, "declare it under vars:")
+        body.used.add(name)
         body.value(entry.value, ANY, name)
     if mapping is not None and not mapping.entries:
         body.problems.add("E044", mapping.mark, "'set' assigns nothing", "set: {name: value}")

@@ -119,7 +119,8 @@ class _TaskReader:
         with self.problems.within(name or "task"):
             parts = self._read_parts()
             task = self._task(name, parts)
-            self._report_unused()
+            if "steps" in self.unit.keys:
+                self._report_unused()
             if not self.body.dropped and not self.subtrees.dropped and name and "steps" in self.unit.keys:
                 check_task(task, self.world.catalogue, self.problems)
         return task if name else None

@@ -91,8 +91,9 @@ def read_params(node: Node, world: World, problems: Problems) -> dict[str, Param
     mapping = read_mapping(node, problems, "params")
     found: dict[str, Param] = {}
     for entry in mapping.entries if mapping is not None else ():
-        if read_name(entry.key, problems, "params") is None or not is_free(entry.key, problems):
+        if read_name(entry.key, problems, "params") is None:
             continue
+        is_free(entry.key, problems)
         found[entry.key.text] = _read_param(entry, world, problems)
     return found
 

@@ -218,6 +218,8 @@ def read_number(node: Node, problems: Problems, what: str) -> float | None:
 def read_keys(mapping: Mapping_, options: Iterable[Option], problems: Problems, owner: str) -> dict[str, Entry]:
     """Return the entries of a mapping by key, having reported unknown, unavailable and missing keys.
 
+    A misspelt key counts as the one that was meant, so that one mistake is one diagnostic.
+
     Args:
         mapping: the mapping.
         options: what it may hold.
@@ -230,27 +232,24 @@ def read_keys(mapping: Mapping_, options: Iterable[Option], problems: Problems, 
         key = entry.key.text
         option = known.get(key)
         if option is None:
-            unknown_key(entry.key, known, problems, owner, taken=[e.key.text for e in mapping.entries])
+            meant = unknown_key(entry.key, known, problems, owner, taken=[e.key.text for e in mapping.entries])
+            if meant and known[meant].available:
+                found.setdefault(meant, entry)
         elif not option.available:
             problems.add("E004", entry.key.mark, f"'{key}' is part of the language but not of this version yet")
         elif key not in found:
             found[key] = entry
     for option in known.values():
-        if option.required and option.name not in found and not _meant(option.name, mapping, known):
+        if option.required and option.name not in found:
             problems.add("E008", mapping.mark, f"{owner} needs '{option.name}'", f"add {option.name}:")
     return found
 
 
-def unknown_key(key: Scalar, known: Iterable[str], problems: Problems, owner: str, taken: Sequence[str] = ()) -> None:
-    """Report E004 for a key that a mapping does not have."""
+def unknown_key(key: Scalar, known: Iterable[str], problems: Problems, owner: str, taken: Sequence[str] = ()) -> str:
+    """Report E004 for a key that a mapping does not have; return the key that was meant, or ""."""
     names = [name for name in known if name not in taken]
     meant = key_for(key.text, names)
     guess = f"; did you mean '{meant}'?" if meant else ""
     help_ = ADVICE.get(key.text, "" if meant else f"options: {quoted_list(names)}")
     problems.add("E004", key.mark, f"{owner} has no option '{shorten(key.text)}'{guess}", help_, fix_word(key, meant))
-
-
-def _meant(name: str, mapping: Mapping_, known: Iterable[str]) -> bool:
-    """Return whether a key that was written wrongly stands for `name`, so that one mistake is one diagnostic."""
-    names = list(known)
-    return any(e.key.text not in names and key_for(e.key.text, names) == name for e in mapping.entries)
+    return meant

@@ -43,12 +43,12 @@ def read_vars(body: Body, node: Node) -> dict[str, Expr]:
 
 
 def _may_define(body: Body, at: Scalar) -> bool:
-    if not is_free(at, body.problems):
-        return False
+    is_free(at, body.problems)
     old = body.names.get(at.text)
     if old is not None:
         what = f"'{at.text}' is a {old.origin} already; first at line {old.mark.line}"
         body.problems.add("E018", at.mark, what, "choose another name")
+        body.used.add(at.text)
     return old is None
 
 

@@ -10,13 +10,16 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from typing import Final
 
-from formiga_bt.diagnostics import Diagnostic, Mark
+from formiga_bt.diagnostics import Diagnostic, Fix, Mark
 from formiga_bt.lang.document import Listing, Mapping_, Node, Scalar
 from formiga_bt.lang.expressions import Scope, compile_cond, compile_expr, compile_value
 from formiga_bt.lang.model import Catalogue, Expr, Param, Site, Subtree
 from formiga_bt.lang.reading import Problems, did_you_mean
+from formiga_bt.lang.synonyms import nearest
 from formiga_bt.lang.types import AGENT, ANY, TEXT, Type
+from formiga_bt.units import format_number
 
+_FRACTION: Final = re.compile(r"(?<![\w.])(0?\.\d{1,6}|1(?:\.0{1,6})?)\s*%")
 _WORD: Final = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 
 
@@ -118,6 +121,7 @@ class Body:
         """Define a saved name from here on; report E018 if it is taken."""
         name = at.text
         named = Named(of, at.mark, "saved")
+        before = len(self.problems.found)
         old = self.names.get(name)
         first = self.every.get(name)
         if old is not None:
@@ -130,9 +134,11 @@ class Body:
         elif name in self.flow.taken:
             line = self.flow.saved[name].mark.line if name in self.flow.saved else at.mark.line
             self.problems.add("E018", at.mark, f"'{name}' is saved twice; first at line {line}", "choose another name")
-        elif first is not None and ANY not in (first.type, of) and str(first.type) != str(of):
+        elif first is not None and ANY not in (first.type, of) and first.type != of:
             what = f"'{name}' is saved with another type at line {first.mark.line}"
             self.problems.add("E018", at.mark, what, "exclusive branches may share a name if the types agree")
+        if len(self.problems.found) > before:
+            self.used.add(name)
         self.every.setdefault(name, named)
         self.flow.saved[name] = named
         self.flow.taken |= {name}
@@ -215,10 +221,21 @@ class Body:
     def _took(self, expr: Expr, found: Iterable[Diagnostic], node: Node) -> Expr:
         self.problems.extend(self._relabel(d) for d in found)
         self.used.update(read.name for read in expr.reads)
+        if isinstance(node, Scalar) and expr.type.name in ("percent", "bool"):
+            self._warn_fractions(node)
         if found:
-            for scalar in scalars(node):
-                self.used.update(_WORD.findall(scalar.text))
+            for text in (*(scalar.text for scalar in scalars(node)), *(d.message for d in found)):
+                self.used.update(_WORD.findall(text))
         return expr
+
+    def _warn_fractions(self, at: Scalar) -> None:
+        """Report W070 for a percent literal that looks like a fraction of one."""
+        for match in _FRACTION.finditer(at.text):
+            if float(match[1]) > 0:
+                meant = f"{format_number(round(float(match[1]) * 100, 6))} %"
+                mark = at.mark_at(match.start(), match.end())
+                what = f"{match[0]} is nearly empty; did you mean {meant}?"
+                self.problems.add("W070", mark, what, "percent is 0 to 100", Fix(mark, meant))
 
     def _relabel(self, diagnostic: Diagnostic) -> Diagnostic:
         """Turn "unknown name" into "used before it is saved" where a later step saves it."""
@@ -254,6 +271,7 @@ class Body:
                 self.problems.add("E020", at, f"'{name}' is a {known.type}, not an agent", "name a role of agents:")
             return
         names = [*self.agents, *also]
+        self.used.add(nearest(name, names))
         help_ = f"roles: {', '.join(names)}" if names else "declare it under agents:"
         self.problems.add("E020", at, f"no role is called '{name}'{did_you_mean(name, names)}", help_)
 

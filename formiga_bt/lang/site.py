@@ -5,7 +5,7 @@ line, the engine's front and tests.
 """
 
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
@@ -125,7 +125,7 @@ class _SiteReader:
             if "mode" in self.keys
             else ""
         )
-        agents = self._agents(ports)
+        agents = self._agents()
         return Site(
             at.text if at is not None else "",
             self.lat,
@@ -297,8 +297,9 @@ class _SiteReader:
         value = read_quantity(self.keys[key].value, self.problems, key, "distance") if key in self.keys else None
         return default if value is None else value
 
-    def _agents(self, ports: Mapping[str, Port]) -> dict[str, SiteAgent]:
+    def _agents(self) -> dict[str, SiteAgent]:
         found: dict[str, SiteAgent] = {}
+        ports = [e.key.text for e in self._entries("ports")]
         homes: dict[str, str] = {}
         for entry in self._entries("agents"):
             name = entry.key.text
@@ -313,8 +314,8 @@ class _SiteReader:
                 found[name] = SiteAgent(name, of.text, home.text if home is not None else "")
         return found
 
-    def _check_home(self, at: Scalar, ports: Mapping[str, Port], homes: Mapping[str, str]) -> None:
-        if at.text not in {e.key.text for e in self._entries("ports")}:
+    def _check_home(self, at: Scalar, ports: Sequence[str], homes: Mapping[str, str]) -> None:
+        if at.text not in ports:
             meant = nearest(at.text, ports)
             what = f"no port is called '{shorten(at.text)}'{did_you_mean(at.text, ports)}"
             self.problems.add("E010", at.mark, what, f"ports: {quoted_list(ports)}", fix_word(at, meant))

@@ -5,6 +5,7 @@ because what is saved and certain at a step depends on the steps before it.
 """
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from types import MappingProxyType
 from typing import Any, Final
 
@@ -103,6 +104,8 @@ def read_step(body: Body, node: Node, seg: str) -> Step | None:
         body.problems.add("E005", node.mark, what)
         body.drop(node)
         return None
+    if not any(entry.key.text in KINDS for entry in node.entries):
+        node = _mended(body, node)
     kind = _find_kind(body, node)
     if kind is None:
         body.drop(node)
@@ -128,7 +131,6 @@ def _find_kind(body: Body, node: Mapping_) -> Kind | None:
     options = {option.name for entry in present for option in KINDS[entry.key.text].options}
     kinds = [entry for entry in present if entry.key.text not in options] or present
     if not kinds:
-        _report_no_kind(body, node)
         return None
     kind = KINDS[kinds[0].key.text]
     if len(kinds) > 1:
@@ -143,12 +145,13 @@ def _find_kind(body: Body, node: Mapping_) -> Kind | None:
     return kind
 
 
-def _report_no_kind(body: Body, node: Mapping_) -> None:
+def _mended(body: Body, node: Mapping_) -> Mapping_:
+    """Report a step without a known kind; return it with the kind that was meant, if that is known."""
     modifiers = {option.name for option in MODIFIERS}
     unknown = [entry.key for entry in node.entries if entry.key.text not in modifiers]
     if not unknown:
         body.problems.add("E005", node.mark, "a step has one kind, this has none", "such as: do: drone.TakeOff")
-        return
+        return node
     options = {option.name for kind in KINDS.values() for option in kind.options}
     key = next((key for key in unknown if key.text not in options), unknown[0])
     meant = kind_for(key.text, KINDS)
@@ -156,6 +159,10 @@ def _report_no_kind(body: Body, node: Mapping_) -> None:
     help_ = ADVICE.get(key.text, "" if meant else f"steps: {', '.join(k.name for k in KINDS.values() if k.available)}")
     what = f"'{shorten(key.text)}' is not a step{guess}"
     body.problems.add("E006", key.mark, what, help_, Fix(key.mark, meant) if meant else None)
+    if not meant or not KINDS[meant].available:
+        return node
+    mended = (Entry(replace(key, text=meant), e.value) if e.key is key else e for e in node.entries)
+    return Mapping_(tuple(mended), node.mark)
 
 
 # --- modifiers ---------------------------------------------------------------------------------------------------

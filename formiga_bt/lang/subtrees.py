@@ -28,6 +28,10 @@ class Subtrees:
         for name in unit.own:
             self._get(unit, name)
 
+    def read_one(self, unit: Unit, name: str) -> Callee | None:
+        """Return a subtree that a file defines, with what it calls; None if there is none of that name."""
+        return self._get(unit, name) if name in unit.own else None
+
     def callee(self, unit: Unit, name: str) -> Callee | None:
         """Return a subtree of a file that was read before."""
         return self._done.get((unit.file, name))
@@ -37,6 +41,7 @@ class Subtrees:
         owner = unit.find(at.text)
         if owner is None:
             known = unit.visible()
+            unit.called.update(imported.file for _, imported in unit.imports)
             meant = nearest(at.text, known)
             help_ = f"subtrees: {quoted_list(known)}" if known else "import a library or add subtrees:"
             what = f"no subtree is called '{at.text}'{did_you_mean(at.text, known)}"

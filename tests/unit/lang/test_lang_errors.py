@@ -1,0 +1,62 @@
+"""The museum of mistakes: each file of tests/lang_errors is refused (or warned about) with exactly these words.
+
+`UPDATE_EXPECTED=1 pytest tests/unit/lang/test_lang_errors.py` rewrites the expected texts; read the difference.
+"""
+
+import os
+import re
+from pathlib import Path
+
+import pytest
+
+from formiga_bt.diagnostics import Diagnostic, render
+from formiga_bt.lang.loader import load_catalogue, load_site, load_task
+from formiga_bt.lang.model import Catalogue
+
+ROOT = Path(__file__).parents[3]
+MUSEUM = ROOT / "tests" / "lang_errors"
+FILES = sorted(path.name for path in MUSEUM.glob("*.yaml"))
+
+
+@pytest.fixture(scope="module")
+def catalogue() -> Catalogue:
+    found, problems, _ = load_catalogue([ROOT / "actions" / "base.yaml", MUSEUM / "catalogue" / "kite.yaml"])
+
+    assert not problems
+    return found
+
+
+def read(name: str, catalogue: Catalogue) -> tuple[list[Diagnostic], str]:
+    path = Path(name)
+    if name.startswith("site_"):
+        _, found, sources = load_site(path)
+    elif name.startswith("catalogue_"):
+        _, found, sources = load_catalogue([path])
+    else:
+        loaded = load_task(path, catalogue=catalogue)
+        found, sources = loaded.diagnostics, dict(loaded.sources)
+        assert (loaded.task is None) == any(d.severity == "error" for d in found)
+    return found, "\n\n".join(render(d, sources) for d in found) + "\n"
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_the_mistake_is_reported_in_these_words(
+    name: str, catalogue: Catalogue, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(MUSEUM)
+    found, text = read(name, catalogue)
+    expected = MUSEUM / name.replace(".yaml", ".expected.txt")
+    if os.environ.get("UPDATE_EXPECTED"):
+        expected.write_text(text, encoding="utf-8")
+
+    assert text == expected.read_text(encoding="utf-8")
+    code = re.match(r"[EW]\d{3}", name)
+    assert code is None or code[0] in {d.code for d in found}
+
+
+def test_every_code_that_the_loader_reports_is_in_the_museum() -> None:
+    pinned = set(re.findall(r": ([EW]\d{3}): ", "".join(p.read_text() for p in MUSEUM.glob("*.expected.txt"))))
+    modules = ("steps", "leaves", "roles", "params", "files", "subtrees", "loader", "checks", "flight", "site", "scopes")
+    source = "".join((ROOT / "formiga_bt" / "lang" / f"{name}.py").read_text() for name in modules)
+
+    assert set(re.findall(r'add\(\s*"([EW]\d{3})"', source)) <= pinned
