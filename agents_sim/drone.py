@@ -14,6 +14,7 @@ from msgspec import Struct
 from agents_sim.limits import DroneLimits
 from agents_sim.motion import (
     BadFieldError,
+    BodyState,
     MotionKind,
     NoRecorder,
     Recorder,
@@ -25,7 +26,7 @@ from agents_sim.motion import (
 )
 from agents_sim.sweep import sweep
 from formiga_bt.clock import SECOND, Micros, Scheduler, Timer, micros
-from formiga_bt.geo import Place, Position, horizontal_m, mm
+from formiga_bt.geo import Position, horizontal_m, mm
 from formiga_bt.transport.agent_side import AgentSide
 from formiga_bt.transport.messages import Control, GoalRequest, Landed
 
@@ -46,27 +47,6 @@ class Leg(Struct, frozen=True):
     to: Position
     kind: MotionKind
     speed_m_s: float
-
-
-class BodyState(Struct, frozen=True):
-    """All that a drone's body is, as it is kept in a file while the body's process may die."""
-
-    segment: Segment
-    kind: MotionKind
-    battery: float
-    """Charge at `battery_at`, from where it changes by `-drain_percent_s`."""
-    battery_at: Micros
-    drain_percent_s: float
-    home: Place | None = None
-
-    def found_at(self, now: Micros, died: Micros, hover_percent_s: float) -> "BodyState":
-        """Return the body as found `now`: its process died at `died`, and if in the air it has hovered there since."""
-        here = self.segment.at(died)
-        kind: MotionKind = "rest" if self.kind == "rest" else "hover"
-        battery = self.battery - self.drain_percent_s * (died - self.battery_at) / SECOND
-        if kind == "hover":
-            battery -= hover_percent_s * (now - died) / SECOND
-        return BodyState(Segment(now, here, now, here), kind, min(100.0, max(0.0, battery)), now, 0.0, self.home)
 
 
 class _Flight:
@@ -102,6 +82,7 @@ class Drone:
         self.agent = agent
         self.limits = limits
         self.home = state.home
+        self._control: Control = state.control
         self.confirms_cancel = True
         """Set False to play a drone that stops when canceled but never says so."""
         self._scheduler = scheduler
@@ -120,6 +101,11 @@ class Drone:
         """Take the side that speaks for this body; a later one replaces it (its process was started again)."""
         self._side = side
         self._set_status()
+
+    def resume(self) -> None:
+        """Say who is in command, after the side was announced: a pilot stays it when the drone's process starts anew."""
+        if self._side is not None:
+            self._side.take_control(self._control)
 
     # What is true now.
 
@@ -147,7 +133,9 @@ class Drone:
 
     def state(self) -> BodyState:
         """Return the whole of it, to be kept."""
-        return BodyState(self._segment, self._kind, self._battery, self._battery_at, self._drain, self.home)
+        return BodyState(
+            self._segment, self._kind, self._battery, self._battery_at, self._drain, self.home, self._control
+        )
 
     # From the side.
 
@@ -208,9 +196,9 @@ class Drone:
 
     def hand_back(self) -> None:
         """Play the pilot (or the failsafe) that gives the controls back."""
-        assert self._side is not None, "no side is attached"
+        self._control = "engine"
         self._set_status()
-        self._side.take_control("engine")
+        self.resume()
 
     def shift(self, by: Micros) -> None:
         """Follow a jump of engine time: everything under way goes on as if the clock had not jumped."""
@@ -359,9 +347,9 @@ class Drone:
 
     def _yield_to(self, control: Control) -> None:
         self.stop()
+        self._control = control
         self._set_status()
-        if self._side is not None:
-            self._side.take_control(control)
+        self.resume()
 
     def _is_failsafe(self) -> bool:
         return self._flight is not None and self._flight.action == "failsafe"

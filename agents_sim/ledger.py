@@ -14,8 +14,7 @@ from typing import Any
 import msgspec
 from msgspec import Struct
 
-from agents_sim.drone import BodyState
-from agents_sim.motion import MotionKind, Recorder, Segment
+from agents_sim.motion import BodyState, MotionKind, Recorder, Segment
 from formiga_bt.clock import Micros
 from formiga_bt.geo import Place
 from formiga_bt.transport.messages import Clearance

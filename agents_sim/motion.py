@@ -10,9 +10,9 @@ from typing import Any, Literal, Protocol
 
 from msgspec import Struct
 
-from formiga_bt.clock import Micros, micros
+from formiga_bt.clock import SECOND, Micros, micros
 from formiga_bt.geo import Place, Position, horizontal_m
-from formiga_bt.transport.messages import Clearance
+from formiga_bt.transport.messages import Clearance, Control
 
 MotionKind = Literal["rest", "hover", "climb", "cruise", "descend"]
 """What a drone does during a segment. Only at "rest" are its rotors off and it stands."""
@@ -42,6 +42,31 @@ class Segment(Struct, frozen=True):
     def shifted(self, by: Micros) -> "Segment":
         """Return the same motion `by` microseconds later."""
         return Segment(self.t0 + by, self.p0, self.t1 + by, self.p1)
+
+
+class BodyState(Struct, frozen=True):
+    """All that a drone's body is, as it is kept in a file while the body's process may die."""
+
+    segment: Segment
+    kind: MotionKind
+    battery: float
+    """Charge at `battery_at`, from where it changes by `-drain_percent_s`."""
+    battery_at: Micros
+    drain_percent_s: float
+    home: Place | None = None
+    control: Control = "engine"
+
+    def found_at(self, now: Micros, died: Micros, hover_percent_s: float) -> "BodyState":
+        """Return the body as found `now`: its process died at `died`, and if in the air it has hovered there since."""
+        here = self.segment.at(died)
+        has_landed = self.kind == "rest" or (self.kind == "descend" and here.up_m <= 0.0)
+        kind: MotionKind = "rest" if has_landed else "hover"
+        battery = self.battery - self.drain_percent_s * (died - self.battery_at) / SECOND
+        if kind == "hover":
+            battery -= hover_percent_s * (now - died) / SECOND
+        return BodyState(
+            Segment(now, here, now, here), kind, min(100.0, max(0.0, battery)), now, 0.0, self.home, self.control
+        )
 
 
 class Recorder(Protocol):

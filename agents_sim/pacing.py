@@ -30,7 +30,7 @@ class PacedScheduler:
     def __init__(self, wall: Callable[[], Micros], start: Micros, speed: float = 1.0) -> None:
         self.speed = speed
         self.has_beat = False
-        self._wall = wall
+        self.wall = wall
         self._heard = wall()
         self._base = start
         self._last = start
@@ -42,7 +42,7 @@ class PacedScheduler:
         """Return engine time; within a scheduled call the time it was due."""
         if self._instant is not None:
             return self._instant
-        self._last = max(self._last, self._base + round((self._wall() - self._heard) * self.speed))
+        self._last = max(self._last, self._base + round((self.wall() - self._heard) * self.speed))
         return self._last
 
     def call_at(self, at: Micros, call: Callable[[], None]) -> Timer:
@@ -79,7 +79,7 @@ class PacedScheduler:
         now = self.now()
         first, self.has_beat = not self.has_beat, True
         gap = beat.engine_us - now
-        self.speed, self._base, self._heard = beat.speed, beat.engine_us, self._wall()
+        self.speed, self._base, self._heard = beat.speed, beat.engine_us, self.wall()
         if not first and abs(gap) <= JUMP_WALL_S * SECOND * max(1.0, beat.speed):
             return 0
         self._last = beat.engine_us
@@ -101,7 +101,8 @@ class PacedSide(AgentSide):
         scheduler: PacedScheduler,
         jumped: Callable[[Micros], None],
     ) -> None:
-        super().__init__(card, body, link, now=scheduler.now)
+        # The rules' own clock is wall time: a goal that was sent to a process that stood still is too old by then.
+        super().__init__(card, body, link, now=scheduler.wall, beat_us=SECOND)
         self._scheduler = scheduler
         self._jumped = jumped
 

@@ -106,6 +106,9 @@ class Person:
         self._side = side
         self._set_status()
 
+    def resume(self) -> None:
+        """Go on after a new start (nobody but the person is in command)."""
+
     def walk_to(self, place: Place) -> None:
         """Stand at another place from now on."""
         self._place = place

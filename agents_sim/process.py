@@ -84,6 +84,7 @@ class AgentProcess:
         """
         try:
             self._link.serve(self.side)
+            self.body.resume()
             self._save()
             next_status = next_save = wall_us()
             while not is_stopping():

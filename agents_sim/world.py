@@ -11,9 +11,9 @@ from typing import Any, Final
 import msgspec
 from msgspec import Struct
 
-from agents_sim.drone import BodyState, Drone
+from agents_sim.drone import Drone
 from agents_sim.limits import DRONE_TYPES, PERSON_TYPES, DroneLimits
-from agents_sim.motion import MotionKind, NoRecorder, Recorder, Segment
+from agents_sim.motion import BodyState, MotionKind, NoRecorder, Recorder, Segment
 from agents_sim.person import Person, read_rules
 from formiga_bt.clock import SECOND, Micros, Scheduler
 from formiga_bt.geo import Place, Position
@@ -292,6 +292,7 @@ class SimFleet:
         side = agent.side = AgentSide(card, agent.front, agent.link, now=self._scheduler.now)
         agent.body.attach(side)
         wire.serve(side)
+        agent.body.resume()
         self._report_later(agent, agent.boots)
 
     def _report_later(self, agent: SimAgent, boot: int) -> None:

@@ -64,9 +64,18 @@ class Engine:
             self.wire.publish_clock(beat)
         self.heard += self.wire.poll()
 
-    def order(self, goal_id: str, action: str, agent: str = "hwd_1", **fields: object) -> None:
-        request = GoalRequest(goal_id=goal_id, agent=agent, action=action, fields=fields, epoch=1, beat=self._beat)
-        self.wire.send_goal(request)
+    def order(self, goal_id: str, action: str, agent: str = "hwd_1", ttl_beats: int = 10, **fields: object) -> None:
+        self.wire.send_goal(
+            GoalRequest(
+                goal_id=goal_id,
+                agent=agent,
+                action=action,
+                fields=fields,
+                epoch=1,
+                beat=self._beat,
+                ttl_beats=ttl_beats,
+            )
+        )
 
     def boots(self) -> list[str]:
         return [event.card.boot_id for event in self.heard if isinstance(event, AgentSeen)]
@@ -186,3 +195,16 @@ def test_the_referee_process_sees_a_crash_of_two_processes(engine: Engine, tmp_p
     assert referee.returncode == 1
     assert [(crash.a, crash.b) for crash in verdict.crashes] == [("hwd_1", "hwd_2")]
     assert 1.0 <= verdict.crashes[0].distance_m < 2.0
+
+
+def test_a_process_that_stood_still_refuses_what_is_too_old(engine: Engine, tmp_path: Path) -> None:
+    spec = AgentSpec(id="hwd_1", type="hwd")
+    with FleetProcesses([spec], site="sim-test", connect=engine.wire.endpoint, state_dir=tmp_path) as fleet:
+        engine.wait(lambda: (s := engine.status()) is not None and s.beat > 0)
+        fleet.freeze("hwd_1")
+        engine.order("old", "TakeOff", ttl_beats=1, altitude=30.0)
+        end = time.monotonic() + 2.2
+        engine.wait(lambda: time.monotonic() > end)
+        fleet.thaw("hwd_1")
+        engine.wait(lambda: engine.has_ended("old", "rejected"))
+        assert engine.events("old")[-1].code == "goal_expired"

@@ -4,9 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from agents_sim.drone import BodyState
 from agents_sim.ledger import BodyFile, Ledger, MotionNote, NoteTaker, Saved, judge
-from agents_sim.motion import Segment
+from agents_sim.motion import BodyState, Segment
 from agents_sim.referee import Referee
 from formiga_bt.clock import SECOND
 from formiga_bt.geo import Place, Position
@@ -26,6 +25,13 @@ def test_a_body_is_found_hovering_where_its_process_died(tmp_path: Path) -> None
     found = saved.body.found_at(104 * SECOND, saved.engine_us, hover_percent_s=0.05)
     assert found.segment.at(104 * SECOND) == Position(40.0, 0.0, 60.0)
     assert (found.kind, found.battery) == ("hover", pytest.approx(80.0 - 4 * 0.1 - 100 * 0.05))
+
+
+def test_a_drone_that_touched_down_before_it_died_stands(tmp_path: Path) -> None:
+    down = Segment(0, Position(0.0, 0.0, 30.0), 10 * SECOND, Position(0.0, 0.0, 0.0))
+    body = BodyState(down, "descend", 80.0, 0, 0.1)
+    assert body.found_at(99 * SECOND, 11 * SECOND, hover_percent_s=0.05).kind == "rest"
+    assert body.found_at(99 * SECOND, 9 * SECOND, hover_percent_s=0.05).kind == "hover"
 
 
 def test_a_broken_body_file_is_named(tmp_path: Path) -> None:

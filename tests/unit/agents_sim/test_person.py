@@ -86,3 +86,10 @@ def test_rules_survive_being_written() -> None:
     rules = read_rules([LOADED, {"never": True}])
     assert read_rules(write_rules(rules)) == rules
     assert rules[0].after_us == 4 * SECOND
+
+
+def test_a_rule_whose_answer_is_no_option_is_passed_over(world: World) -> None:
+    add(world, {"options": ["yes"], "after": 1})
+    goal = ask(world, "Do people stand clear?", ["clear", "wait", "refuse"])
+    world.run(3.0)
+    assert world.end(goal)[1].result["answer"] == "clear"

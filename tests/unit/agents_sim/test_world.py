@@ -112,3 +112,22 @@ def test_two_equal_runs_hear_the_same(world: World) -> None:
         return list(world.heard)
 
     assert run(world) == run(World())
+
+
+def test_a_pilot_stays_in_command_when_the_process_starts_anew(world: World) -> None:
+    world.fleet.add(FLYING)
+    world.fleet.take_over("d")
+    world.fleet.restart("d")
+    world.run(0.0)
+    status = world.statuses("d")[-1]
+    assert (status.boot_id, status.control) == ("d-boot-2", "pilot")
+
+
+def test_a_drone_charges_at_home_only(world: World) -> None:
+    charging = {"charge_percent_s": 0.5}
+    for agent, home in (("a", Place(0.0, 0.0)), ("b", Place(30.0, 0.0))):
+        world.fleet.add(AgentSpec(id=agent, type="lwd", battery=40.0, home=home, limits=charging))
+    world.run(60.0)
+    assert (world.fleet["a"].drone.battery(), world.fleet["b"].drone.battery()) == (70.0, 40.0)
+    world.run(600.0)
+    assert world.fleet["a"].drone.battery() == 100.0
