@@ -59,9 +59,6 @@ class Faults(Struct, frozen=True, kw_only=True):
     """Greatest extra delay of any message."""
 
 
-NO_FAULTS = Faults()
-
-
 class _Ask:
     """A goal, cancel or query that waits for its answer."""
 
@@ -139,7 +136,7 @@ class MemoryHub:
         scheduler: Scheduler,
         *,
         delay_us: Micros = 20_000,
-        faults: Faults = NO_FAULTS,
+        faults: Faults | None = None,
         seed: int = 0,
         reply_timeout_us: Micros = 5 * SECOND,
         lease_us: Micros = 3 * SECOND,
@@ -149,7 +146,7 @@ class MemoryHub:
         self.transport = MemoryTransport(self)
         self._delay_us = delay_us
         self._lease_us = lease_us
-        self._faults = faults
+        self._faults = faults or Faults()
         self._random = random.Random(seed)
         self._links: dict[str, MemoryLink] = {}
         self._own_faults: dict[str, Faults] = {}
@@ -163,7 +160,7 @@ class MemoryHub:
         """Return a new link for one start of an agent."""
         return MemoryLink(self, agent)
 
-    def set_faults(self, agent: str, faults: Faults = NO_FAULTS) -> None:
+    def set_faults(self, agent: str, faults: Faults) -> None:
         """Set how bad one agent's link is, from now on."""
         self._own_faults[agent] = faults
 
@@ -245,9 +242,7 @@ class MemoryHub:
         link = self._links.get(agent)
         if link is None:
             if ask is not None:
-                self.scheduler.call_at(
-                    self.scheduler.now(), lambda: self.transport.failed(ask, "unreachable", "no such agent is present")
-                )
+                self.transport.failed(ask, "unreachable", "no such agent is present")
             return
         if ask is not None:
             link.asks = [*(old for old in link.asks if old.open), ask]
@@ -272,7 +267,7 @@ class MemoryHub:
             self.transport.arrived(AgentGone(link.agent))
 
     def _later(self, link: MemoryLink, call: Callable[[], None]) -> None:
-        """Deliver to the engine for certain, in order with what the agent said."""
+        # To the engine for certain, in order with what the agent said.
         self._deliver(link.agent, True, self.scheduler.now() + self._delay(link.agent), call, overtakes=False)
 
     def _send(self, agent: str, up: bool, call: Callable[[], None]) -> None:
@@ -283,12 +278,10 @@ class MemoryHub:
         copies = 2 if self._random.random() < faults.duplicate else 1
         for _ in range(copies):
             due = self.scheduler.now() + delay
-            if faults.jitter_us:
-                due += self._random.randrange(faults.jitter_us + 1)
-            reordered = self._random.random() < faults.reorder
-            if reordered:
-                due += self._random.randrange(5 * delay + 1)
-            self._deliver(agent, up, due, call, overtakes=reordered)
+            due += self._random.randrange(faults.jitter_us + 1)
+            overtakes = self._random.random() < faults.reorder
+            due += self._random.randrange(5 * delay + 1) if overtakes else 0
+            self._deliver(agent, up, due, call, overtakes=overtakes)
 
     def _deliver(self, agent: str, up: bool, due: Micros, call: Callable[[], None], *, overtakes: bool) -> None:
         if not overtakes:

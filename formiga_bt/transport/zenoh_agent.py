@@ -73,14 +73,11 @@ class ZenohAgentLink:
             check_name(f"agent {what}", name)
         session = open_session("peer", self._site, connect=[self._endpoint], lease_ms=self._lease_ms)
         self._session, self._side = session, side
-        card = self._key("card")
-        self._kept = [
-            session.declare_queryable(card, on_network_thread(lambda query: query.reply(card, self._card))),
-            session.declare_queryable(self._key("action", "*", "goal"), self._into("goal")),
-            session.declare_queryable(self._key("action", "*", "cancel"), self._into("cancel")),
-            session.declare_queryable(self._key("goals"), self._into("query")),
-            session.declare_subscriber(CLOCK_KEY, self._into("clock")),
-        ]
+        try:
+            self._declare(session)
+        except zenoh.ZError as error:
+            self.close()
+            raise TransportError(f"cannot take requests for {side.card.id}: {error}") from error
         side.announce()
 
     def close(self) -> None:
@@ -125,6 +122,16 @@ class ZenohAgentLink:
     def publish_extra(self, name: str, message: Any) -> None:
         """Publish something no engine reads, under `<type>/<id>/<name>` (a simulated motion, a camera's own data)."""
         self._put(self._key(check_name("extra", name)), encode(message), zenoh.CongestionControl.DROP)
+
+    def _declare(self, session: Any) -> None:
+        card = self._key("card")
+        self._kept = [
+            session.declare_queryable(card, on_network_thread(lambda query: query.reply(card, self._card))),
+            session.declare_queryable(self._key("action", "*", "goal"), self._into("goal")),
+            session.declare_queryable(self._key("action", "*", "cancel"), self._into("cancel")),
+            session.declare_queryable(self._key("goals"), self._into("query")),
+            session.declare_subscriber(CLOCK_KEY, self._into("clock")),
+        ]
 
     def _put(self, key: str, raw: bytes, congestion: Any) -> None:
         if self._session is not None:

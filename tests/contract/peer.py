@@ -66,8 +66,6 @@ class ScriptedBody:
             self.pause(fields["block_s"])
         if fields.get("do") == "reject":
             return "battery_low"
-        if fields.get("do") == "raise":
-            raise RuntimeError("a body with a bug")
         goal = request.goal_id
         self.starts[goal] = self.starts.get(goal, 0) + 1
         self.fields[goal] = fields
