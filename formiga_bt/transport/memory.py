@@ -149,8 +149,7 @@ class MemoryHub:
         self._faults = faults or Faults()
         self._random = random.Random(seed)
         self._links: dict[str, MemoryLink] = {}
-        self._own_faults: dict[str, Faults] = {}
-        self._own_delay: dict[str, Micros] = {}
+        self._own_faults, self._own_delay = dict[str, Faults](), dict[str, Micros]()
         self._lost_results: dict[str, int] = {}
         self._last_due: dict[tuple[str, bool], Micros] = {}
 
@@ -275,8 +274,7 @@ class MemoryHub:
         delay = self._delay(agent)
         if self._random.random() < faults.drop:
             return
-        copies = 2 if self._random.random() < faults.duplicate else 1
-        for _ in range(copies):
+        for _ in range(2 if self._random.random() < faults.duplicate else 1):
             due = self.scheduler.now() + delay
             due += self._random.randrange(faults.jitter_us + 1)
             overtakes = self._random.random() < faults.reorder
