@@ -12,7 +12,7 @@ from typing import Any, Final
 import yaml
 
 from formiga_bt.diagnostics import Diagnostic, Mark
-from formiga_bt.lang.traps import explain, forbidden_characters
+from formiga_bt.lang.traps import explain, explain_tag, forbidden_characters, hidden_text, lines_of
 
 MAX_BYTES: Final = 1_000_000
 MAX_NODES: Final = 20_000
@@ -90,7 +90,8 @@ def parse(text: str, file: str) -> tuple[Node | None, list[Diagnostic]]:
     try:
         problem = _first_refusal(_events(source), file)
         if problem is not None:
-            return None, [problem]
+            meant = explain_tag(source, file, problem.mark.line) if problem.message.startswith("tags") else None
+            return None, [meant or problem]
         return _Builder(source, file).build()
     except yaml.YAMLError as error:
         line, col, said = _place_of(error)
@@ -162,7 +163,7 @@ class _Builder:
     def __init__(self, source: str, file: str) -> None:
         self._source = source
         self._file = file
-        self._lines = source.split("\n")
+        self._lines = lines_of(source)
         self._found: list[Diagnostic] = []
         self._events = _events(source)
 
@@ -172,6 +173,10 @@ class _Builder:
                 root = self._node(event)
                 return root, self._found
         return None, self._found
+
+    def _line(self, mark: Mark) -> str:
+        """Return the line of a mark; the parser puts an empty value at the end beyond the last line."""
+        return self._lines[mark.line - 1] if mark.line <= len(self._lines) else ""
 
     def _node(self, event: Any) -> Node:
         if isinstance(event, yaml.ScalarEvent):
@@ -188,8 +193,11 @@ class _Builder:
         exact = False
         if mark.line == mark.end_line and not block:
             shift = 1 if quoted else 0
-            written = self._lines[mark.line - 1][mark.col - 1 + shift : mark.end_col - 1 - shift]
+            written = self._line(mark)[mark.col - 1 + shift : mark.end_col - 1 - shift]
             exact = written == text
+            if not quoted:
+                hidden = hidden_text(self._line(mark), mark.end_col - 1, self._file, mark.line)
+                self._found += [hidden] if hidden is not None else []
         return Scalar(text, mark, quoted, block, exact)
 
     def _listing(self, start: Any) -> Listing:
@@ -218,7 +226,7 @@ class _Builder:
         raise AssertionError("a mapping without an end")
 
     def _key_help(self, mark: Mark) -> str:
-        before = self._lines[mark.line - 1][: mark.col - 1].rstrip()
+        before = self._line(mark)[: mark.col - 1].rstrip()
         return 'inside { } write "${...}" in quotes' if before.endswith("$") else "write key: value"
 
     def _span(self, start: Any, end: Any) -> Mark:
@@ -230,7 +238,7 @@ class _Builder:
         line = min(end.end_mark.line, len(self._lines) - 1)
         if end.end_mark.column == 0 or not self._lines[line][: end.end_mark.column].strip():
             line -= 1
-        while line > first.line and not self._lines[line].strip():
+        while line > first.line and self._lines[line].lstrip()[:1] in ("", "#"):
             line -= 1
         line = max(line, first.line)
         return Mark(self._file, first.line + 1, first.column + 1, line + 1, len(self._lines[line].rstrip()) + 1)

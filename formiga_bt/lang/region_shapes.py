@@ -32,7 +32,7 @@ def inside(point: Place | Position, region: Region) -> bool:
 
 
 def split(region: Region, parts: int) -> tuple[Region, ...]:
-    """Cut a region into `parts` regions of equal area by parallel lines."""
+    """Cut a region into `parts` connected regions of equal area: strips where that works, else halves of halves."""
     if not 1 <= parts <= MAX_PARTS:
         raise EvalError(f"split makes 1 to {MAX_PARTS} parts, not {parts}")
     shape = _shape(region)
@@ -40,7 +40,10 @@ def split(region: Region, parts: int) -> tuple[Region, ...]:
         pieces = _strips(shape, parts, float(angle))
         if pieces is not None:
             return tuple(_region(piece) for piece in pieces)
-    raise EvalError("this region cannot be split into connected parts by parallel lines")
+    pieces = _halves(shape, parts)
+    if pieces is None:
+        raise EvalError("this region cannot be split into connected parts by straight lines")
+    return tuple(_region(piece) for piece in pieces)
 
 
 def split_by_area(region: Region, max_area_m2: float) -> tuple[Region, ...]:
@@ -100,10 +103,44 @@ def _strips(shape: Any, parts: int, angle_deg: float) -> list[Any] | None:
     strips = []
     for left, right in pairwise(cuts):
         piece = turned.intersection(_shapely().box(left, south - 1.0, right, north + 1.0))
-        if piece.geom_type != "Polygon":
-            return None
-        strips.append(_turn(piece, -angle_deg))
-    return strips
+        strips.append(_whole(_turn(piece, -angle_deg)))
+    return None if None in strips else strips
+
+
+def _halves(shape: Any, parts: int) -> list[Any] | None:
+    """Cut a shape in two connected pieces, and those again; the first way that works."""
+    if parts == 1:
+        return [shape]
+    few = parts // 2
+    for angle in range(0, 360, 15):
+        pair = _in_two(shape, few / parts, float(angle))
+        if pair is None:
+            continue
+        one, other = _halves(pair[0], few), _halves(pair[1], parts - few)
+        if one is not None and other is not None:
+            return one + other
+    return None
+
+
+def _in_two(shape: Any, share: float, angle_deg: float) -> tuple[Any, Any] | None:
+    """Cut off `share` of the area along one line; None if a side falls into several pieces."""
+    turned = _turn(shape, angle_deg)
+    west, south, east, north = turned.bounds
+    at = _cut_at(turned, turned.area * share, west)
+    boxes = (
+        _shapely().box(west - 1.0, south - 1.0, at, north + 1.0),
+        _shapely().box(at, south - 1.0, east + 1.0, north + 1.0),
+    )
+    one, other = (turned.intersection(box) for box in boxes)
+    pair = _whole(_turn(one, -angle_deg)), _whole(_turn(other, -angle_deg))
+    return None if None in pair else pair
+
+
+def _whole(piece: Any) -> Any | None:
+    """Return the piece on the grid of 1 mm, or None if it is several, or hangs together by less than 10 cm."""
+    clean = _shapely().set_precision(piece, 0.001)
+    solid = clean.buffer(-0.05)
+    return clean if clean.geom_type == solid.geom_type == "Polygon" and not solid.is_empty else None
 
 
 def _cut_at(shape: Any, wanted_m2: float, low: float) -> float:

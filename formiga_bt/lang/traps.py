@@ -15,8 +15,15 @@ _FORBIDDEN = re.compile(
 )
 _KEY_VALUE = re.compile(r"^(\s*(?:- +)*)([A-Za-z_][\w-]*): +(\S.*?)\s*$")
 
+_BREAK = re.compile(r"\r\n|\r|\n")
+
 Probe = Callable[[str], tuple[int, int, str, str] | None]
 """Line -> (first column, column after the last, message, mended line), 0-based; None if its trap is not there."""
+
+
+def lines_of(source: str) -> list[str]:
+    """Return the lines of a text as YAML counts them."""
+    return _BREAK.split(source)
 
 
 def forbidden_characters(text: str, file: str) -> Diagnostic | None:
@@ -24,8 +31,8 @@ def forbidden_characters(text: str, file: str) -> Diagnostic | None:
     found = _FORBIDDEN.search(text)
     if found is None:
         return None
-    line = text.count("\n", 0, found.start()) + 1
-    col = found.start() - (text.rfind("\n", 0, found.start()) + 1) + 1
+    before = lines_of(text[: found.start()])
+    line, col = len(before), len(before[-1]) + 1
     what = f"the invisible character U+{ord(found[0]):04X} is not allowed in a task file"
     return Diagnostic("E001", Mark(file, line, col, line, col + 1), what, "remove it")
 
@@ -40,21 +47,40 @@ def explain(source: str, file: str, line: int, col: int, said: str) -> Diagnosti
         col: of the parser's error, 1-based.
         said: the parser's words.
     """
-    lines = source.split("\n")
+    lines = lines_of(source)
     for number in (line, line - 1):
         if not 1 <= number <= len(lines):
             continue
-        text = lines[number - 1].rstrip("\r")
+        text = lines[number - 1]
         for probe in PROBES:
             hit = probe(text)
             if hit is not None:
-                start, end, what, mended = hit
-                mark = Mark(file, number, start + 1, number, end + 1)
-                whole = Mark(file, number, 1, number, len(text) + 1)
-                return Diagnostic("E001", mark, what, f"write: {mended.strip()}", fix=Fix(whole, mended))
+                return _found(hit, file, number, text)
     line = min(line, max(1, len(lines)))
     col = min(col, len(lines[line - 1]) + 1)
     return Diagnostic("E001", Mark(file, line, col, line, col + 1), f"this is not YAML: {said}", _hint(said))
+
+
+def explain_tag(source: str, file: str, line: int) -> Diagnostic | None:
+    """Return the diagnostic of a `!` that was meant as "not", if the line of a YAML tag looks like that."""
+    lines = lines_of(source)
+    text = lines[min(line, len(lines)) - 1]
+    hit = _bang(text)
+    return None if hit is None else _found(hit, file, line, text)
+
+
+def hidden_text(line: str, end: int, file: str, number: int) -> Diagnostic | None:
+    """Return E001 where a plain text, which ends at column `end`, goes on after ` #` and a digit: `Row #3`."""
+    if not re.match(r" #\d", line[end:]):
+        return None
+    return _found((end + 1, len(line), _HIDDEN, _mend_hash(line)), file, number, line)
+
+
+def _found(hit: tuple[int, int, str, str], file: str, number: int, text: str) -> Diagnostic:
+    start, end, what, mended = hit
+    mark = Mark(file, number, start + 1, number, end + 1)
+    whole = Mark(file, number, 1, number, len(text) + 1)
+    return Diagnostic("E001", mark, what, f"write: {mended.strip()}", fix=Fix(whole, mended))
 
 
 def _hint(said: str) -> str:
@@ -107,11 +133,11 @@ def _python_if(value: str) -> str:
 
 def _bang(line: str) -> tuple[int, int, str, str] | None:
     """`when: !drone.airborne`: YAML takes it as a tag."""
-    found = re.match(r"^(\s*(?:- +)*[\w-]+: +)(!+)(?!=)\s*(\S.*)$", line)
+    found = re.search(r"(?:^|[:\[,{-]) *(!)(?=[A-Za-z_(])", _without_quoted(line))
     if found is None:
         return None
-    mended = f"{found[1]}not {found[3]}"
-    return found.start(2), found.end(2), "'!' begins a YAML tag; the language says 'not'", mended
+    at = found.start(1)
+    return at, at + 1, "'!' begins a YAML tag; the language says 'not'", f"{line[:at]}not {line[at + 1 :]}"
 
 
 def _leading_quote(line: str) -> tuple[int, int, str, str] | None:
@@ -133,11 +159,17 @@ def _hash(line: str) -> tuple[int, int, str, str] | None:
     at = re.search(r"(?<=\s)#", bare)
     if at is None or not re.search(r"[\[{\"']", bare[: at.start()]):
         return None
+    return at.start(), len(line), _HIDDEN, _mend_hash(line)
+
+
+_HIDDEN: Final = "' #' begins a comment, the rest of the line is not read"
+
+
+def _mend_hash(line: str) -> str:
     found = _KEY_VALUE.match(line)
-    mended = (
-        f"{found[1]}{found[2]}: {_quote(found[3].strip(chr(34) + chr(39)))}" if found else line.replace(" #", " ", 1)
-    )
-    return at.start(), len(line), "' #' begins a comment, the rest of the line is not read", mended
+    if found is None or found[3][0] in "[{":
+        return line.replace(" #", " ", 1)
+    return f"{found[1]}{found[2]}: {_quote(found[3].strip(chr(34) + chr(39)))}"
 
 
 def _open_quote(line: str) -> tuple[int, int, str, str] | None:
