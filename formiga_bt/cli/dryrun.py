@@ -1,0 +1,164 @@
+"""`formiga dryrun`: run one task on the virtual clock, with the production engine and simulated agents.
+
+What it tells: each action with agent, start and end, the least battery, closest pass, crashes, and how the task ended. Nothing
+leaves this process.
+"""
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from formiga_bt.cli.inputs import UnusableFile, World, read_task, read_world
+from formiga_bt.errors import FormigaError, TreeError
+from formiga_bt.packaged import folder
+
+if TYPE_CHECKING:
+    from agents_sim.referee import Verdict
+    from formiga_bt.lang.model import Site, Task
+    from formiga_bt.rehearsal import Rehearsal
+    from formiga_bt.show.runlog import RunLog
+
+
+def command(
+    file: Annotated[Path, typer.Argument(help="Task file.", metavar="FILE")],
+    param: Annotated[
+        list[str] | None, typer.Option("--param", "-p", help="A parameter; may be repeated.", metavar="NAME=VALUE")
+    ] = None,
+    site: Annotated[
+        Path | None, typer.Option(help="Site file. Default: the demo site that ships with formiga.", metavar="FILE")
+    ] = None,
+    actions: Annotated[list[Path] | None, typer.Option(help="Catalogue file; may be repeated.", metavar="FILE")] = None,
+    answer: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="What a person answers, one after another, for example picker_1=not_yet,loaded.", metavar="WHO=A,B"
+        ),
+    ] = None,
+    limit: Annotated[
+        float, typer.Option(help="Give up after so many hours of virtual time.", metavar="HOURS", min=0.01)
+    ] = 6.0,
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object instead of text.")] = False,
+) -> None:
+    """Run a task against simulated agents in virtual time.
+
+    Exit code 0: it succeeded without a crash. 1: it did not, or the task has errors. 2: the command line cannot be used.
+    """
+    world = read_world(actions or (), site or folder("trees") / "demo-site.yaml")
+    task, the_site = _checked(file, world)
+    values = _bound(task, pairs(param or []), the_site)
+    from formiga_bt.rehearsal import Rehearsal, fleet_of
+    from formiga_bt.show.runlog import RunLog
+
+    scripts = {who: [{"match": "*", "options": said.split(",")}] for who, said in pairs(answer or []).items()}
+    rehearsal = Rehearsal(the_site, world.catalogue, [task], fleet_of(the_site, world.catalogue, scripts=scripts))
+    rehearsal.run_for(1.0)
+    task_id = rehearsal.submit(task.name, values)
+    in_time = rehearsal.run_until_ended(task_id, limit_s=limit * 3600.0)
+    log = RunLog()
+    for step in rehearsal.steps:
+        log.feed(step)
+    report = _report(rehearsal, log, task_id, in_time)
+    typer.echo(json.dumps(report, indent=2) if as_json else _text(report))
+    rehearsal.close()
+    if report["status"] != "SUCCEEDED" or report["crashes"]:
+        raise typer.Exit(1)
+
+
+def pairs(texts: list[str]) -> dict[str, str]:
+    """Return `name=value` words as a mapping.
+
+    Raises:
+        UnusableFile: a word has no `=`, or a name comes twice.
+    """
+    found: dict[str, str] = {}
+    for text in texts:
+        name, equals, value = text.partition("=")
+        if not equals or not name:
+            raise UnusableFile(f"'{text}' is not NAME=VALUE")
+        if name.strip() in found:
+            raise UnusableFile(f"'{name.strip()}' is given twice")
+        found[name.strip()] = value
+    return found
+
+
+def _checked(file: Path, world: World) -> "tuple[Task, Site]":
+    if world.site is None:
+        raise TreeError("the site file has errors", world.diagnostics)
+    read = read_task(file, world)
+    if read.task is None:
+        raise TreeError(f"{file} is not a task that can run; `formiga check {file}` tells more", read.diagnostics)
+    return read.task, world.site
+
+
+def _bound(task: "Task", raw: dict[str, str], site: "Site") -> dict[str, Any]:
+    from formiga_bt.diagnostics import render
+    from formiga_bt.lang.binding import bind_params
+
+    values, problems, sources = bind_params(task, raw, site)
+    if problems:
+        texts = [render(problem, sources) for problem in problems]
+        raise FormigaError("\n\n".join([*texts, f"{task.name} was not started"]))
+    return values
+
+
+def _report(rehearsal: "Rehearsal", log: "RunLog", task_id: str, in_time: bool) -> dict[str, Any]:
+    task = log.state.tasks[task_id]
+    verdict: Verdict = rehearsal.referee.verdict(rehearsal.now)
+    zero = task.submitted_at
+    return {
+        "task": task_id,
+        "status": task.status if in_time else "UNFINISHED",
+        "code": task.code,
+        "reason": task.reason,
+        "duration_s": round(((task.ended_at or rehearsal.now) - zero) / 1e6, 1),
+        "actions": [
+            {
+                "agent": row.agent,
+                "action": row.action,
+                "start_s": round((row.start - zero) / 1e6, 1),
+                "end_s": None if row.end is None else round((row.end - zero) / 1e6, 1),
+                "state": f"{row.state} {row.code}".strip() or "running",
+            }
+            for row in log.actions
+        ],
+        "log": [{"at_s": round((line.at - zero) / 1e6, 1), "text": line.text} for line in log.lines],
+        "least_battery": {
+            agent: round(log.least_battery[agent], 1) for agent in task.granted if agent in log.least_battery
+        },
+        "crashes": len(verdict.crashes) + len(verdict.unsafe_starts) + len(verdict.low_flights),
+        "closest_pass_m": round(verdict.closest_pass.distance_m, 1) if verdict.closest_pass else None,
+        "refused": [
+            f"{v.role}: {v.agent} {v.code} {v.detail}".rstrip()
+            for v in log.state.explanations.get(task_id, ())
+            if task.code == "no_agent"
+        ],
+    }
+
+
+def _text(report: dict[str, Any]) -> str:
+    rows = [("start", "end", "agent", "action", "")]
+    for action in report["actions"]:
+        end = "" if action["end_s"] is None else f"{action['end_s']:.1f} s"
+        rows.append((f"{action['start_s']:.1f} s", end, action["agent"], action["action"], action["state"]))
+    widths = [max(len(row[i]) for row in rows) for i in range(5)]
+    table = [
+        "  ".join(
+            (r[0].rjust(widths[0]), r[1].rjust(widths[1]), r[2].ljust(widths[2]), r[3].ljust(widths[3]), r[4])
+        ).rstrip()
+        for r in rows
+    ]
+    notes = [f"{line['at_s']:8.1f} s  {line['text']}" for line in report["log"]]
+    battery = ", ".join(f"{agent} {left:g} %" for agent, left in report["least_battery"].items()) or "no machine flew"
+    near = report["closest_pass_m"]
+    verdict = f"{report['task']} {report['status']} after {report['duration_s']:g} s"
+    if report["code"]:
+        verdict += f": {report['code']} {report['reason']}".rstrip()
+    closing = [
+        verdict,
+        f"least battery: {battery}",
+        f"crashes: {report['crashes']}" + (f", closest pass {near:g} m" if near is not None else ""),
+        *(f"  not granted: {line}" for line in report["refused"]),
+    ]
+    return "\n".join([*table, "", *notes, "", *closing])
