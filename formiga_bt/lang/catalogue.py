@@ -8,21 +8,19 @@ import hashlib
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, Final, Literal
+from typing import Any, Final
 
 from formiga_bt.clock import micros
 from formiga_bt.diagnostics import Diagnostic, Mark, in_order
-from formiga_bt.lang.document import Entry, Mapping_, Node, Scalar, parse
-from formiga_bt.lang.expressions import Scope, compile_value
+from formiga_bt.lang.actions import read_action, read_optional_mapping
+from formiga_bt.lang.document import Entry, Node, Scalar, parse
 from formiga_bt.lang.files import Shelf
-from formiga_bt.lang.kinds import PARAM, Option
-from formiga_bt.lang.model import ActionSpec, AgentType, Catalogue, Expr, FieldSpec, Subtree
-from formiga_bt.lang.params import read_type
+from formiga_bt.lang.kinds import Option
+from formiga_bt.lang.model import ActionSpec, AgentType, Catalogue, Subtree
 from formiga_bt.lang.reading import (
     Problems,
     did_you_mean,
     fix_word,
-    is_empty,
     quoted_list,
     read_flag,
     read_keys,
@@ -37,7 +35,6 @@ from formiga_bt.lang.reading import (
 from formiga_bt.lang.scopes import World
 from formiga_bt.lang.subtrees import Subtrees
 from formiga_bt.lang.synonyms import nearest
-from formiga_bt.lang.types import AGENT, ANY, Type
 from formiga_bt.packaged import folder
 from formiga_bt.units import parse_quantity
 
@@ -60,26 +57,6 @@ TYPE: Final = (
     Option("lost_after", "value", "Silence after which it is lost.", type="duration"),
 )
 
-ACTION: Final = (
-    Option("fields", "map", "What a goal holds."),
-    Option("result", "map", "What its result holds."),
-    Option("requires", "word", "State in which it may start.", values=("airborne", "grounded")),
-    Option("effect", "map", "State after success: {airborne: true|false}."),
-    Option("moves_to", "name", "The field that says where the agent will be."),
-    Option("starts_rotors", "flag", "People must stand clear."),
-    Option("lands", "flag", "Ends on the ground; away from a port people must stand clear."),
-    Option("repeatable", "flag", "May be sent again after a failure."),
-    Option("typical", "value", "Usual duration.", type="duration"),
-    Option("accept_timeout", "value", "How long the agent may take to accept.", type="duration"),
-    Option("cancel_grace", "value", "How long a cancel may take.", type="duration"),
-    Option("exclusive", "flag", "One at a time (the default)."),
-    Option("concurrency", "value", "How many at a time.", type="int"),
-    Option("help", "text", "A line for people."),
-)
-
-_FIELD: Final = tuple(
-    o for o in PARAM if o.name in ("type", "default", "optional", "values", "of", "min", "max", "help")
-)
 _SUFFIX: Final[Mapping[str, str]] = {
     "speed": "m_s",
     "distance": "m",
@@ -155,9 +132,13 @@ class _CatalogueReader:
 
     def finish(self) -> Catalogue:
         """Build the catalogue."""
-        actions = {name: action for name, entry in self._actions.items() if (action := self._action(entry)) is not None}
+        actions = {
+            name: action
+            for name, entry in self._actions.items()
+            if (action := read_action(entry, self.problems)) is not None
+        }
         for name, entry in self._types.items():
-            mapping = self._optional_mapping(entry.value, name)
+            mapping = read_optional_mapping(entry.value, self.problems, name)
             if mapping is not None:
                 self._given[name] = read_keys(mapping, TYPE, self.problems, f"type '{name}'")
         types = {name: self._type(name, actions) for name in self._given}
@@ -165,9 +146,6 @@ class _CatalogueReader:
         recover = self._recovers(catalogue)
         types = {name: replace(one, recover=recover.get(one.recover_ref)) for name, one in types.items()}
         return Catalogue(types, actions, self._digest("".join(self.shelf.sources[f] for f in self.shelf.units)))
-
-    def _optional_mapping(self, node: Node, what: str) -> Mapping_ | None:
-        return Mapping_((), node.mark) if is_empty(node) else read_mapping(node, self.problems, what)
 
     def _digest(self, more: str) -> str:
         digest = hashlib.sha256()
@@ -285,104 +263,6 @@ class _CatalogueReader:
             self.problems.add("E050", at.mark, f"a recover subtree has one param, an agent; {name} has others")
             return None
         return callee.subtree
-
-    # --- actions -----------------------------------------------------------------------------------------------
-
-    def _action(self, entry: Entry) -> ActionSpec | None:
-        name = entry.key.text
-        mapping = self._optional_mapping(entry.value, name)
-        if mapping is None:
-            return None
-        problems = self.problems
-        keys = read_keys(mapping, ACTION, problems, f"action '{name}'")
-        fields = self._fields(keys["fields"].value) if "fields" in keys else {}
-        requires = (
-            read_word(keys["requires"].value, problems, "requires", ("airborne", "grounded"))
-            if "requires" in keys
-            else ""
-        )
-        moves_to = read_word(keys["moves_to"].value, problems, "moves_to", tuple(fields)) if "moves_to" in keys else ""
-        flags: dict[str, Any] = {
-            key: read_flag(keys[key].value, problems, key)
-            for key in ("starts_rotors", "lands", "repeatable")
-            if key in keys
-        }
-        times: dict[str, Any] = {
-            f"{key}_us": micros(seconds)
-            for key in ("typical", "accept_timeout", "cancel_grace")
-            if key in keys and (seconds := read_quantity(keys[key].value, problems, key, "duration")) is not None
-        }
-        number = read_number(keys["concurrency"].value, problems, "concurrency") if "concurrency" in keys else 1
-        help_ = read_text(keys["help"].value, problems, "help") if "help" in keys else None
-        return ActionSpec(
-            name,
-            entry.key.mark,
-            fields=fields,
-            result=self._results(keys["result"].value) if "result" in keys else {},
-            requires="airborne" if requires == "airborne" else "grounded" if requires == "grounded" else "",
-            effect=_effect(keys["effect"].value, problems) if "effect" in keys else "",
-            moves_to=moves_to,
-            concurrency=max(1, int(number or 1)),
-            help=help_.text if help_ is not None else "",
-            **flags,
-            **times,
-        )
-
-    def _fields(self, node: Node) -> dict[str, FieldSpec]:
-        mapping = self._optional_mapping(node, "fields")
-        found: dict[str, FieldSpec] = {}
-        for entry in mapping.entries if mapping is not None else ():
-            if read_name(entry.key, self.problems, "fields") is not None:
-                found[entry.key.text] = self._field(entry)
-        return found
-
-    def _field(self, entry: Entry) -> FieldSpec:
-        name, node = entry.key.text, entry.value
-        if not isinstance(node, Mapping_) or node.get("list") is not None:
-            return FieldSpec(name, read_type(node, self.problems))
-        keys = read_keys(node, _FIELD, self.problems, f"field '{name}'")
-        of = read_type(keys["type"].value, self.problems) if "type" in keys else ANY
-        if "values" in keys:
-            of = Type("enum", values=tuple(w.text for w in read_words(keys["values"].value, self.problems, "values")))
-        help_ = read_text(keys["help"].value, self.problems, "help") if "help" in keys else None
-        return FieldSpec(
-            name,
-            of,
-            optional="optional" in keys and read_flag(keys["optional"].value, self.problems, "optional"),
-            default=self._value(keys, "default", of),
-            min=_number(self._value(keys, "min", of)),
-            max=_number(self._value(keys, "max", of)),
-            help=help_.text if help_ is not None else "",
-        )
-
-    def _value(self, keys: dict[str, Entry], key: str, of: Type) -> Expr | None:
-        """Compile a default or bound; a default may read the fields of `agent`, which gets the goal."""
-        if key not in keys:
-            return None
-        scope = Scope({"agent": AGENT} if key == "default" else {})
-        expr, found = compile_value(keys[key].value, scope, of, what=key)
-        self.problems.extend(found)
-        return expr
-
-    def _results(self, node: Node) -> dict[str, Type]:
-        mapping = self._optional_mapping(node, "result")
-        return {e.key.text: self._field(e).type for e in (mapping.entries if mapping is not None else ())}
-
-
-def _number(expr: Expr | None) -> float | None:
-    return float(expr.const) if expr is not None and expr.is_const and isinstance(expr.const, int | float) else None
-
-
-def _effect(node: Node, problems: Problems) -> Literal["", "airborne", "grounded"]:
-    if isinstance(node, Mapping_) and not node.entries:
-        return ""
-    mapping = read_mapping(node, problems, "effect")
-    keys = (
-        read_keys(mapping, (Option("airborne", "flag", "In the air or not."),), problems, "'effect'") if mapping else {}
-    )
-    if "airborne" not in keys:
-        return ""
-    return "airborne" if read_flag(keys["airborne"].value, problems, "airborne") else "grounded"
 
 
 def _limits(keys: dict[str, Entry], key: str, problems: Problems) -> dict[str, float]:

@@ -11,7 +11,6 @@ from pathlib import Path
 from formiga_bt.diagnostics import Mark
 from formiga_bt.lang.document import Entry, Mapping_, Scalar, parse
 from formiga_bt.lang.kinds import LIBRARY, TASK, Option
-from formiga_bt.lang.params import is_free
 from formiga_bt.lang.reading import (
     Problems,
     did_you_mean,
@@ -22,6 +21,7 @@ from formiga_bt.lang.reading import (
     read_words,
     shorten,
 )
+from formiga_bt.lang.scopes import is_free
 from formiga_bt.lang.synonyms import nearest
 
 LANGUAGE_VERSION = 1

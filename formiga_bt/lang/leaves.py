@@ -10,6 +10,7 @@ from typing import Any, Final
 from formiga_bt.diagnostics import Mark
 from formiga_bt.lang import records
 from formiga_bt.lang.document import Entry, Mapping_, Node, Scalar
+from formiga_bt.lang.expressions import narrows
 from formiga_bt.lang.kinds import CLEARS
 from formiga_bt.lang.model import ActionSpec, Expr, FieldSpec, Who
 from formiga_bt.lang.reading import (
@@ -25,7 +26,7 @@ from formiga_bt.lang.reading import (
     read_words,
     shorten,
 )
-from formiga_bt.lang.scopes import Body, Callee
+from formiga_bt.lang.scopes import Body, Callee, is_free
 from formiga_bt.lang.synonyms import action_for, nearest
 from formiga_bt.lang.types import ANY, DURATION, Type
 from formiga_bt.units import format_quantity
@@ -162,8 +163,6 @@ def read_save(body: Body, node: Node, of: Type) -> str:
     at = read_name(node, body.problems, "save_as")
     if at is None:
         return ""
-    from formiga_bt.lang.params import is_free
-
     return body.save(at, of) if is_free(at, body.problems) else ""
 
 
@@ -353,8 +352,6 @@ def read_wait(body: Body, keys: Keys) -> Part:
 
 def read_check(body: Body, keys: Keys) -> Part | None:
     """Read a check; what it tests holds in the steps after it."""
-    from formiga_bt.lang.expressions import narrows
-
     cond = body.cond(keys["check"].value, "check")
     message = body.text(keys["message"].value, "message") if "message" in keys else None
     if cond is None:

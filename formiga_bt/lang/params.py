@@ -6,7 +6,6 @@ from typing import Final
 from formiga_bt.diagnostics import Diagnostic, Mark
 from formiga_bt.lang.document import Entry, Mapping_, Node, Scalar
 from formiga_bt.lang.expressions import Scope, compile_value
-from formiga_bt.lang.helpers import STANDARD
 from formiga_bt.lang.kinds import PARAM
 from formiga_bt.lang.model import AgentType, Expr, Param
 from formiga_bt.lang.reading import (
@@ -21,7 +20,7 @@ from formiga_bt.lang.reading import (
     read_text,
     read_words,
 )
-from formiga_bt.lang.scopes import World
+from formiga_bt.lang.scopes import World, is_free
 from formiga_bt.lang.synonyms import nearest
 from formiga_bt.lang.types import ANY, Type, list_of
 
@@ -30,22 +29,6 @@ SIMPLE: Final = (
     "position", "region", "agent", "any",
 )  # fmt: skip
 """Types that are one word."""
-
-BUILT_IN: Final = frozenset({"base", "task", "now", "site", "error", "abort", "result", "agent"})
-"""Names that no author may define."""
-
-
-def is_free(at: Scalar, problems: Problems) -> bool:
-    """Report E018 for a name that is built in or a helper's; return whether it may be defined."""
-    if at.text in BUILT_IN:
-        problems.add("E018", at.mark, f"'{at.text}' is a built-in name", "choose another name")
-        return False
-    if at.text in STANDARD.names():
-        problems.add(
-            "E018", at.mark, f"'{at.text}' is a helper; a name of your own would hide it", "choose another name"
-        )
-        return False
-    return True
 
 
 def descendants(name: str, types: Mapping[str, AgentType]) -> tuple[str, ...]:

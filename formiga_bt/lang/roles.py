@@ -5,9 +5,10 @@ from collections.abc import Mapping
 from typing import Final
 
 from formiga_bt.lang.document import Entry, Mapping_, Node, Scalar
+from formiga_bt.lang.expressions import compile_value
 from formiga_bt.lang.kinds import ROLE
 from formiga_bt.lang.model import Expr, Role
-from formiga_bt.lang.params import is_free, read_agent_types
+from formiga_bt.lang.params import read_agent_types
 from formiga_bt.lang.reading import (
     read_flag,
     read_keys,
@@ -18,7 +19,7 @@ from formiga_bt.lang.reading import (
     read_words,
     what_is,
 )
-from formiga_bt.lang.scopes import Body, Named, scalars
+from formiga_bt.lang.scopes import Body, Named, is_free, scalars
 from formiga_bt.lang.types import ANY, DURATION, PERCENT, PLACE, Type, list_of
 
 _WORD: Final = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
@@ -202,8 +203,6 @@ def _read_near(body: Body, keys: Mapping[str, Entry], count: int | None) -> Expr
 
 def _is_list(body: Body, node: Node) -> bool:
     """Return whether a value is a list, without reporting anything."""
-    from formiga_bt.lang.expressions import compile_value
-
     return compile_value(node, body.scope(), ANY)[0].type.name == "list"
 
 

@@ -13,11 +13,15 @@ from typing import Final
 from formiga_bt.diagnostics import Diagnostic, Fix, Mark
 from formiga_bt.lang.document import Listing, Mapping_, Node, Scalar
 from formiga_bt.lang.expressions import Scope, compile_cond, compile_expr, compile_value
+from formiga_bt.lang.helpers import STANDARD
 from formiga_bt.lang.model import Catalogue, Expr, Param, Site, Subtree
 from formiga_bt.lang.reading import Problems, did_you_mean
 from formiga_bt.lang.synonyms import nearest
 from formiga_bt.lang.types import AGENT, ANY, TEXT, Type
 from formiga_bt.units import format_number
+
+BUILT_IN: Final = frozenset({"base", "task", "now", "site", "error", "abort", "result", "agent"})
+"""Names that no author may define."""
 
 _FRACTION: Final = re.compile(r"(?<![\w.])(0?\.\d{1,6}|1(?:\.0{1,6})?)\s*%")
 _WORD: Final = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
@@ -110,6 +114,8 @@ class Body:
     def define(self, name: str, named: Named, optional: bool = False) -> None:
         """Add a param, var or role."""
         self.names[name] = named
+        if name in BUILT_IN or name in STANDARD.names():
+            self.used.add(name)  # refused already
         if optional:
             self.optional |= {name}
 
@@ -304,3 +310,16 @@ def saves(node: Node) -> Iterator[Scalar]:
 def agent_types_of(params: Mapping[str, Param]) -> dict[str, tuple[str, ...]]:
     """Return the agent types of each param that is an agent."""
     return {name: param.type.of for name, param in params.items() if param.type.name == "agent"}
+
+
+def is_free(at: Scalar, problems: Problems) -> bool:
+    """Report E018 for a name that is built in or a helper's; return whether it may be defined."""
+    if at.text in BUILT_IN:
+        problems.add("E018", at.mark, f"'{at.text}' is a built-in name", "choose another name")
+        return False
+    if at.text in STANDARD.names():
+        problems.add(
+            "E018", at.mark, f"'{at.text}' is a helper; a name of your own would hide it", "choose another name"
+        )
+        return False
+    return True

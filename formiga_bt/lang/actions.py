@@ -1,0 +1,149 @@
+"""Actions of a catalogue: what a goal and its result hold, what they need and change."""
+
+from typing import Any, Final, Literal
+
+from formiga_bt.clock import micros
+from formiga_bt.lang.document import Entry, Mapping_, Node
+from formiga_bt.lang.expressions import Scope, compile_value
+from formiga_bt.lang.kinds import PARAM, Option
+from formiga_bt.lang.model import ActionSpec, Expr, FieldSpec
+from formiga_bt.lang.params import read_type
+from formiga_bt.lang.reading import (
+    Problems,
+    is_empty,
+    read_flag,
+    read_keys,
+    read_mapping,
+    read_name,
+    read_number,
+    read_quantity,
+    read_text,
+    read_word,
+    read_words,
+)
+from formiga_bt.lang.types import AGENT, ANY, Type
+
+ACTION: Final = (
+    Option("fields", "map", "What a goal holds."),
+    Option("result", "map", "What its result holds."),
+    Option("requires", "word", "State in which it may start.", values=("airborne", "grounded")),
+    Option("effect", "map", "State after success: {airborne: true|false}."),
+    Option("moves_to", "name", "The field that says where the agent will be."),
+    Option("starts_rotors", "flag", "People must stand clear."),
+    Option("lands", "flag", "Ends on the ground; away from a port people must stand clear."),
+    Option("repeatable", "flag", "May be sent again after a failure."),
+    Option("typical", "value", "Usual duration.", type="duration"),
+    Option("accept_timeout", "value", "How long the agent may take to accept.", type="duration"),
+    Option("cancel_grace", "value", "How long a cancel may take.", type="duration"),
+    Option("exclusive", "flag", "One at a time (the default)."),
+    Option("concurrency", "value", "How many at a time.", type="int"),
+    Option("help", "text", "A line for people."),
+)
+
+_FIELD: Final = tuple(
+    o for o in PARAM if o.name in ("type", "default", "optional", "values", "of", "min", "max", "help")
+)
+
+
+def read_optional_mapping(node: Node, problems: Problems, what: str) -> Mapping_ | None:
+    """Return a mapping, which may be empty (a key with nothing after it)."""
+    return Mapping_((), node.mark) if is_empty(node) else read_mapping(node, problems, what)
+
+
+def read_action(entry: Entry, problems: Problems) -> ActionSpec | None:
+    """Return the action that one entry of `actions:` defines; None (reported) if it is no mapping."""
+    name = entry.key.text
+    mapping = read_optional_mapping(entry.value, problems, name)
+    if mapping is None:
+        return None
+    keys = read_keys(mapping, ACTION, problems, f"action '{name}'")
+    fields = _fields(keys["fields"].value, problems) if "fields" in keys else {}
+    requires = (
+        read_word(keys["requires"].value, problems, "requires", ("airborne", "grounded")) if "requires" in keys else ""
+    )
+    moves_to = read_word(keys["moves_to"].value, problems, "moves_to", tuple(fields)) if "moves_to" in keys else ""
+    flags: dict[str, Any] = {
+        key: read_flag(keys[key].value, problems, key)
+        for key in ("starts_rotors", "lands", "repeatable")
+        if key in keys
+    }
+    times: dict[str, Any] = {
+        f"{key}_us": micros(seconds)
+        for key in ("typical", "accept_timeout", "cancel_grace")
+        if key in keys and (seconds := read_quantity(keys[key].value, problems, key, "duration")) is not None
+    }
+    number = read_number(keys["concurrency"].value, problems, "concurrency") if "concurrency" in keys else 1
+    help_ = read_text(keys["help"].value, problems, "help") if "help" in keys else None
+    return ActionSpec(
+        name,
+        entry.key.mark,
+        fields=fields,
+        result=_results(keys["result"].value, problems) if "result" in keys else {},
+        requires="airborne" if requires == "airborne" else "grounded" if requires == "grounded" else "",
+        effect=_effect(keys["effect"].value, problems) if "effect" in keys else "",
+        moves_to=moves_to,
+        concurrency=max(1, int(number or 1)),
+        help=help_.text if help_ is not None else "",
+        **flags,
+        **times,
+    )
+
+
+def _fields(node: Node, problems: Problems) -> dict[str, FieldSpec]:
+    mapping = read_optional_mapping(node, problems, "fields")
+    found: dict[str, FieldSpec] = {}
+    for entry in mapping.entries if mapping is not None else ():
+        if read_name(entry.key, problems, "fields") is not None:
+            found[entry.key.text] = _field(entry, problems)
+    return found
+
+
+def _field(entry: Entry, problems: Problems) -> FieldSpec:
+    name, node = entry.key.text, entry.value
+    if not isinstance(node, Mapping_) or node.get("list") is not None:
+        return FieldSpec(name, read_type(node, problems))
+    keys = read_keys(node, _FIELD, problems, f"field '{name}'")
+    of = read_type(keys["type"].value, problems) if "type" in keys else ANY
+    if "values" in keys:
+        of = Type("enum", values=tuple(w.text for w in read_words(keys["values"].value, problems, "values")))
+    help_ = read_text(keys["help"].value, problems, "help") if "help" in keys else None
+    return FieldSpec(
+        name,
+        of,
+        optional="optional" in keys and read_flag(keys["optional"].value, problems, "optional"),
+        default=_value(keys, "default", of, problems),
+        min=_number(_value(keys, "min", of, problems)),
+        max=_number(_value(keys, "max", of, problems)),
+        help=help_.text if help_ is not None else "",
+    )
+
+
+def _value(keys: dict[str, Entry], key: str, of: Type, problems: Problems) -> Expr | None:
+    """Compile a default or bound; a default may read the fields of `agent`, which gets the goal."""
+    if key not in keys:
+        return None
+    scope = Scope({"agent": AGENT} if key == "default" else {})
+    expr, found = compile_value(keys[key].value, scope, of, what=key)
+    problems.extend(found)
+    return expr
+
+
+def _results(node: Node, problems: Problems) -> dict[str, Type]:
+    mapping = read_optional_mapping(node, problems, "result")
+    return {e.key.text: _field(e, problems).type for e in (mapping.entries if mapping is not None else ())}
+
+
+def _number(expr: Expr | None) -> float | None:
+    return float(expr.const) if expr is not None and expr.is_const and isinstance(expr.const, int | float) else None
+
+
+def _effect(node: Node, problems: Problems) -> Literal["", "airborne", "grounded"]:
+    if isinstance(node, Mapping_) and not node.entries:
+        return ""
+    mapping = read_mapping(node, problems, "effect")
+    keys = (
+        read_keys(mapping, (Option("airborne", "flag", "In the air or not."),), problems, "'effect'") if mapping else {}
+    )
+    if "airborne" not in keys:
+        return ""
+    return "airborne" if read_flag(keys["airborne"].value, problems, "airborne") else "grounded"
