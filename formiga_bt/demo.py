@@ -1,0 +1,171 @@
+"""The demo: an engine in this process, each agent in a process of its own, Zenoh between them on the loopback.
+
+`Demo` is the run without any display; `cli/demo.py` shows it. Everything it starts it ends, also when it is interrupted.
+"""
+
+import tempfile
+import time
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from queue import Empty, SimpleQueue
+from typing import Any
+
+from agents_sim.launch import FleetProcesses
+from agents_sim.ledger import judge
+from agents_sim.referee import Referee, Verdict
+from agents_sim.world import AgentSpec
+from formiga_bt.engine.drivers.realtime import RealtimeDriver
+from formiga_bt.engine.engine import Engine
+from formiga_bt.engine.inputs import Abort, Step, Submit
+from formiga_bt.errors import FormigaError, TaskError
+from formiga_bt.lang.model import Catalogue, Site, Task
+from formiga_bt.lang.types import AgentRef
+from formiga_bt.rehearsal import fleet_of
+from formiga_bt.show.runlog import RunLog
+from formiga_bt.transport.zenoh import ZenohTransport
+
+READY_S = 30.0
+"""Wall time in which all agents must have announced themselves."""
+
+SCRIPTS: Mapping[str, Sequence[Mapping[str, Any]]] = {
+    "picker_1": [
+        {"match": "loaded", "options": ["not_yet", "loaded"], "after": "4 s"},
+        {"match": "clear", "options": ["clear"] * 9, "after": "5 s"},
+    ],
+    "picker_2": [
+        {"match": "loaded", "options": ["loaded"], "after": "20 s"},
+        {"match": "clear", "options": ["clear"] * 9, "after": "6 s"},
+    ],
+    "watcher_1": [{"match": "*", "never": True}],
+}
+"""What the demo's people say: one picker is not ready at first; the watcher leaves it to the pickers."""
+
+
+def missions(site: Site) -> list[Submit]:
+    """Return what the demo flies: T1 and two T3 at once."""
+    return [
+        Submit("PickUp", {"target": site.places["north_field"], "user": AgentRef("picker_1")}, requester="demo"),
+        Submit("PickUp", {"target": site.places["east_field"], "user": AgentRef("picker_2")}, requester="demo"),
+        Submit("MoveTask", {"robot": AgentRef("lwd_1")}, requester="demo"),
+    ]
+
+
+class Demo:
+    """One demo run; a context manager.
+
+    Args:
+        site, catalogue, tasks: what the engine is made of.
+        speed: engine seconds per wall second.
+        listen: the engine's endpoint; port 0 takes a free one.
+    """
+
+    def __init__(
+        self, site: Site, catalogue: Catalogue, tasks: Sequence[Task], *, speed: float, listen: str = "tcp/127.0.0.1:0"
+    ) -> None:
+        self.site = site
+        self.log = RunLog()
+        self._steps: SimpleQueue[Step] = SimpleQueue()
+        self._transport = ZenohTransport(site.name, listen=listen)
+        engine = Engine(site, catalogue, {task.name: task for task in tasks})
+        self.driver = RealtimeDriver(engine, [self._transport], speed=speed, listeners=[self._steps.put])
+        self._specs: list[AgentSpec] = fleet_of(site, catalogue, scripts=SCRIPTS)
+        self._folder = tempfile.TemporaryDirectory(prefix="formiga-demo-")
+        self.fleet: FleetProcesses | None = None
+
+    def __enter__(self) -> "Demo":
+        self.driver.start()
+        try:
+            self.fleet = FleetProcesses(
+                self._specs, site=self.site.name, connect=self._transport.endpoint, state_dir=self.folder
+            )
+            self.fleet.__enter__()
+        except BaseException:
+            self.close()
+            raise
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    @property
+    def folder(self) -> Path:
+        """Return the folder of the agents' files."""
+        return Path(self._folder.name)
+
+    @property
+    def agents(self) -> list[str]:
+        """Return the ids of the fleet."""
+        return [spec.id for spec in self._specs]
+
+    def close(self) -> None:
+        """End the agents' processes and the engine; may be called twice."""
+        if self.fleet is not None:
+            self.fleet.close()
+        self.driver.stop()
+        self._folder.cleanup()
+
+    def pump(self, seconds: float) -> None:
+        """Take what the engine did in so much wall time.
+
+        Raises:
+            FormigaError: the engine stopped, or an agent's process ended by itself.
+        """
+        until = time.monotonic() + seconds
+        while True:
+            try:
+                self.log.feed(self._steps.get(timeout=max(0.0, until - time.monotonic())))
+            except Empty:
+                break
+        if self.driver.error is not None:
+            raise FormigaError(f"the engine stopped by a bug: {self.driver.error!r}") from self.driver.error
+        if self.fleet is not None and (ended := self.fleet.ended()):
+            agent, code = next(iter(ended.items()))
+            said = self.fleet.log_of(agent).read_text(errors="replace").strip().splitlines()[-3:]
+            raise FormigaError(
+                f"the process of {agent} ended with status {code}: {' / '.join(said) or 'it said nothing'}"
+            )
+
+    def wait_ready(self, show: Callable[[], None]) -> None:
+        """Wait until every agent is there and has told where it is.
+
+        Raises:
+            FormigaError: some are still missing after 30 s.
+        """
+        until = time.monotonic() + READY_S
+        while missing := self.missing():
+            if time.monotonic() > until:
+                raise FormigaError(f"agents did not come up within {READY_S:g} s: {', '.join(missing)}")
+            self.pump(0.1)
+            show()
+
+    def missing(self) -> list[str]:
+        """Return the agents that are not ready."""
+        known = self.log.state.agents
+        return [a for a in self.agents if a not in known or known[a].liveness != "ALIVE" or known[a].position is None]
+
+    def submit(self, requests: Sequence[Submit]) -> list[str]:
+        """Submit tasks; return their ids."""
+        return [self.driver.ask(request) for request in requests]
+
+    def abort_all(self) -> None:
+        """Abort every task that is not ending yet."""
+        for task in list(self.log.state.tasks.values()):
+            if task.section != "done":
+                try:
+                    self.driver.ask(Abort(task.id, by="Ctrl-C"))
+                except TaskError:
+                    continue  # it is ending already, which is what was wanted
+
+    def ended(self, task_ids: Sequence[str]) -> bool:
+        """Return whether these tasks have ended."""
+        tasks = self.log.state.tasks
+        return all(t in tasks and tasks[t].section == "done" for t in task_ids)
+
+    def all_ended(self) -> bool:
+        """Return whether every task, also the system's own, has ended."""
+        return all(task.section == "done" for task in self.log.state.tasks.values())
+
+    def verdict(self) -> Verdict:
+        """Return what a referee finds in the agents' own ledgers."""
+        referee = Referee()
+        return referee.verdict(judge(self.folder, referee))

@@ -1,0 +1,149 @@
+"""Progress of a run for the terminal: a live display, plain lines, and the closing table. Used by `demo`."""
+
+from collections.abc import Iterable
+from types import TracebackType
+from typing import TYPE_CHECKING
+
+from rich.console import Console, Group
+from rich.live import Live
+from rich.table import Table
+from rich.text import Text
+
+from formiga_bt.clock import Micros
+from formiga_bt.engine.records import AgentRecord, TaskRecord
+from formiga_bt.show.runlog import RunLog
+
+if TYPE_CHECKING:
+    from agents_sim.referee import Verdict
+
+STYLES = {
+    "SUCCEEDED": "green",
+    "FAILED": "red",
+    "CANCELED": "yellow",
+    "HELD": "yellow",
+    "ACTIVE": "cyan",
+    "ENDING": "cyan",
+}
+TAIL = 8
+"""Lines of the log in the live display."""
+
+
+class View:
+    """Common part: the closing table."""
+
+    def __init__(self) -> None:
+        self.console = Console(highlight=False)
+
+    def __enter__(self) -> "View":
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        return None
+
+    def show(self, log: RunLog, now: Micros) -> None:
+        """Show the present state."""
+        raise NotImplementedError
+
+    def close_with(self, log: RunLog, verdict: "Verdict") -> None:
+        """Print the closing table: task, agents, actions, duration, outcome."""
+        table = Table("task", "agents", "actions", "duration", "outcome", title="Missions", title_justify="left")
+        for task in sorted(log.state.tasks.values(), key=lambda t: t.order):
+            rows = [r for r in log.rows_of([task.id]) if r.state == "succeeded"]
+            seconds = ((task.ended_at or log.state.now) - task.submitted_at) / 1e6
+            why = f"{task.status}: {task.code} {task.reason}".rstrip() if task.code else task.status
+            agents = ", ".join(task.granted)
+            table.add_row(task.id, agents, str(len(rows)), f"{seconds:.0f} s", Text(why, STYLES.get(task.status, "")))
+        self.console.print(table)
+        near = verdict.closest_pass
+        crashes = f"crashes: {len(verdict.crashes)}, starts near people: {len(verdict.unsafe_starts)}, low flights: {len(verdict.low_flights)}"
+        self.console.print(
+            crashes + (f", closest pass: {near.a} and {near.b}, {near.distance_m:.0f} m" if near else "")
+        )
+        if log.all_succeeded() and verdict.is_clean:
+            self.console.print("All tasks succeeded. Next: formiga show PickUp.yaml, or write your own: see README.md.")
+
+
+class PlainView(View):
+    """One line per thing that happens: for logs, pipes and `--headless`."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._lines = 0
+        self._actions = 0
+        self._known: set[str] = set()
+
+    def show(self, log: RunLog, now: Micros) -> None:  # noqa: ARG002
+        """Print what is new."""
+        for agent in log.state.agents.values():
+            if agent.id not in self._known and agent.position is not None:
+                self._known.add(agent.id)
+                self.console.print(f"agent {agent.id} ({agent.type}) is there")
+        for row in log.actions[self._actions :]:
+            self.console.print(f"{log.since_start(row.start):7.1f} s  {row.task}: {row.agent}.{row.action}")
+        self._actions = len(log.actions)
+        for line in log.lines[self._lines :]:
+            self.console.print(f"{log.since_start(line.at):7.1f} s  {line.text}")
+        self._lines = len(log.lines)
+
+    def close_with(self, log: RunLog, verdict: "Verdict") -> None:
+        """Print what was left, then the table."""
+        self.show(log, log.state.now)
+        super().close_with(log, verdict)
+
+
+class LiveView(View):
+    """Tasks, agents and the last lines of the log, redrawn in place."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._live = Live(console=self.console, refresh_per_second=5, transient=True)
+
+    def __enter__(self) -> "View":
+        self._live.__enter__()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._live.__exit__(kind, error, trace)
+
+    def show(self, log: RunLog, now: Micros) -> None:
+        """Redraw."""
+        self._live.update(
+            Group(
+                Text(f"formiga demo   engine time {log.since_start(now):.0f} s   Ctrl-C: abort, land, leave", "bold"),
+                _tasks(log, now),
+                _agents(log.state.agents.values()),
+                *(Text(f"{log.since_start(line.at):7.1f} s  {line.text}", "dim") for line in log.lines[-TAIL:]),
+            )
+        )
+
+
+def _tasks(log: RunLog, now: Micros) -> Table:
+    table = Table("task", "status", "now", "time", expand=True)
+    for task in sorted(log.state.tasks.values(), key=lambda t: t.order):
+        seconds = ((task.ended_at or now) - task.submitted_at) / 1e6
+        word = "HELD" if task.held and task.section != "done" else task.status
+        table.add_row(task.id, Text(word, STYLES.get(word, "")), _doing(log, task), f"{seconds:.0f} s")
+    return table
+
+
+def _doing(log: RunLog, task: TaskRecord) -> str:
+    if task.section == "done":
+        return task.code
+    goals = [g for g in log.state.goals.values() if g.task == task.id and not g.ended]
+    words = [
+        f"{g.agent}.{g.action}" + (f" waits: {g.code} {g.text}".rstrip() if g.state == "gated" else "") for g in goals
+    ]
+    return "; ".join(words) or ", ".join(task.held) or task.section
+
+
+def _agents(agents: Iterable[AgentRecord]) -> Table:
+    table = Table("agent", "pool", "action", "battery", "height", expand=True)
+    for agent in agents:
+        battery = "" if agent.human or agent.battery is None else f"{agent.battery:.0f} %"
+        up = f"{agent.position.up_m:.0f} m" if agent.position is not None and not agent.human else ""
+        table.add_row(agent.id, agent.pool if not agent.human else agent.word, agent.action, battery, up)
+    return table
