@@ -88,6 +88,8 @@ class _Flight:
         self.types = catalogue.types
         self.problems = problems
         self.broken: set[tuple[str, int]] = set()
+        self.reported: set[str] = set()
+        """Roles with an E030: what follows from it is not reported."""
         self.file = task.mark.file
 
     def check(self) -> None:
@@ -130,11 +132,11 @@ class _Flight:
         final = ends.success
         if final is not None:
             after = self._steps(self.task.finally_, final, replace(here, silent=True))
-            final = join(after.success, after.failure)
+            final = after.success if after.success is not None else after.failure
         for role in flying:
             states = final[role.name] if final is not None else {}
             why = states.get("airborne") or states.get("unknown")
-            if why is not None:
+            if why is not None and role.name not in self.reported:
                 path = f" ({why.path})" if why.path else ""
                 what = f"'{role.name}' can still be airborne when the task ends{path}"
                 help_ = f"land it, or bring it home: call: ReturnHome with drone: ${{{role.name}}}"
@@ -156,13 +158,15 @@ class _Flight:
         """Interpret steps one after another."""
         at: Sky | None = sky
         failure: Sky | None = None
+        idle: Sky | None = sky if steps else None
         for step in steps:
+            if idle is not None:
+                idle = narrow(idle, step.when, False) if step.when is not None else None
             if at is None:
                 break
             ends = self._step(step, at, here)
             failure = join(failure, ends.failure)
             at = join(ends.success, ends.skipped, only_right=f"when {_line(step.mark, here)} was skipped")
-        idle = sky if steps and all(step.when is not None for step in steps) else None
         return Ends(at, failure, idle)
 
     def _step(self, step: Step, sky: Sky, here: Place) -> Ends:
@@ -295,6 +299,7 @@ class _Flight:
         hint = f"do: {role}.TakeOff first" if want == "airborne" else f"land it first, or add when: not {role}.airborne"
         if "unknown" in states and other not in states:
             hint = f"add when: {'' if want == 'airborne' else 'not '}{role}.airborne"
+        self.reported.add(role)
         self.problems.add("E030", here.call or step.mark, what, hint)
 
 

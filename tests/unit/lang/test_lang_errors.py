@@ -56,7 +56,19 @@ def test_the_mistake_is_reported_in_these_words(
 
 def test_every_code_that_the_loader_reports_is_in_the_museum() -> None:
     pinned = set(re.findall(r": ([EW]\d{3}): ", "".join(p.read_text() for p in MUSEUM.glob("*.expected.txt"))))
-    modules = ("steps", "leaves", "roles", "params", "files", "subtrees", "loader", "checks", "flight", "site", "scopes")
+    modules = (
+        "steps",
+        "leaves",
+        "roles",
+        "params",
+        "files",
+        "subtrees",
+        "loader",
+        "checks",
+        "flight",
+        "site",
+        "scopes",
+    )
     source = "".join((ROOT / "formiga_bt" / "lang" / f"{name}.py").read_text() for name in modules)
 
     assert set(re.findall(r'add\(\s*"([EW]\d{3})"', source)) <= pinned
