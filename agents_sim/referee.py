@@ -23,6 +23,9 @@ LOW_M: Final = 2.0
 ROTOR_M: Final = 5.0
 CLEARANCE_LASTS_US: Final[Micros] = 60 * SECOND
 
+CLOCK_SKEW_US: Final[Micros] = 2 * SECOND
+"""An agent extrapolates engine time between heartbeats: its stamp of a start may lie this much before the word."""
+
 
 class Crash(Struct, frozen=True):
     """Two drones came within 2 m: when they were nearest while it lasted, and how near."""
@@ -116,7 +119,7 @@ class Referee:
 
     def rotors_started(self, agent: str, at: Micros, place: Place, clearance: Clearance | None) -> None:
         """Judge a rotor start against where people stand now."""
-        if clearance is not None and 0 <= at - clearance.at <= CLEARANCE_LASTS_US:
+        if clearance is not None and -CLOCK_SKEW_US <= at - clearance.at <= CLEARANCE_LASTS_US:
             return
         for person in sorted(self._people):
             distance = horizontal_m(place, self._people[person])

@@ -10,6 +10,8 @@ from pathlib import Path
 from queue import Empty, SimpleQueue
 from typing import Any
 
+from msgspec.structs import replace
+
 from agents_sim.launch import FleetProcesses
 from agents_sim.ledger import judge
 from agents_sim.referee import Referee, Verdict
@@ -50,6 +52,14 @@ def missions(site: Site) -> list[Submit]:
     ]
 
 
+PLACES: Mapping[str, str] = {"picker_1": "north_field", "picker_2": "east_field", "watcher_1": "camp"}
+"""Where the demo's people stand."""
+
+
+def _placed(spec: AgentSpec, site: Site) -> AgentSpec:
+    return replace(spec, at=site.places[PLACES[spec.id]]) if spec.id in PLACES else spec
+
+
 class Demo:
     """One demo run; a context manager.
 
@@ -68,7 +78,7 @@ class Demo:
         self._transport = ZenohTransport(site.name, listen=listen)
         engine = Engine(site, catalogue, {task.name: task for task in tasks})
         self.driver = RealtimeDriver(engine, [self._transport], speed=speed, listeners=[self._steps.put])
-        self._specs: list[AgentSpec] = fleet_of(site, catalogue, scripts=SCRIPTS)
+        self._specs = [_placed(spec, site) for spec in fleet_of(site, catalogue, scripts=SCRIPTS)]
         self._folder = tempfile.TemporaryDirectory(prefix="formiga-demo-")
         self.fleet: FleetProcesses | None = None
 

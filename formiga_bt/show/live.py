@@ -57,12 +57,19 @@ class View:
             table.add_row(task.id, agents, str(len(rows)), f"{seconds:.0f} s", Text(why, STYLES.get(task.status, "")))
         self.console.print(table)
         near = verdict.closest_pass
-        crashes = f"crashes: {len(verdict.crashes)}, starts near people: {len(verdict.unsafe_starts)}, low flights: {len(verdict.low_flights)}"
-        self.console.print(
-            crashes + (f", closest pass: {near.a} and {near.b}, {near.distance_m:.0f} m" if near else "")
+        counts = (
+            ("crashes", verdict.crashes),
+            ("starts near people without clearance", verdict.unsafe_starts),
+            ("low flights", verdict.low_flights),
         )
+        words = [f"{name}: {len(found)}" for name, found in counts]
+        if near is not None:
+            words.append(f"closest pass: {near.distance_m:.0f} m ({near.a}, {near.b})")
+        self.console.print(", ".join(words), soft_wrap=True)
         if log.all_succeeded() and verdict.is_clean:
-            self.console.print("All tasks succeeded. Next: formiga show PickUp.yaml, or write your own: see README.md.")
+            self.console.print(
+                "All tasks succeeded. Next: write a task of your own and try it with `formiga dryrun`; README.md shows how."
+            )
 
 
 class PlainView(View):
