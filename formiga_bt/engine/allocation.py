@@ -14,6 +14,7 @@ from formiga_bt.engine.core import Core, task_deadline
 from formiga_bt.engine.env import TaskEnv
 from formiga_bt.engine.fleet import Fleet
 from formiga_bt.engine.records import PRIORITIES, Request, RoleRequest, TaskRecord
+from formiga_bt.engine.taskmodel import CANNOT_COMPUTE
 from formiga_bt.engine.tasks import Tasks
 from formiga_bt.errors import TaskError
 from formiga_bt.geo import Place, Position
@@ -48,7 +49,7 @@ class Allocation:
         try:
             roles = tuple(self._role(role, env) for role in model.roles.values())
             expires = core.now + micros(model.expires.run(env)) if model.expires else None
-        except (Unset, ArithmeticError, LookupError, ValueError) as error:
+        except CANNOT_COMPUTE as error:
             raise TaskError("bad_role", f"{model.name}: a role cannot be evaluated: {error}") from error
         return Request(
             task=task.id, priority=task.priority, order=task.order, at=core.now, roles=roles, expires=expires

@@ -186,8 +186,9 @@ class Clearances:
         if agent.landed == "grounded":
             core.effect(Alarm("no_clearance", f"{agent.id} stays on the ground: {why}", record.task, agent.id))
             self.tasks.fail(record.task, "no_clearance", why)
-        else:
-            core.wake(goal.task, goal.owner)
+        core.wake(
+            goal.task, goal.owner
+        )  # in recover, which no failure of the task stops, or in the air: the step fails
 
     def withdraw(self, goal: GoalRecord) -> None:
         """The goal that waits for a word is gone."""

@@ -159,6 +159,7 @@ class Engine:
         due = core.next_deadline()
         assert due is not None, f"no deadline is set, but {key} was given"
         assert due[1] == key, f"the next deadline is {due}, not {key}"
+        assert due[0] <= core.now, f"the deadline {due} is not due at {core.now}"
         core.emit(ch.DeadlineSet(key, None))
         word, _, rest = key.partition("|")
         match word:

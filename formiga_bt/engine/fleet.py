@@ -107,13 +107,21 @@ class Fleet:
         )
 
     # -- status --------------------------------------------------------------------------------------------------
-    def on_status(self, status: AgentStatus, wall: int) -> None:
-        """Take a status, unless it is old, lies, or comes from an unknown agent."""
+    def on_status(self, status: AgentStatus, wall: int, told_of: str = "") -> None:
+        """Take a status, unless it is old, lies, or comes from an unknown agent.
+
+        Args:
+            status: the status.
+            wall: wall time of its arrival, or 0.
+            told_of: the goal whose end brought this status along, if any.
+        """
         core = self._core
         agent = core.state.agents.get(status.id)
         if agent is None or agent.refused in ("unknown_type", "datum", "unlisted"):
             return
         if agent.boot_id and status.boot_id and status.boot_id != agent.boot_id:
+            if status.stamp < agent.stamp:
+                return  # of its former process, and late
             self._rebooted(agent, status.boot_id)
             agent = core.state.agents[status.id]
         elif status.seq <= agent.seq:
@@ -141,9 +149,10 @@ class Fleet:
         )
         core.gate_stale = True
         self._mark_alive(agent.id, wall)
+        self._take_back(agent.id)
         if took_over:
             self._pilot_has(agent)
-        if status.last_goal:
+        if status.last_goal and status.last_goal != told_of:
             self._find_lost_result(status)
         if agent.pool in ("STANDBY", "PARKED_AWAY") and not agent.task:
             self._rest(agent.id)
@@ -212,10 +221,26 @@ class Fleet:
                 self._ask_about_goals(agent_id)
         if agent.human:
             self.people.invalidate()
-        elif agent.pool == "QUARANTINED" and agent.quarantine in ("lost", "bad_status"):
-            self.begin_return(agent_id)
         if wall and f"live|{agent_id}" not in core.state.wall:
             core.set_wall(f"live|{agent_id}", self._core.agent_type(agent).suspect_after_us)
+
+    def _take_back(self, agent_id: str) -> None:
+        # On a status, not on a card: what it says of itself must be fresh before it is decided whether it may be airborne.
+        # One that a person must look at first (abandoned, recover_failed, cancel_unconfirmed) comes back by `clear` only.
+        agent = self._core.state.agents[agent_id]
+        if agent.pool == "QUARANTINED" and agent.quarantine in ("lost", "bad_status") and agent.liveness == "ALIVE":
+            self.begin_return(agent_id)
+
+    def on_unreachable(self, agent_id: str) -> None:
+        """A goal surely did not arrive: trust the agent again when it is heard of."""
+        if self._core.state.agents[agent_id].liveness == "ALIVE":
+            self._core.put_agent(agent_id, liveness="SUSPECT")
+
+    def on_query_failed(self, agent_id: str) -> None:
+        """The question what a returning machine still does got no answer: it is asked again at its next status."""
+        agent = self._core.state.agents.get(agent_id)
+        if agent is not None and agent.quarantine == "asked":
+            self._core.put_agent(agent_id, quarantine="lost")
 
     def _ask_about_goals(self, agent_id: str) -> None:
         goals = tuple(g.id for g in self._core.state.goals.values() if g.agent == agent_id and g.in_flight)
@@ -264,14 +289,10 @@ class Fleet:
         task_id = agent.task
         core.put_agent(agent_id, pool="QUARANTINED", quarantine=why, task="", role="")
         if agent.landed != "grounded":
-            core.effect(
-                Alarm(
-                    "quarantined_airborne",
-                    f"{agent_id} may be airborne and is out of control: {why}",
-                    task_id,
-                    agent_id,
-                )
-            )
+            text = f"{agent_id} may be airborne and is out of control: {why}"
+            core.effect(Alarm("quarantined_airborne", text, task_id, agent_id))
+        elif why == "cancel_unconfirmed":
+            core.effect(Alarm(why, f"{agent_id} never confirmed that it stopped", task_id, agent_id))
         if task_id:
             self.tasks.on_agent_left(task_id, agent_id)
 
@@ -318,6 +339,7 @@ class Fleet:
     def _returned(self, agent_id: str) -> None:
         agent = self._core.state.agents[agent_id]
         if agent.landed == "grounded":
+            self._core.put_agent(agent_id, layer_m=None)
             self._rest(agent_id)
             self.tasks.poke_allocator()
         else:

@@ -105,10 +105,10 @@ class Gatekeeper:
             agent=agent.id,
             task=goal.task,
             human=False,
-            reachable=reachable(agent),
+            reachable=reachable(agent) and agent.pool != "QUARANTINED",
             control=agent.control,
             busy=agent.goal if agent.goal != goal.id else "",
-            held=bool(task and goal.section == "steps" and _holds(task.held, agent.id)),
+            held=bool(task and _holds(task.held, agent.id, goal.section)),
             position=agent.position,
             landed=agent.landed,
             target=target if isinstance(target, Place | Position) else None,
@@ -133,7 +133,9 @@ class Gatekeeper:
         return goal.leg if goal is not None and goal.in_flight else None
 
 
-def _holds(held: tuple[str, ...], agent: str) -> bool:
+def _holds(held: tuple[str, ...], agent: str, section: str) -> bool:
+    if section != "steps":  # cleanup and the way home go on; but only a person hands a machine back that was taken over
+        return f"take-over:{agent}" in held
     # The clearance that a goal's own agent waits for is judged by the gate itself.
     return any(cause != f"clearance:{agent}" for cause in held)
 

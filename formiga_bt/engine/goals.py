@@ -81,7 +81,8 @@ class Goals:
         goal = core.state.goals.get(goal_id)
         if goal is None:
             return False
-        if goal.ended:
+        if goal.ended:  # its end was not taken and now never will be
+            self._drop(goal)
             return False
         if goal.state == "gated":
             self._gate.forget(goal)
@@ -111,7 +112,7 @@ class Goals:
         """Take news of a goal. A terminal event's status is applied before it."""
         core = self._core
         if event.status is not None and event.status.id == event.agent:
-            self._fleet.on_status(event.status, wall)
+            self._fleet.on_status(event.status, wall, told_of=event.goal_id)
         goal = core.state.goals.get(event.goal_id)
         if goal is None or goal.agent != event.agent or goal.ended or goal.state == "gated":
             return
@@ -133,7 +134,8 @@ class Goals:
     def _on_end(self, goal: GoalRecord, event: GoalEvent) -> None:
         core = self._core
         spec = core.action(goal.action)
-        if event.state == "taken_over" and not goal.cancel_asked:
+        taken = event.state == "taken_over" or (event.state == "rejected" and event.code == "not_in_command")
+        if taken and not goal.cancel_asked and not core.state.agents[goal.agent].human:
             self._fleet.on_taken_over(goal)
             return
         result: dict[str, Any] = {}
@@ -204,10 +206,13 @@ class Goals:
     def on_effect_failed(self, failed: EffectFailed) -> None:
         """A goal that surely did not arrive waits at the gate again; one that may have is asked for."""
         core = self._core
+        if failed.what == "query":
+            self._fleet.on_query_failed(failed.agent)
         goal = core.state.goals.get(failed.goal_id)
         if goal is None or goal.ended or failed.what != "goal" or goal.state != "sent":
             return
         if failed.outcome == "unreachable":
+            self._fleet.on_unreachable(goal.agent)  # else it would be sent again at once, for ever
             self._free_agent(goal)
             core.set_wall(f"accept|{goal.id}", None)
             core.put_goal(goal.id, state="gated", code="unreachable", leg=None)
@@ -218,6 +223,8 @@ class Goals:
         """End every goal that an agent has or waits for (`lost`, `in_doubt`)."""
         for goal in [g for g in self._core.state.goals.values() if g.agent == agent_id and not g.ended]:
             if goal.in_flight or state == "lost":
+                if goal.state == "gated":
+                    self._gate.forget(goal)
                 self.end(goal.id, state, code)
 
 

@@ -157,6 +157,8 @@ class People:
         self._stale = True
         if question is None or question.reply is not None:
             return None
+        if goal.state in ("in_doubt", "lost") or goal.code == "goal_expired":
+            return None  # their app was started again, or slept: it is shown again
         if goal.state != "succeeded":
             core.emit(ch.QuestionPut(replace(question, declined=(*question.declined, goal.agent))))
             return None

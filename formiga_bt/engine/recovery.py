@@ -90,8 +90,15 @@ class Recovery:
         self.proceed(task_id)
 
     def agent_left(self, task_id: str, agent_id: str) -> None:
-        """A machine was lost on its way home."""
-        self._core.clear_deadline(f"recover|{task_id}|{agent_id}")
+        """A machine was lost or abandoned on its way home: its section stops, the others' go on."""
+        core = self._core
+        core.clear_deadline(f"recover|{task_id}|{agent_id}")
+        for one in core.task(task_id).recovering:
+            if one.agent == agent_id and one.state == "running":
+                section = f"recover:{agent_id}#{one.attempt}"
+                self._tasks.stop(task_id, section)
+                core.emit(ch.ScopePut(task_id, section, None))
+                self._set(task_id, replace(one, state="failed"))
 
     def proceed(self, task_id: str) -> None:
         """End the task once nothing is under way."""

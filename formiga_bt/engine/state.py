@@ -1,6 +1,6 @@
 """The engine's state, and `apply`: the one function that changes it. The live engine and the fold of a journal share it."""
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import msgspec
 from msgspec import Struct, field
@@ -22,6 +22,9 @@ from formiga_bt.geo import Place, Position, Region
 from formiga_bt.lang.types import AgentRef
 from formiga_bt.nodes.memory import Mem
 from formiga_bt.nodes.run import Failure
+
+if TYPE_CHECKING:
+    from formiga_bt.engine.inputs import Step
 
 
 class EngineState(Struct):
@@ -93,6 +96,13 @@ def apply(state: EngineState, board: Blackboard, change: ch.Change) -> None:
             state.scopes.pop(task_id, None)
             board.drop(f"/allocation/requests/{task_id}")
             board.drop(f"/allocation/grants/{task_id}")
+
+
+def fold(state: EngineState, board: Blackboard, step: "Step") -> None:
+    """Bring a state that stands before a recorded step to where it stood after it."""
+    state.seq, state.now = step.seq, step.at
+    for change in step.changes:
+        apply(state, board, change)
 
 
 def _set_or_drop(table: dict[str, Any], key: str, value: Any) -> None:

@@ -45,6 +45,7 @@ class TaskRun:
             self._spent_seq, self._spent = self._core.state.seq, 0
         self._spent += 1
         if self._spent > BUDGET:
+            self._spent = 0  # what cleans up after this runs in the same step, with a budget of its own
             raise Runaway(f"more than {BUDGET} nodes visited for one input")
 
     def env(self, scope: str, error: Failure | None = None, extra: Mapping[str, Any] | None = None) -> TaskEnv:

@@ -13,22 +13,23 @@ The parts run in this order, each after the goals of the former have drained; an
 """
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
-from formiga_bt.clock import SECOND, micros
+from formiga_bt.clock import SECOND, Micros
 from formiga_bt.engine import changes as ch
 from formiga_bt.engine.core import Core, task_deadline
-from formiga_bt.engine.env import TaskEnv
 from formiga_bt.engine.fleet import Fleet
 from formiga_bt.engine.goals import Goals
+from formiga_bt.engine.holds import unhold
 from formiga_bt.engine.inputs import Abort, Alarm, PublishState, Submit
 from formiga_bt.engine.people import People
 from formiga_bt.engine.records import Recovering, TaskRecord
 from formiga_bt.engine.recovery import Recovery
+from formiga_bt.engine.taskmodel import duration_us, root_values, section_steps
 from formiga_bt.engine.taskrun import TaskRun
 from formiga_bt.engine.treerun import Ended, TreesFactory
 from formiga_bt.errors import TaskError
-from formiga_bt.lang.model import Step, Task, Unset
+from formiga_bt.lang.model import Step, Task
 from formiga_bt.lang.types import AgentRef
 from formiga_bt.nodes.run import Failure
 
@@ -70,7 +71,7 @@ class Tasks:
             raise TaskError(
                 "unknown_task", f"there is no task '{request.task}'; tasks: {', '.join(sorted(core.models))}"
             )
-        values = self._root_values(model, request.params)
+        values = root_values(core, model, request.params)
         order = core.state.counters.get("task", 0) + 1
         task = TaskRecord(
             id=f"{model.name}-{order}",
@@ -89,25 +90,6 @@ class Tasks:
         self.allocation.enqueue(wish)
         return task.id
 
-    def _root_values(self, model: Task, params: Mapping[str, Any]) -> dict[str, Any]:
-        core = self._core
-        unknown = [name for name in params if name not in model.params]
-        if unknown:
-            raise TaskError("unknown_param", f"{model.name} has no parameter '{unknown[0]}'")
-        values = dict(params)
-        env = TaskEnv(core, None, values)
-        for name, param in model.params.items():
-            if values.get(name) is None and param.default is not None:
-                values[name] = param.default.run(env)
-            if values.get(name) is None and not param.optional:
-                raise TaskError("missing_param", f"{model.name} needs the parameter '{name}'")
-        try:
-            for name, expr in model.vars.items():
-                values[name] = expr.run(env)
-        except (Unset, ArithmeticError, LookupError, ValueError) as error:
-            raise TaskError("bad_var", f"{model.name}: '{name}' cannot be computed: {error}") from error
-        return {name: value for name, value in values.items() if value is not None}
-
     def granted(self, task_id: str, roles: dict[str, tuple[str, ...]], lists: frozenset[str]) -> None:
         """The allocator gave the agents: bind the roles and start the steps."""
         core = self._core
@@ -119,11 +101,14 @@ class Tasks:
         core.clear_deadline(task_deadline(task_id, "wait"))
         core.put_task(task_id, status="ASSIGNED", roles=roles, granted=machines, assigned_at=core.now)
         core.put_task(task_id, status="ACTIVE", section="steps", active_at=core.now)
-        if model.timeout is not None:
-            after = micros(model.timeout.run(self._run(task_id).env("")))
-            core.set_deadline(task_deadline(task_id, "timeout"), core.now + after, task_id, pausable=True)
         self._run(task_id).trees.start("steps", model.steps, "")
         core.touch(task_id)
+        if model.timeout is not None:
+            after = duration_us(model.timeout, self._run(task_id).env(""))
+            if isinstance(after, str):
+                self.fail(task_id, "exception", f"timeout: {after}")
+            else:
+                core.set_deadline(task_deadline(task_id, "timeout"), core.now + after, task_id, pausable=True)
 
     def start_recover(self, agent_id: str) -> None:
         """Start the system task that brings a machine home."""
@@ -294,10 +279,9 @@ class Tasks:
         held = tuple(c for c in task.held if not c.endswith(f":{agent_id}"))
         core.put_task(task_id, roles=roles)
         if held != task.held:
-            from formiga_bt.engine.holds import unhold
-
-            for cause in set(task.held) - set(held):
-                unhold(core, task_id, cause)
+            for cause in task.held:
+                if cause not in held:
+                    unhold(core, task_id, cause)
         if task.section == "recover":
             self.recovery.agent_left(task_id, agent_id)
         core.touch(task_id)
@@ -319,14 +303,9 @@ class Tasks:
         if task.status != "ENDING":
             core.clear_deadline(task_deadline(task_id, "timeout"))
             task = core.put_task(task_id, status="ENDING")
-            if model is not None:
-                after = (
-                    micros(model.cleanup_timeout.run(self._run(task_id).env("")))
-                    if model.cleanup_timeout
-                    else CLEANUP_US
-                )
-                if any((model.on_failure, model.on_abort, model.finally_)):
-                    core.set_deadline(task_deadline(task_id, "cleanup"), core.now + after, task_id, pausable=True)
+            if model is not None and any((model.on_failure, model.on_abort, model.finally_)):
+                after = self._cleanup_us(task_id, model)
+                core.set_deadline(task_deadline(task_id, "cleanup"), core.now + after, task_id, pausable=True)
         core.put_task(task_id, section=section)
         if section == "recover":
             core.clear_deadline(task_deadline(task_id, "cleanup"))
@@ -338,6 +317,15 @@ class Tasks:
             return
         self._run(task_id).trees.start(section, steps, "")
         core.touch(task_id)
+
+    def _cleanup_us(self, task_id: str, model: Task) -> Micros:
+        if model.cleanup_timeout is None:
+            return CLEANUP_US
+        after = duration_us(model.cleanup_timeout, self._run(task_id).env(""))
+        if isinstance(after, str):
+            self._note(task_id, f"cleanup_timeout: {after}")
+            return CLEANUP_US
+        return after
 
     def on_deadline(self, task_id: str, what: str) -> None:
         """Handle a task's own deadlines: timeout, cleanup, wait."""
@@ -404,18 +392,6 @@ class Tasks:
             for recovering in task.recovering:
                 if recovering.state == "running" and not task.stopping:
                     self.recovery.restore(recovering, run)
-
-
-def section_steps(model: Task | None, section: str) -> tuple[Step, ...]:
-    """Return the steps of a section of a task."""
-    if model is None:
-        return ()
-    return {
-        "steps": model.steps,
-        "on_failure": model.on_failure,
-        "on_abort": model.on_abort,
-        "finally": model.finally_,
-    }[section]
 
 
 __all__ = ["RECOVER_TASK", "Recovering", "Tasks", "section_steps"]

@@ -18,7 +18,7 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Status as Status
 
 from formiga_bt.diagnostics import Mark
-from formiga_bt.lang.model import Step
+from formiga_bt.lang.model import Step, UnknownState
 from formiga_bt.nodes.memory import Mem
 from formiga_bt.nodes.run import Failure, Run, Runaway
 
@@ -180,6 +180,8 @@ class Node(Behaviour):
             return self.on_enter(run) if entering else self.on_proceed(run)
         except (LeafError, Runaway):
             raise
+        except UnknownState as unknown:
+            return self.fail("unknown_state", f"{unknown.key} is not known yet")
         except Exception as cause:
             raise LeafError(self.path, self.mark, cause) from cause
 

@@ -12,6 +12,7 @@ from py_trees import composites
 from py_trees.common import Status
 
 from formiga_bt.lang import model
+from formiga_bt.lang.model import UnknownState
 from formiga_bt.nodes.base import FAILURE, RUNNING, SUCCESS, Node
 from formiga_bt.nodes.memory import CallMem, FallbackMem, IfMem, Mem, SequenceMem
 from formiga_bt.nodes.run import Failure, Run
@@ -239,9 +240,13 @@ class CallNode(Chain):
         env = run.env(self.scope, self.error_here())
         values = {name: expr.run(env) for name, expr in self.step.args.items()}
         run.open_scope(self.path, values)
-        for name, param in self.step.subtree.params.items():
-            if name not in values and param.default is not None:
-                run.set_var(self.path, name, param.default.run(run.env(self.path)))
+        try:
+            for name, param in self.step.subtree.params.items():
+                if name not in values and param.default is not None:
+                    run.set_var(self.path, name, param.default.run(run.env(self.path)))
+        except UnknownState:
+            run.close_scope(self.path)
+            raise
         return self._close_if_ended(run, self.start_chain(run))
 
     def on_proceed(self, run: Run) -> Status:

@@ -151,13 +151,14 @@ class TimeoutNode(Modifier):
         done = self._done_after_all(run)
         unconfirmed = [goal for goal in self.drain if run.goal(goal).state == "in_doubt"]
         agent = run.goal(unconfirmed[0]).agent if unconfirmed else ""
+        again = all(run.goal(goal).repeatable for goal in self.drain)
         for goal in self.drain:
             run.drop_goal(goal)
         if done is not None:
             return done
         if unconfirmed:
             return self.fail("cancel_unconfirmed", "the agent never confirmed the cancel", agent, retryable=False)
-        return self.fail("timeout", f"not done within its {self.word.replace('_', ' ')}")
+        return self.fail("timeout", f"not done within its {self.word.replace('_', ' ')}", retryable=again)
 
     def _done_after_all(self, run: Run) -> Status | None:
         leaf: Node = self.child
@@ -179,7 +180,12 @@ class TimeoutNode(Modifier):
 
     def on_halt(self, run: Run) -> list[str]:
         """Stop the child; goals already draining move to the one that stops us."""
-        return [*self.child.halt(run), *(goal for goal in self.drain if not run.goal(goal).ended)]
+        moved = [goal for goal in self.drain if not run.goal(goal).ended]
+        for goal in self.drain:
+            if goal not in moved:
+                run.drop_goal(goal)
+        self.drain = ()
+        return [*self.child.halt(run), *moved]
 
     def on_restore(self, run: Run, mem: Mem) -> None:
         """Go on running the child, or waiting for goals to end."""

@@ -24,11 +24,8 @@ class Leaf(Node):
     """Common part of leaves."""
 
     def on_enter(self, run: Run) -> Status:
-        """Act; an unknown state of an agent fails the step."""
-        try:
-            return self.act(run)
-        except UnknownState as unknown:
-            return self.fail("unknown_state", f"{unknown.key} is not known yet")
+        """Act."""
+        return self.act(run)
 
     def act(self, run: Run) -> Status:
         """Do what the kind does at its start."""
@@ -71,9 +68,10 @@ class DoNode(Leaf):
         if not view.ended:
             self.feedback_message = view.state if not view.code else f"{view.state}({view.code})"
             return RUNNING
-        status = self.conclude(run, view)
-        run.drop_goal(self.goal)
-        return status
+        try:
+            return self.conclude(run, view)
+        finally:  # also when `expect` cannot be computed
+            run.drop_goal(self.goal)
 
     def conclude(self, run: Run, view: GoalView) -> Status:
         """Map a goal's end to a status: the one place where results become statuses."""
