@@ -100,6 +100,8 @@ class Expr:
     mark: Mark
     run: Callable[[Env], Any] = field(compare=False)
     reads: tuple[Read, ...] = ()
+    deadlines: "tuple[Callable[[Env], Micros], ...]" = field(default=(), compare=False)
+    """Of a live condition that uses `now`: the instants (engine time) at which a comparison with `now` changes."""
     const: Any = field(default=NOT_CONST, compare=False)
 
     @property
@@ -245,15 +247,91 @@ class Fail(Step):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sequence(Step):
-    """Steps one after another, with memory."""
+    """Steps one after another, with memory. `reactive`: earlier children, pure checks, are re-checked live."""
 
     steps: tuple[Step, ...]
+    reactive: bool = False
+    finally_: tuple[Step, ...] = ()
+    """Runs in place after success and failure; segments `finally[i]`."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Fallback(Step):
     """The first child that succeeds; while a later child runs, `error` is the former one's failure."""
 
+    steps: tuple[Step, ...]
+    reactive: bool = False
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WaitUntil(Step):
+    """Wait until a live condition is true."""
+
+    cond: Expr
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Release(Step):
+    """Give an agent back before the task ends: goal-free, recovered if airborne, then freed."""
+
+    who: Who
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Parallel(Step):
+    """Children at once. `need`: "all", "any" or a number; segments `parallel[i]`."""
+
+    steps: tuple[Step, ...]
+    need: int | Literal["all", "any"] = "all"
+    on_child_failure: Literal["finish", "cancel"] = "finish"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Loop(Step):
+    """`while` and `repeat`: rounds of `steps` (segments `steps[i]`). Exactly one of the first four is set.
+
+    `until` is read after each round; `every`: start of a round to the start of the next, seconds; `max`: no more rounds.
+    """
+
+    cond: Expr | None = None
+    """`while`: read before each round."""
+    times: Expr | None = None
+    """`repeat: N`."""
+    duration: Expr | None = None
+    """`repeat: 30 min`, seconds: no round starts after it is over, then success."""
+    forever: bool = False
+    steps: tuple[Step, ...]
+    until: Expr | None = None
+    every: Expr | None = None
+    max: Expr | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class For(Step):
+    """`for`: a round per item of lists of equal lengths, in order or at once; segments `steps[i]`."""
+
+    lists: Mapping[str, Expr]
+    """Loop name -> list."""
+    steps: tuple[Step, ...]
+    parallel: bool = False
+    max_parallel: int | None = None
+    need: int | Literal["all"] = "all"
+    on_child_failure: Literal["finish", "cancel"] = "finish"
+    collect: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BreakIf(Step):
+    """Leave the nearest loop with success."""
+
+    cond: Expr
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Guard(Step):
+    """Stop the steps and fail as soon as a live condition is false; segments `steps[i]`."""
+
+    cond: Expr
     steps: tuple[Step, ...]
 
 
