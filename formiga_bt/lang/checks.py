@@ -6,6 +6,7 @@ What one step or one name shows by itself is checked while it is read; this is w
 from collections.abc import Iterator, Mapping
 
 from formiga_bt.lang.flight import check_flight, plain_name
+from formiga_bt.lang.landing import check_landings
 from formiga_bt.lang.model import (
     ActionSpec,
     Ask,
@@ -39,6 +40,8 @@ def check_task(task: Task, catalogue: Catalogue, problems: Problems) -> None:
             checks.check(steps, bounded=False)
     for subtree in task.subtrees.values():
         checks.check_subtree(subtree)
+    with problems.within("steps"):
+        check_landings(task, catalogue, problems)
     check_flight(task, catalogue, problems)
 
 

@@ -11,15 +11,15 @@ from formiga_bt.lang.types import TEXT, TIME, Type, enum_of, list_of, record_of
 ERROR: Final[Type] = record_of(code=TEXT, reason=TEXT, step=TEXT, agent=TEXT)
 """`error`, in on_failure and in later fallback children; `agent` is "" when no agent was concerned."""
 
-ABORT: Final[Type] = record_of(reason=enum_of("aborted", "preempted"))
+ABORT: Final[Type] = record_of(reason=enum_of("operator", "preempted"))
 """`abort`, in on_abort."""
 
 
 def answer(options: tuple[str, ...], policy: str) -> Type:
     """Return the type of an answer; with `policy: all` the answer may be `mixed`, and `.all` lists the answers."""
     if policy == "all":
-        fields = {"answer": enum_of(*options, "mixed"), "by": TEXT, "at": TIME, "all": list_of(enum_of(*options))}
-        return record_of(**fields)
+        each = list_of(record_of(answer=enum_of(*options), by=TEXT, at=TIME))
+        return record_of(answer=enum_of(*options, "mixed"), by=TEXT, at=TIME, all=each)
     return record_of(answer=enum_of(*options), by=TEXT, at=TIME)
 
 

@@ -1,0 +1,118 @@
+"""W075: a machine lands somewhere else than where it was last sent.
+
+Follows the places that a task names, in the order of its steps and through calls. Only what is surely so is reported: after
+a branch, a retry or a step that may be skipped, and for places that are computed, nothing is known.
+"""
+
+import re
+from collections.abc import Mapping
+from typing import Any, Final
+
+from formiga_bt.diagnostics import Mark
+from formiga_bt.lang.flight import plain_name
+from formiga_bt.lang.model import ActionSpec, Call, Catalogue, Do, Expr, Fallback, If, Sequence, Step, Task
+from formiga_bt.lang.reading import Problems
+
+_ABOVE: Final = re.compile(r"(?:above|at_height|ground)\(\s*([^,()]+|(?:above|at_height|ground)\(.*\))\s*(?:,.*)?\)")
+_NAME: Final = re.compile(r"([A-Za-z_]\w*)((?:\.[A-Za-z_]\w*)*)")
+
+Where = tuple[str, int]
+"""A place as the outermost task names it, and the line that sent the machine there."""
+
+
+def check_landings(task: Task, catalogue: Catalogue, problems: Problems) -> None:
+    """Report W075 for the steps of a task, those of called subtrees included."""
+    _Landings(catalogue, problems).follow(task.steps, {}, {}, None)
+
+
+class _Landings:
+    def __init__(self, catalogue: Catalogue, problems: Problems) -> None:
+        self.actions = catalogue.actions
+        self.problems = problems
+
+    def follow(
+        self, steps: tuple[Step, ...], last: dict[str, Where], names: Mapping[str, str], call: Mark | None
+    ) -> None:
+        """Follow steps that run one after another; `last` is changed, `names` says what params stand for."""
+        for step in steps:
+            sure = step.when is None and step.retry is None and not step.ignore_failure
+            inner = last if sure else dict(last)
+            match step:
+                case Do():
+                    self._do(step, inner, names, call)
+                case Call():
+                    self._call(step, inner, names, call)
+                case Sequence():
+                    self.follow(step.steps, inner, names, call)
+                case If():
+                    self._branches((step.then, step.otherwise), inner, names, call)
+                case Fallback():
+                    self._branches(tuple((child,) for child in step.steps), inner, names, call)
+                case _:
+                    pass
+            if not sure:
+                _forget(last, inner)
+
+    def _branches(
+        self,
+        branches: tuple[tuple[Step, ...], ...],
+        last: dict[str, Where],
+        names: Mapping[str, str],
+        call: Mark | None,
+    ) -> None:
+        before = dict(last)
+        for branch in branches:
+            after = dict(before)
+            self.follow(branch, after, names, call)
+            _forget(last, after)
+
+    def _call(self, step: Call, last: dict[str, Where], names: Mapping[str, str], call: Mark | None) -> None:
+        inner: dict[str, str] = {}
+        for name, arg in step.args.items():
+            place = named(arg, names)
+            inner[name] = names.get(plain_name(arg), plain_name(arg)) or place or ""
+        self.follow(step.subtree.steps, last, inner, call or step.mark)
+
+    def _do(self, step: Do, last: dict[str, Where], names: Mapping[str, str], call: Mark | None) -> None:
+        spec: ActionSpec | None = self.actions.get(step.action)
+        role = names.get(step.who.name, step.who.name)
+        if spec is None or not spec.moves_to or spec.moves_to not in step.fields:
+            if spec is None or not spec.effect:
+                last[role] = ("", 0)
+            return
+        place = named(step.fields[spec.moves_to], names)
+        mark = call or step.mark
+        if place == f"{role}.position":
+            return
+        before = last.get(role)
+        if spec.lands and before is not None and place and before[0] and place != before[0]:
+            where = step.fields[spec.moves_to].mark if call is None else mark
+            what = f"lands at '{place}' but last flew to '{before[0]}' (line {before[1]})"
+            self.problems.add("W075", where, what, f"fly above {place} first")
+        last[role] = (place, mark.line)
+
+
+def _forget(last: dict[str, Where], after: Mapping[str, Where]) -> None:
+    """Drop what is not the same on both paths."""
+    for role in list(after):
+        if last.get(role) != after[role]:
+            last[role] = ("", 0)
+
+
+def named(expr: Expr, names: Mapping[str, str]) -> str:
+    """Return the place that an expression names, without its height, in the caller's words; "" if it is computed."""
+    if expr.is_const:
+        return _shown(expr.const)
+    source = expr.source
+    while (match := _ABOVE.fullmatch(source)) is not None:
+        source = match[1].strip()
+    found = _NAME.fullmatch(source)
+    if found is None:
+        return ""
+    outer = names.get(found[1], found[1])
+    return outer + found[2] if outer else ""
+
+
+def _shown(value: Any) -> str:
+    east, north = getattr(value, "east_m", None), getattr(value, "north_m", None)
+    return f"{east:g} m east, {north:g} m north" if east is not None and north is not None else ""
