@@ -75,6 +75,12 @@ class Shelf:
         unit.root = read_mapping(node, self.problems, "file")
         if unit.root is None:
             return unit
+        for key, what in (("formiga_site", "a site"), ("scenario", "a scenario"), ("actions", "a catalogue")):
+            if unit.root.get(key) is not None and unit.root.get("task") is None and not library:
+                mark = unit.root.entries[0].key.mark
+                self.problems.add("E008", mark, f"this is {what}, not a task", "a task begins with: formiga: 1")
+                unit.root = None
+                return unit
         options: tuple[Option, ...] = LIBRARY if library else TASK
         if not self._version_fits(unit.root):
             return unit
