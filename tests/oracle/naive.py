@@ -1,0 +1,454 @@
+"""The oracle: an interpreter of `lang.model` steps that is too simple to be wrong in the way the engine's nodes may be.
+
+It walks the whole tree of a section at every pass, from the root, knows no wakes, and keeps its memory in plain dicts by
+instance path. Written from the language's and the engine's rules, not from `formiga_bt.nodes`.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
+
+from formiga_bt.clock import micros
+from formiga_bt.engine.treerun import Ended, TreeHost
+from formiga_bt.lang import model
+from formiga_bt.nodes.run import AskOrder, Failure, GoalOrder, GoalView
+
+
+class Done(NamedTuple):
+    """How a step ended: by a failure, skipped, or (neither) well. A step that still runs has no `Done`, but None."""
+
+    failure: Failure | None = None
+    skipped: bool = False
+
+
+class Broken(Exception):
+    def __init__(self, path: str, mark: Any, cause: Exception) -> None:
+        super().__init__(f"{path} ({mark}): {type(cause).__name__}: {cause}")
+        self.path = path
+
+
+@dataclass(frozen=True)
+class At:
+    """A place in a running tree: a step, the modifiers still to be gone through, and what is visible there."""
+
+    step: model.Step
+    words: tuple[str, ...]
+    path: str
+    scope: str
+    error: Failure | None
+
+    @property
+    def key(self) -> str:
+        return f"{self.path}:{self.words[0]}" if self.words else self.path
+
+    def inner(self, attempt: int = 0) -> "At":
+        return replace(self, words=self.words[1:], path=f"{self.path}@{attempt}" if attempt else self.path)
+
+
+def modifiers(step: model.Step) -> tuple[str, ...]:
+    words = {
+        "when": step.when is not None,
+        "ignore_failure": step.ignore_failure,
+        "timeout": step.timeout is not None,
+        "retry": step.retry is not None,
+        "attempt_timeout": step.retry is not None and step.retry.attempt_timeout is not None,
+    }
+    return tuple(word for word, there in words.items() if there)
+
+
+class NaiveTrees:
+    """Implements `engine.treerun.TaskTrees`."""
+
+    def __init__(self, host: TreeHost) -> None:
+        self.host = host
+        self.live: dict[str, tuple[Sequence[model.Step], str]] = {}
+        self.pending: list[tuple[str, Sequence[model.Step], str]] = []
+        self.mem: dict[str, dict[str, Any]] = {}
+        self.moved = False
+
+    # -- TaskTrees -------------------------------------------------------------------------------------------------
+    def start(self, section: str, steps: Sequence[model.Step], scope: str) -> None:
+        self.pending.append((section, steps, scope))
+
+    def wake(self, key: str) -> None:
+        pass  # everything is looked at anyway
+
+    def run_passes(self) -> list[Ended]:
+        ended: list[Ended] = []
+        while True:
+            self.moved = False
+            if self.pending:
+                section, steps, scope = self.pending.pop(0)
+                self.live[section] = (steps, scope)
+                self._pass(section, ended)
+                self.moved = True
+            else:
+                for section in list(self.live):
+                    self._pass(section, ended)
+            if not self.moved:
+                return ended
+
+    def halt(self, section: str) -> list[str]:
+        self.pending = [item for item in self.pending if item[0] != section]
+        if section not in self.live:
+            return []
+        steps, scope = self.live.pop(section)
+        if section not in self.mem:
+            return []
+        goals = self._halt_child(self._root(section, steps, scope), self.mem[section])
+        del self.mem[section]
+        return goals
+
+    def restore(self, section: str, steps: Sequence[model.Step], scope: str) -> None:
+        raise NotImplementedError("the oracle is never restarted")
+
+    def statuses(self) -> dict[str, str]:
+        return dict.fromkeys(self.mem, "RUNNING")
+
+    # -- a section ---------------------------------------------------------------------------------------------------
+    def _root(self, section: str, steps: Sequence[model.Step], scope: str) -> list[At]:
+        return [At(s, modifiers(s), f"{section}/{s.seg}", scope, None) for s in steps]
+
+    def _pass(self, section: str, ended: list[Ended]) -> None:
+        steps, scope = self.live[section]
+        mem = self.mem.setdefault(section, {"index": 0, "ran": False})
+        try:
+            done = self._in_order(self._root(section, steps, scope), mem)
+        except Broken as broken:
+            failure = Failure(code="exception", reason=str(broken), step=broken.path, retryable=False)
+            ended.append(Ended(section, failure, fatal=True))
+            return
+        if done is not None:
+            del self.live[section], self.mem[section]
+            ended.append(Ended(section, done.failure))
+
+    # -- one place -----------------------------------------------------------------------------------------------------
+    def visit(self, at: At) -> Done | None:
+        fresh = at.key not in self.mem
+        if fresh:
+            self.mem[at.key] = {}
+            self.moved = True
+        kind: Callable[[At, dict[str, Any], bool], Done | None]
+        kind = getattr(self, f"_{at.words[0] if at.words else at.step.kind}")
+        try:
+            done = kind(at, self.mem[at.key], fresh)
+        except model.UnknownState as unknown:
+            done = failed(at, "unknown_state", f"{unknown.key} is not known yet")
+        except Broken:
+            raise
+        except Exception as cause:
+            raise Broken(at.path, at.step.mark, cause) from cause
+        if done is not None:
+            self._leave(at)
+        return done
+
+    def halt_at(self, at: At) -> list[str]:
+        mem = self.mem.get(at.key)
+        if mem is None:
+            return []
+        goals: list[str] = []
+        if at.words:
+            goals = self.halt_at(at.inner(mem.get("attempt", 0)))
+            goals += [goal for goal in mem.get("drain", ()) if not self.host.goal(goal).ended]
+        elif at.step.kind == "do":
+            goals = [mem["goal"]] if "goal" in mem and self.host.cancel(mem["goal"]) else []
+        elif at.step.kind == "ask":
+            if "question" in mem:
+                self.host.close_question(mem["question"])
+        elif at.step.kind in ("sequence", "fallback", "if", "call"):
+            goals = self._halt_child(self._children(at, mem), mem)
+            if at.step.kind == "call":
+                self.host.close_scope(at.path)
+        self._leave(at)
+        return goals
+
+    def _halt_child(self, children: list[At], mem: dict[str, Any]) -> list[str]:
+        index = mem.get("index", 0)
+        return self.halt_at(children[index]) if index < len(children) else []
+
+    def _leave(self, at: At) -> None:
+        self.host.clear_deadline(at.key)
+        del self.mem[at.key]
+        self.moved = True
+
+    def _env(self, at: At, extra: dict[str, Any] | None = None) -> model.Env:
+        return self.host.env(at.scope, at.error, extra)
+
+    # -- modifiers -----------------------------------------------------------------------------------------------------
+    def _when(self, at: At, mem: dict[str, Any], fresh: bool) -> Done | None:
+        if fresh and not at.step.when.run(self._env(at)):
+            return Done(skipped=True)
+        return self.visit(at.inner())
+
+    def _ignore_failure(self, at: At, mem: dict[str, Any], fresh: bool) -> Done | None:
+        done = self.visit(at.inner())
+        return Done() if done is not None and done.failure is not None else done
+
+    def _timeout(self, at: At, mem: dict[str, Any], fresh: bool) -> Done | None:
+        return self._bounded(at, mem, fresh, at.step.timeout)
+
+    def _attempt_timeout(self, at: At, mem: dict[str, Any], fresh: bool) -> Done | None:
+        return self._bounded(at, mem, fresh, at.step.retry.attempt_timeout)
+
+    def _bounded(self, at: At, mem: dict[str, Any], fresh: bool, duration: model.Expr) -> Done | None:
+        host = self.host
+        if fresh:
+            host.set_deadline(at.key, host.now + micros(duration.run(self._env(at))))
+        if "drain" not in mem:
+            done = self.visit(at.inner())
+            if done is not None or not host.is_due(at.key):
+                return done
+            mem["drain"] = self.halt_at(at.inner())
+            self.moved = True
+            for goal in mem["drain"]:
+                host.adopt(goal, at.key)
+            host.clear_deadline(at.key)
+        goals = [host.goal(goal) for goal in mem["drain"]]
+        if any(not goal.ended for goal in goals):
+            return None
+        late = None
+        for goal in goals:  # the work was done after all
+            if late is None and goal.state == "succeeded" and isinstance(at.step, model.Do):
+                late = self._end_of(replace(at, path="/".join(goal.id.split("/")[2:])), at.step, goal)
+        again = all(goal.repeatable for goal in goals)
+        for goal in goals:
+            host.drop_goal(goal.id)
+        if late is not None:
+            return late
+        doubt = [goal for goal in goals if goal.state == "in_doubt"]
+        if doubt:
+            reason = "the agent never confirmed the cancel"
+            return failed(at, "cancel_unconfirmed", reason, doubt[0].agent, again=False)
+        return failed(at, "timeout", f"not done within its {at.words[0].replace('_', ' ')}", again=again)
+
+    def _retry(self, at: At, mem: dict[str, Any], fresh: bool) -> Done | None:
+        host, retry = self.host, at.step.retry
+        if fresh:
+            env = self._env(at)
+            mem["attempts"] = int(retry.attempts.run(env))
+            mem["delay"] = micros(retry.delay.run(env)) if retry.delay else 0
+            mem["backoff"] = float(retry.backoff.run(env)) if retry.backoff else 1.0
+            mem["attempt"], mem["waiting"] = 1, False
+        while True:
+            if mem["waiting"]:
+                if not host.is_due(at.key):
+                    return None
+                host.clear_deadline(at.key)
+                mem["waiting"] = False
+                mem["attempt"] += 1
+            done = self.visit(at.inner(mem["attempt"]))
+            if done is None or done.failure is None:
+                return done
+            if mem["attempt"] >= mem["attempts"] or not done.failure.retryable:
+                return done
+            delay = round(mem["delay"] * mem["backoff"] ** (mem["attempt"] - 1))
+            if delay > 0:
+                mem["waiting"] = True
+                host.set_deadline(at.key, host.now + delay)
+                return None
+            mem["attempt"] += 1
+
+    # -- composites ----------------------------------------------------------------------------------------------------
+    def _children(self, at: At, mem: dict[str, Any]) -> list[At]:
+        step, mid, scope, error = at.step, "", at.scope, at.error
+        if isinstance(step, model.If):
+            steps = step.then if mem.get("branch", True) else step.otherwise
+        elif isinstance(step, model.Call):
+            steps, mid, scope, error = step.subtree.steps, ".call", at.path, None
+        else:
+            assert isinstance(step, model.Sequence | model.Fallback)
+            steps = step.steps
+            error = mem.get("failure") or error
+        return [At(s, modifiers(s), f"{at.path}{mid}.{s.seg}", scope, error) for s in steps]
+
+    def _in_order(self, children: list[At], mem: dict[str, Any]) -> Done | None:
+        while mem["index"] < len(children):
+            done = self.visit(children[mem["index"]])
+            if done is None:
+                return None
+            if done.failure is not None:
+                return Done(done.failure)
+            mem["ran"] = mem["ran"] or not done.skipped
+            mem["index"] += 1
+        return Done(skipped=not mem["ran"])
+
+    def _sequence(self, at: At, mem: dict[str, Any], fresh: bool) -> Done | None:
+        if fresh:
+            mem.update(index=0, ran=False)
+        return self._in_order(self._children(at, mem), mem)
+
+    def _if(self, at: At, mem: dict[str, Any], fresh: bool) -> Done | None:
+        if fresh:
+            assert isinstance(at.step, model.If)
+            mem.update(branch=bool(at.step.cond.run(self._env(at))), index=0, ran=False)
+        return self._in_order(self._children(at, mem), mem)
+
+    def _fallback(self, at: At, mem: dict[str, Any], fresh: bool) -> Done | None:
+        if fresh:
+            mem.update(index=0, failure=None)
+        while mem["index"] < len(self._children(at, mem)):
+            done = self.visit(self._children(at, mem)[mem["index"]])
+            if done is None:
+                return None
+            if done.failure is None and not done.skipped:
+                return Done()
+            mem["failure"] = done.failure or mem["failure"]
+            mem["index"] += 1
+        if mem["failure"] is not None:
+            return Done(mem["failure"])
+        return failed(at, "nothing_applied", "every child of the fallback was skipped")
+
+    def _call(self, at: At, mem: dict[str, Any], fresh: bool) -> Done | None:
+        host, step = self.host, at.step
+        assert isinstance(step, model.Call)
+        if fresh:
+            env = self._env(at)
+            values = {name: expr.run(env) for name, expr in step.args.items()}
+            host.open_scope(at.path, values)
+            for name, param in step.subtree.params.items():
+                if name not in values and param.default is not None:
+                    host.set_var(at.path, name, param.default.run(host.env(at.path)))
+            mem.update(index=0, ran=False)
+        done = self._in_order(self._children(at, mem), mem)
+        if done is None:
+            return None
+        try:
+            if done.failure is None and step.save_as and step.subtree.returns is not None:
+                host.set_var(at.scope, step.save_as, step.subtree.returns.run(host.env(at.path)))
+        finally:
+            host.close_scope(at.path)
+        return done
+
+    # -- leaves --------------------------------------------------------------------------------------------------------
+    def _do(self, at: At, mem: dict[str, Any], fresh: bool) -> Done | None:
+        host, step = self.host, at.step
+        assert isinstance(step, model.Do)
+        if fresh:
+            assert step.who.agent is not None
+            agent = step.who.agent.run(self._env(at))
+            env = self._env(at, {"agent": agent})
+            fields = {name: expr.run(env) for name, expr in step.fields.items()}
+            goal_id = host.goal_id(at.path)
+            refused = host.order(GoalOrder(goal_id, agent.id, step.action, fields, at.key))
+            if refused is not None:
+                return Done(refused)
+            mem["goal"] = goal_id
+        goal = host.goal(mem["goal"])
+        if not goal.ended:
+            return None
+        try:
+            return self._end_of(at, step, goal)
+        finally:
+            host.drop_goal(goal.id)
+
+    def _end_of(self, at: At, step: model.Do, goal: GoalView) -> Done:
+        again = goal.repeatable
+        if goal.state == "succeeded":
+            result = dict(goal.result)
+            if step.save_as:
+                self.host.set_var(at.scope, step.save_as, result)
+            if step.expect is not None and not step.expect.run(self._env(at, {"result": result})):
+                return failed(at, "expect", f"expected {step.expect.source}", goal.agent)
+            return Done()
+        if goal.state == "rejected":  # it never began: always worth another try
+            code = "goal_expired" if goal.code == "goal_expired" else "rejected"
+            return failed(at, code, goal.code, goal.agent)
+        if goal.state == "gate_refused":
+            return failed(at, goal.code, goal.text, goal.agent, again=again)
+        code, reason = {
+            "lost": ("agent_lost", "the agent is lost"),
+            "taken_over": ("taken_over", "a pilot took over"),
+            "in_doubt": (goal.code or "in_doubt", "nobody knows how the goal ended"),
+        }.get(goal.state, ("", ""))
+        if code:
+            return failed(at, code, reason, goal.agent, again=False)
+        return failed(at, f"failed:{goal.code or goal.state}", goal.text, goal.agent, again=again)
+
+    def _people(self, env: model.Env, who: model.Who) -> tuple[str, ...]:
+        if who.site_role or who.agent is None:
+            return self.host.people(who.name)
+        value = who.agent.run(env)
+        return tuple(one.id for one in value) if isinstance(value, tuple) else (value.id,)
+
+    def _ask(self, at: At, mem: dict[str, Any], fresh: bool) -> Done | None:
+        host, step = self.host, at.step
+        assert isinstance(step, model.Ask)
+        if fresh:
+            env = self._env(at)
+            groups = [self._people(env, who) for who in step.of]
+            escalate = step.escalate_after.run(env) if step.escalate_after else None
+            if escalate is None:
+                groups = [tuple(person for group in groups for person in group)]
+            tiers: list[tuple[str, ...]] = []
+            for group in groups:
+                before = [person for tier in tiers for person in tier]
+                tiers.append(tuple(dict.fromkeys(p for p in group if p not in before)))
+            order = AskOrder(
+                id=host.goal_id(at.path),
+                text=str(step.question.run(env)),
+                note=str(step.note.run(env)) if step.note else "",
+                options=step.options,
+                tiers=tuple(tiers),
+                policy=step.policy,
+                escalate_us=None if escalate is None else micros(escalate),
+                expires_at=host.now + micros(step.timeout.run(env)) if step.timeout else None,
+                if_no_answer=str(step.if_no_answer.run(env)) if step.if_no_answer else "",
+                clears=step.clears.agent.run(env).id if step.clears and step.clears.agent else "",
+                clears_on=step.clears_on,
+                owner=at.key,
+            )
+            host.ask(order)
+            mem["question"] = order.id
+        reply = host.question(mem["question"]).reply
+        if reply is None:
+            return None
+        answer = dict(reply)
+        if step.save_as:
+            host.set_var(at.scope, step.save_as, answer)
+        host.close_question(mem.pop("question"))
+        if step.expect is not None and not step.expect.run(self._env(at, {"result": answer})):
+            return failed(at, "expect", f"answered {answer['answer']}")
+        return Done()
+
+    def _wait(self, at: At, mem: dict[str, Any], fresh: bool) -> Done | None:
+        assert isinstance(at.step, model.Wait)
+        if fresh:
+            after = micros(at.step.duration.run(self._env(at)))
+            if after <= 0:
+                return Done()
+            self.host.set_deadline(at.key, self.host.now + after)
+        return Done() if self.host.is_due(at.key) else None
+
+    def _check(self, at: At, mem: dict[str, Any], fresh: bool) -> Done | None:
+        step, env = at.step, self._env(at)
+        assert isinstance(step, model.Check)
+        if step.cond.run(env):
+            return Done()
+        return failed(at, "check", str(step.message.run(env)) if step.message else f"{step.cond.source} is false")
+
+    def _set(self, at: At, mem: dict[str, Any], fresh: bool) -> Done | None:
+        assert isinstance(at.step, model.Set)
+        env = self._env(at)
+        for name, value in [(name, expr.run(env)) for name, expr in at.step.assign.items()]:
+            self.host.set_var(at.scope, name, value)
+        return Done()
+
+    def _notify(self, at: At, mem: dict[str, Any], fresh: bool) -> Done | None:
+        step, env = at.step, self._env(at)
+        assert isinstance(step, model.Notify)
+        try:
+            text = str(step.text.run(env))
+        except model.UnknownState as unknown:
+            text = f"{step.text.source} ({unknown.key} is not known)"
+        to = [person for who in step.to for person in self._people(env, who)] or list(self.host.people("watchers"))
+        self.host.notify(text, tuple(dict.fromkeys(to)), step.severity, at.path)
+        return Done()
+
+    def _fail(self, at: At, mem: dict[str, Any], fresh: bool) -> Done | None:
+        assert isinstance(at.step, model.Fail)
+        code = f"failed:{at.step.code}" if at.step.code else "failed"
+        return failed(at, code, str(at.step.message.run(self._env(at))))
+
+
+def failed(at: At, code: str, reason: str, agent: str = "", *, again: bool = True) -> Done:
+    return Done(Failure(code=code, reason=reason, step=at.path, agent=agent, retryable=again))

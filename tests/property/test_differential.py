@@ -1,0 +1,82 @@
+"""The engine's nodes against the naive interpreter, and against py_trees' own driving: the same mission, equal steps.
+
+More examples: FORMIGA_EXAMPLES=5000 pytest tests/property
+"""
+
+import os
+from itertools import zip_longest
+from typing import Any
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+
+from formiga_bt.engine import changes as ch
+from formiga_bt.engine.inputs import Step
+from formiga_bt.engine.treerun import CompiledTrees, TreesFactory
+from tests.oracle.naive import NaiveTrees
+from tests.property.strategies import Mission, missions
+from tests.property.world import World
+
+EXAMPLES = int(os.environ.get("FORMIGA_EXAMPLES", "0"))
+
+
+def profile(examples: int) -> Any:
+    """Return the settings of a fixed run; with FORMIGA_EXAMPLES, of a random one."""
+    return settings(
+        max_examples=EXAMPLES or examples,
+        derandomize=not EXAMPLES,
+        database=None,
+        deadline=None,
+        suppress_health_check=list(HealthCheck),
+    )
+
+
+def fly(mission: Mission, trees: TreesFactory = CompiledTrees) -> World:
+    world = World(mission.tasks(), mission.deeds, mission.events, trees=trees)
+    world.run()
+    return world
+
+
+def visible(step: Step) -> tuple[Any, ...]:
+    """Return what two interpreters must agree on."""
+    changes = tuple(c for c in step.changes if not isinstance(c, ch.NodeMem | ch.DeadlineSet))
+    return step.seq, step.at, step.input, changes, step.effects, step.reply
+
+
+def assert_equal(ours: World, theirs: World, mission: Mission) -> None:
+    for mine, other, mine_now, other_now in zip(ours.steps, theirs.steps, ours.statuses, theirs.statuses, strict=False):
+        if visible(mine) != visible(other) or mine_now != other_now:
+            nodes, oracle = [[*visible(step)[3:], now] for step, now in ((mine, mine_now), (other, other_now))]
+            both = [line for a, b in zip(nodes, oracle, strict=True) for line in first_difference(a, b)]
+            story = (*mission.texts, mission.deeds, mission.events, f"step {mine.seq} at {mine.at}: {mine.input}")
+            pytest.fail("\n".join(map(str, (*story, *both))))
+    assert len(ours.steps) == len(theirs.steps)
+
+
+def first_difference(nodes: Any, oracle: Any) -> list[str]:
+    """Return one line of each, where two values (or two tuples of them) differ first."""
+    if nodes == oracle:
+        return []
+    if isinstance(nodes, tuple):
+        nodes, oracle = next((a, b) for a, b in zip_longest(nodes, oracle) if a != b)
+    return [f"nodes:  {nodes}", f"oracle: {oracle}"]
+
+
+@given(missions())
+@profile(250)
+def test_the_nodes_do_what_the_naive_interpreter_does(mission: Mission) -> None:
+    assert_equal(fly(mission), fly(mission, NaiveTrees), mission)
+
+
+@given(missions(tasks=2))
+@profile(60)
+def test_two_tasks_at_once_run_as_in_the_naive_interpreter(mission: Mission) -> None:
+    assert_equal(fly(mission), fly(mission, NaiveTrees), mission)
+
+
+@given(missions())
+@profile(80)
+def test_driven_by_py_trees_own_tick_the_steps_are_equal(mission: Mission) -> None:
+    ours, ticked = fly(mission), fly(mission, lambda host: CompiledTrees(host, tick=True))
+    assert ours.statuses == ticked.statuses
+    assert ours.steps == ticked.steps
