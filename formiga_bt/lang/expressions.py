@@ -78,7 +78,7 @@ def compile_expr(
         return Expr(source, ANY, mark, never, part.reads), problems.found
     type_ = _settled(part.type, expected)
     run: Run = guarded(part.run) if checker.loose else part.run
-    return Expr(source, type_, mark, run, part.reads, part.const), []
+    return Expr(source, type_, mark, run, part.reads, const=part.const), []
 
 
 def _mismatch(part: Typed, expected: Type, scope: Scope, what: str) -> Mismatch:
