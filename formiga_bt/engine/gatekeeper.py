@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 from formiga_bt.engine.core import Core
 from formiga_bt.engine.inputs import SendGoal
 from formiga_bt.engine.records import PRIORITIES, AgentRecord, GoalRecord
-from formiga_bt.geo import Place, Position
-from formiga_bt.safety.gate import Ask, Go, Hold, Refuse, Traffic, judge
+from formiga_bt.geo import Place, Position, horizontal_m
+from formiga_bt.safety.gate import AT_PORT_M, GROUND_M, Ask, Go, Hold, Refuse, Traffic, judge
 from formiga_bt.transport.messages import to_wire
 
 if TYPE_CHECKING:
@@ -123,10 +123,18 @@ class Gatekeeper:
     def _traffic(self, goal: GoalRecord) -> list[Traffic]:
         core = self._core
         return [
-            Traffic(agent.id, agent.task, agent.landed, agent.position, self._leg(agent))
+            Traffic(agent.id, agent.task, agent.landed, agent.position, self._leg(agent), self._column_m(agent))
             for agent in core.state.agents.values()
             if not agent.human and agent.id != goal.agent
         ]
+
+    def _column_m(self, agent: AgentRecord) -> float | None:
+        leg = self._leg(agent)
+        spot = leg[1] if leg is not None else agent.position
+        if not agent.task or spot is None or spot.up_m > GROUND_M:
+            return None
+        ports = self._core.site.ports.values()
+        return agent.layer_m if all(horizontal_m(port.at, spot) > AT_PORT_M for port in ports) else None
 
     def _leg(self, agent: AgentRecord) -> tuple[Position, Position] | None:
         goal = self._core.state.goals.get(agent.goal) if agent.goal else None

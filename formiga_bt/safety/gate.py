@@ -24,6 +24,9 @@ SPOT_M = 3.0
 AT_PORT_M = 3.0
 """A machine this near to a port (horizontally) stands at it."""
 
+GROUND_M = 0.5
+"""A leg that ends at most so high ends on the ground."""
+
 VERTICAL_M = 10.0
 """A leg that stays within this (horizontally) is a vertical move at its place."""
 
@@ -36,6 +39,8 @@ class Traffic(Struct, frozen=True):
     landed: Landed
     position: Position | None
     leg: tuple[Position, Position] | None = None
+    rises_to_m: float | None = None
+    """Where it will climb to from the ground for its task: nobody stops in that column, else both may wait for ever."""
 
 
 class Ask(Struct, frozen=True, kw_only=True):
@@ -130,7 +135,7 @@ def _ground_spots(other: Traffic) -> list[Place]:
     spots = []
     if other.position is not None and other.landed != "airborne":
         spots.append(other.position.ground)
-    if other.leg is not None and other.leg[1].up_m <= 0.5:
+    if other.leg is not None and other.leg[1].up_m <= GROUND_M:
         spots.append(other.leg[1].ground)
     return spots
 
@@ -175,9 +180,19 @@ def first_in_the_way(ask: Ask, leg: tuple[Position, Position], traffic: Sequence
     for other in traffic:
         if other.agent == ask.agent or (other.task and other.task == ask.task):
             continue
-        if other.position is None or (other.landed == "grounded" and other.leg is None):
-            continue
-        end = other.leg[1] if other.leg else other.position
-        if segment_distance_m(leg[0], leg[1], other.position, end) < keep_m:
+        if any(segment_distance_m(*leg, *way) < keep_m for way in _ways(other)):
             return other.agent
     return ""
+
+
+def _ways(other: Traffic) -> list[tuple[Position, Position]]:
+    """Return where another machine is or will be: its leg, its hover, and the column of its next climb."""
+    if other.position is None:
+        return []
+    ways = []
+    end = other.leg[1] if other.leg is not None else other.position
+    if other.leg is not None or other.landed != "grounded":
+        ways.append((other.position, end))
+    if other.rises_to_m is not None:
+        ways.append((end, Position(end.east_m, end.north_m, other.rises_to_m)))
+    return ways
