@@ -10,7 +10,11 @@ from formiga_bt.lang import model
 from formiga_bt.nodes.base import Node
 from formiga_bt.nodes.composites import CallNode, FallbackNode, IfNode, SequenceNode
 from formiga_bt.nodes.decorators import IgnoreFailureNode, RetryNode, TimeoutNode, WhenNode
-from formiga_bt.nodes.leaves import AskNode, DoNode, WaitNode, check_node, fail_node, notify_node, set_node
+from formiga_bt.nodes.leaves import AskNode, DoNode, ReleaseNode, WaitNode, check_node, fail_node, notify_node, set_node
+from formiga_bt.nodes.live import GuardNode, ReactiveNode, WaitUntilNode
+from formiga_bt.nodes.loops import BreakIfNode, ForNode, LoopNode
+from formiga_bt.nodes.parallel import ForParallelNode, ParallelNode
+from formiga_bt.nodes.tidy import TidyNode
 
 
 def compile_section(name: str, steps: Sequence[model.Step]) -> SequenceNode:
@@ -34,6 +38,14 @@ def compile_step(step: model.Step) -> Node:
     return node
 
 
+def _sequence(step: model.Sequence) -> Node:
+    children = [compile_step(s) for s in step.steps]
+    node: Node = ReactiveNode(step, children) if step.reactive else SequenceNode(step.title, step, children)
+    if step.finally_:
+        return TidyNode(step, node, SequenceNode("finally", None, [compile_step(s) for s in step.finally_], joint="."))
+    return node
+
+
 def _compile_kind(step: model.Step) -> Node:
     match step:
         case model.Do():
@@ -53,9 +65,26 @@ def _compile_kind(step: model.Step) -> Node:
         case model.Fail():
             return fail_node(step)
         case model.Sequence():
-            return SequenceNode(step.title, step, [compile_step(s) for s in step.steps])
+            return _sequence(step)
         case model.Fallback():
-            return FallbackNode(step.title, step, [compile_step(s) for s in step.steps])
+            children = [compile_step(s) for s in step.steps]
+            return ReactiveNode(step, children) if step.reactive else FallbackNode(step.title, step, children)
+        case model.WaitUntil():
+            return WaitUntilNode(step)
+        case model.Guard():
+            return GuardNode(step, [compile_step(s) for s in step.steps])
+        case model.Parallel():
+            return ParallelNode(step, [compile_step(s) for s in step.steps])
+        case model.Loop():
+            return LoopNode(step, [compile_step(s) for s in step.steps])
+        case model.For():
+            if step.parallel:
+                return ForParallelNode(step, lambda: [compile_step(s) for s in step.steps])
+            return ForNode(step, [compile_step(s) for s in step.steps])
+        case model.BreakIf():
+            return BreakIfNode(step)
+        case model.Release():
+            return ReleaseNode(step)
         case model.If():
             return IfNode(
                 step.title, step, [compile_step(s) for s in step.then], [compile_step(s) for s in step.otherwise]

@@ -45,6 +45,8 @@ class Node(Behaviour):
     """
 
     kind: ClassVar[str] = "node"
+    watches: ClassVar[bool] = False
+    """Nodes of this class hold a watch while they run."""
 
     def __init__(self, name: str, step: Step | None = None) -> None:
         # Deliberately not Behaviour.__init__ (see the module's head).
@@ -60,6 +62,8 @@ class Node(Behaviour):
         self.scope = ""
         self.dirty = False
         self.skipped = False
+        self.breaking = False
+        """A `break_if` below ended it: everything up to the nearest loop ends with success."""
         self.failure: Failure | None = None
         self.run: Run | None = None
 
@@ -84,7 +88,7 @@ class Node(Behaviour):
         """Start at an instance path in a scope; return the status, which may be terminal at once."""
         assert self.status is not RUNNING, f"{self.path} entered twice"
         self.run, self.path, self.scope = run, path, scope
-        self.dirty = self.skipped = False
+        self.dirty = self.skipped = self.breaking = False
         self.failure = None
         self.status = RUNNING
         run.spend()
@@ -194,6 +198,8 @@ class Node(Behaviour):
 
     def _leave(self, run: Run) -> None:
         run.clear_deadline(self.key)
+        if self.watches:
+            run.unwatch(self.key)
         run.remember(self.key, None)
         run.unregister(self.key)
         self.dirty = False

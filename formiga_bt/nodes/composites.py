@@ -70,6 +70,9 @@ class Chain(Node):
         if child.status is FAILURE:
             return self.fail_as(child.failure)
         self.ran = self.ran or not child.skipped
+        if child.breaking:
+            self.breaking = True
+            return SUCCESS
         return None
 
     def conclude(self, run: Run) -> Status:  # noqa: ARG002
@@ -104,8 +107,9 @@ class SequenceNode(Chain, composites.Sequence):
     kind: ClassVar[str] = "sequence"
     memory = True
 
-    def __init__(self, name: str, step: model.Step | None, children: Seq[Node]) -> None:
+    def __init__(self, name: str, step: model.Step | None, children: Seq[Node], joint: str = "") -> None:
         Node.__init__(self, name, step)
+        self.joint = joint or ("/" if step is None else ".")
         adopt_children(self, children)
 
     @property
@@ -115,8 +119,7 @@ class SequenceNode(Chain, composites.Sequence):
 
     def place(self, index: int) -> str:
         """Return the path of a child; the root of a section is that section itself."""
-        joint = "/" if self.step_model is None else "."
-        return f"{self.path}{joint}{self.body()[index].seg}"
+        return f"{self.path}{self.joint}{self.body()[index].seg}"
 
     def memo(self) -> Mem:
         """Return the memory."""

@@ -55,7 +55,7 @@ class Modifier(Node, decorators.Decorator):
 
     def same(self) -> Status:
         """Take the child's status, skip and failure over."""
-        self.skipped, self.failure = self.child.skipped, self.child.failure
+        self.skipped, self.failure, self.breaking = self.child.skipped, self.child.failure, self.child.breaking
         return self.child.status
 
 

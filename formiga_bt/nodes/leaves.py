@@ -206,6 +206,33 @@ class WaitNode(Leaf):
         return SUCCESS if run.is_due(self.key) else RUNNING
 
 
+class ReleaseNode(Leaf):
+    """`release`: done when the task no longer holds the agent."""
+
+    kind: ClassVar[str] = "release"
+
+    def __init__(self, step: model.Release) -> None:
+        super().__init__(step.title, step)
+        self.step = step
+
+    def act(self, run: Run) -> Status:
+        """Ask for the release."""
+        assert self.step.who.agent is not None
+        self.agent = self.step.who.agent.run(self.env(run)).id
+        self.remember(run, DoMem(self.agent))
+        run.release(self.agent, self.key)
+        return self.on_proceed(run)
+
+    def on_proceed(self, run: Run) -> Status:
+        """Look whether it is done."""
+        return SUCCESS if run.is_released(self.agent) else RUNNING
+
+    def on_restore(self, run: Run, mem: Mem) -> None:  # noqa: ARG002
+        """Wait for the same agent."""
+        assert isinstance(mem, DoMem)
+        self.agent = mem.goal
+
+
 class InstantNode(Leaf):
     """`check`, `set`, `notify` and `fail`: done the moment they start."""
 

@@ -78,6 +78,55 @@ class RetryMem(Struct, frozen=True, tag="retry", tag_field="mem"):
     waiting: bool = False
 
 
+class TidyMem(Struct, frozen=True, tag="tidy", tag_field="mem"):
+    """A sequence with `finally`: whether it tidies up now, and what the sequence had decided."""
+
+    closing: bool = False
+    failure: Any = None
+    skipped: bool = False
+    breaking: bool = False
+
+
+class LiveMem(Struct, frozen=True, tag="live", tag_field="mem"):
+    """A node with live conditions (guard, reactive): its place, and once it stopped, goals and what it decided."""
+
+    index: int = 0
+    ran: bool = False
+    halting: bool = False
+    drain: tuple[str, ...] = ()
+    failure: Any = None
+
+
+class GatherMem(Struct, frozen=True, tag="gather", tag_field="mem"):
+    """A parallel or parallel `for`: a letter per child (. waits, R runs, S succeeded, F failed, K skipped)."""
+
+    states: str
+    failure: Any = None
+    halting: bool = False
+    drain: tuple[str, ...] = ()
+    items: tuple[dict[str, Any], ...] = ()
+    """Of a `for`: the loop names of each item, read once at entry."""
+
+
+class LoopMem(Struct, frozen=True, tag="loop", tag_field="mem"):
+    """A loop: its round (from 1), the place in it, and whether it waits for the next round's start."""
+
+    round: int
+    index: int = 0
+    ran: bool = False
+    waiting: bool = False
+    round_at: Micros = 0
+    """When this round started."""
+    over_at: Micros | None = None
+    """`repeat: 30 min`: no round starts from here on."""
+    times: int | None = None
+    every_us: Micros = 0
+    most: int | None = None
+    items: tuple[dict[str, Any], ...] = ()
+    collected: tuple[Any, ...] = ()
+
+
 Mem = (
-    SequenceMem | FallbackMem | IfMem | CallMem | DoMem | AskMem | WaitMem | PassMem | TimeoutMem | RetryMem
+    SequenceMem | FallbackMem | IfMem | CallMem | DoMem | AskMem | WaitMem | PassMem | TimeoutMem | RetryMem | TidyMem
+    | LiveMem | GatherMem | LoopMem
 )  # fmt: skip

@@ -10,7 +10,7 @@ from typing import Any, Literal, Protocol
 from msgspec import Struct
 
 from formiga_bt.clock import Micros
-from formiga_bt.lang.model import Env
+from formiga_bt.lang.model import Env, Expr
 from formiga_bt.nodes.memory import Mem
 
 
@@ -165,6 +165,22 @@ class Run(Protocol):
         """Return whether the deadline of `path` has fired and was not cleared."""
         ...
 
+    def watch(self, path: str, conditions: "tuple[Expr, ...]", scope: str) -> None:
+        """Wake the node at `path` when what its live conditions read has changed, or a comparison with `now` has."""
+        ...
+
+    def unwatch(self, path: str) -> None:
+        """Forget the watch of `path`, if there is one."""
+        ...
+
+    def release(self, agent: str, path: str) -> None:
+        """Give an agent back: when goal-free, brought home if airborne. The node at `path` is woken when it is done."""
+        ...
+
+    def is_released(self, agent: str) -> bool:
+        """Return whether the task no longer holds an agent."""
+        ...
+
     def goal_id(self, path: str) -> str:
         """Return the goal id that belongs to an instance path."""
         ...
@@ -210,7 +226,7 @@ class Run(Protocol):
         ...
 
     def open_scope(self, scope: str, values: Mapping[str, Any]) -> None:
-        """Open the scope of a call."""
+        """Open the scope of a call, or of an item of a parallel `for` (its key `..` names the scope around it)."""
         ...
 
     def close_scope(self, scope: str) -> None:

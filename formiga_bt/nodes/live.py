@@ -1,0 +1,238 @@
+"""Nodes with live conditions: wait_until, guard, reactive sequence and fallback. Nothing is polled: a watch wakes them.
+
+A watch makes its owner due at its own place in the tree, so a guard is looked at before what it guards. A condition that
+reads a state not yet known fails the step at entry (`unknown_state`); later it leaves everything as it is.
+"""
+
+from collections.abc import Sequence as Seq
+from typing import ClassVar
+
+from py_trees.common import Status
+
+from formiga_bt.lang import model
+from formiga_bt.lang.model import UnknownState
+from formiga_bt.nodes import draining
+from formiga_bt.nodes.base import RUNNING, SUCCESS, Node
+from formiga_bt.nodes.composites import Chain, adopt_children
+from formiga_bt.nodes.leaves import InstantNode, Leaf
+from formiga_bt.nodes.memory import LiveMem, Mem, PassMem
+from formiga_bt.nodes.run import Failure, Run
+
+
+class WaitUntilNode(Leaf):
+    """`wait_until`."""
+
+    kind: ClassVar[str] = "wait_until"
+    watches = True
+
+    def __init__(self, step: model.WaitUntil) -> None:
+        super().__init__(step.title, step)
+        self.step = step
+
+    def act(self, run: Run) -> Status:
+        """Succeed at once if true, else watch."""
+        if self.step.cond.run(self.env(run)):
+            return SUCCESS
+        self.remember(run, PassMem())
+        run.watch(self.key, (self.step.cond,), self.scope)
+        return RUNNING
+
+    def on_proceed(self, run: Run) -> Status:
+        """Look again."""
+        try:
+            if self.step.cond.run(self.env(run)):
+                return SUCCESS
+        except UnknownState:
+            return RUNNING
+        if run.is_due(self.key):
+            run.watch(self.key, (self.step.cond,), self.scope)
+        return RUNNING
+
+    def on_restore(self, run: Run, mem: Mem) -> None:  # noqa: ARG002
+        """Watch again."""
+        run.watch(self.key, (self.step.cond,), self.scope)
+
+
+class Watcher(Chain):
+    """A chain that looks at live conditions before its running child, and may stop it."""
+
+    watches = True
+    halting = False
+    drain: tuple[str, ...] = ()
+    decided: Failure | None = None
+
+    def live(self) -> tuple[model.Expr, ...]:
+        """Return the conditions that are live at the present place."""
+        raise NotImplementedError
+
+    def verdict(self, run: Run) -> tuple[bool, Failure | None]:
+        """Return whether to stop the running child, and the failure to return then (None: success)."""
+        raise NotImplementedError
+
+    def memo(self) -> Mem:
+        """Return the memory."""
+        return LiveMem(self.index, self.ran, self.halting, self.drain, self.decided)
+
+    def on_enter(self, run: Run) -> Status:
+        """Start the chain, watching."""
+        self.halting, self.drain, self.decided = False, (), None
+        status = self.start_chain(run)
+        if status is RUNNING:
+            run.watch(self.key, self.live(), self.scope)
+        return status
+
+    def on_proceed(self, run: Run) -> Status:
+        """Look at the conditions, then at the child; while goals drain, wait for them."""
+        if self.halting:
+            return self._drained(run)
+        stop, failure = self.verdict(run)
+        if stop:
+            return self._stop(run, failure)
+        before = self.index
+        status = super().on_proceed(run)
+        if status is RUNNING and (self.index != before or run.is_due(self.key)):
+            run.watch(self.key, self.live(), self.scope)
+        return status
+
+    def _stop(self, run: Run, failure: Failure | None) -> Status:
+        self.drain = draining.adopt(run, self.key, super().on_halt(run))
+        self.halting, self.decided = True, failure
+        run.unwatch(self.key)
+        self.remember(run, self.memo())
+        self.feedback_message = "halting"
+        return self._drained(run)
+
+    def _drained(self, run: Run) -> Status:
+        if not draining.is_empty(run, self.drain):
+            return RUNNING
+        failure = draining.unconfirmed(run, self.drain, self.path) or self.decided
+        draining.drop(run, self.drain)
+        self.drain = ()
+        return SUCCESS if failure is None else self.fail_as(failure)
+
+    def on_halt(self, run: Run) -> list[str]:
+        """Stop the child; goals already draining move on."""
+        moved = draining.move_on(run, self.drain)
+        self.drain = ()
+        return [*moved, *([] if self.halting else super().on_halt(run))]
+
+    def on_restore(self, run: Run, mem: Mem) -> None:
+        """Go on where it was."""
+        assert isinstance(mem, LiveMem)
+        self.halting, self.drain, self.decided = mem.halting, mem.drain, mem.failure
+        self.index, self.ran = mem.index, mem.ran
+        if not mem.halting:
+            self.restore_chain(run, mem.index, ran=mem.ran)
+            run.watch(self.key, self.live(), self.scope)
+
+
+class GuardNode(Watcher):
+    """`guard`: stop the steps and fail as soon as the condition is false."""
+
+    kind: ClassVar[str] = "guard"
+
+    def __init__(self, step: model.Guard, children: Seq[Node]) -> None:
+        Node.__init__(self, step.title, step)
+        self.step = step
+        adopt_children(self, children)
+
+    def live(self) -> tuple[model.Expr, ...]:
+        """Return the guard's condition."""
+        return (self.step.cond,)
+
+    def on_enter(self, run: Run) -> Status:
+        """Fail at once if false, else start the steps."""
+        if not self.step.cond.run(run.env(self.scope, self.error_here())):
+            return self.fail_as(self._failure())
+        return super().on_enter(run)
+
+    def verdict(self, run: Run) -> tuple[bool, Failure | None]:
+        """Stop when the condition is known to be false."""
+        try:
+            holds = self.step.cond.run(run.env(self.scope, self.error_here()))
+        except UnknownState:
+            return False, None
+        return (not holds), self._failure()
+
+    def _failure(self) -> Failure:
+        return Failure("guard", f"{self.step.cond.source} is false", self.path)
+
+
+class ReactiveNode(Watcher):
+    """`sequence` and `fallback` with `reactive: true`: the children before the running one, pure checks, stay live.
+
+    In a sequence a check that turns false stops what runs and fails; in a fallback one that turns true stops it and succeeds.
+    """
+
+    def __init__(self, step: model.Sequence | model.Fallback, children: Seq[Node]) -> None:
+        Node.__init__(self, step.title, step)
+        self.is_fallback = isinstance(step, model.Fallback)
+        self.last: Failure | None = None
+        adopt_children(self, children)
+
+    @property
+    def kind(self) -> str:  # type: ignore[override]
+        """Return `sequence` or `fallback`."""
+        return "fallback" if self.is_fallback else "sequence"
+
+    def _checks(self) -> list[model.Check]:
+        found = []
+        for child in self.body()[: self.index]:
+            step = child.step_model
+            if isinstance(child, InstantNode) and isinstance(step, model.Check):
+                found.append(step)
+        return found
+
+    def live(self) -> tuple[model.Expr, ...]:
+        """Return the conditions of the checks passed."""
+        return tuple(check.cond for check in self._checks())
+
+    def on_enter(self, run: Run) -> Status:
+        """Start the first child."""
+        self.last = None
+        return super().on_enter(run)
+
+    def verdict(self, run: Run) -> tuple[bool, Failure | None]:
+        """Re-check in order."""
+        env = run.env(self.scope, self.error_here())
+        for check in self._checks():
+            try:
+                holds = bool(check.cond.run(env))
+            except UnknownState:
+                continue
+            if self.is_fallback and holds:
+                return True, None
+            if not self.is_fallback and not holds:
+                return True, Failure("check", f"{check.cond.source} is false", self.path)
+        return False, None
+
+    def error_for_children(self) -> Failure | None:
+        """Return the failure of the child before the running one of a fallback."""
+        return self.last
+
+    def _child_ended(self, child: Node) -> Status | None:
+        if not self.is_fallback:
+            return super()._child_ended(child)
+        if child.status is Status.FAILURE:
+            self.last = child.failure
+            return None
+        self.breaking = child.breaking
+        return None if child.skipped else SUCCESS
+
+    def conclude(self, run: Run) -> Status:
+        """End after the last child."""
+        if not self.is_fallback:
+            return super().conclude(run)
+        if self.last is not None:
+            return self.fail_as(self.last)
+        return self.fail("nothing_applied", "every child of the fallback was skipped")
+
+    def memo(self) -> Mem:
+        """Return the memory; a fallback's last failure takes the place of a decision not yet made."""
+        return LiveMem(self.index, self.ran, self.halting, self.drain, self.decided if self.halting else self.last)
+
+    def on_restore(self, run: Run, mem: Mem) -> None:
+        """Go on where it was."""
+        assert isinstance(mem, LiveMem)
+        self.last = None if mem.halting else mem.failure
+        super().on_restore(run, mem)

@@ -1,0 +1,283 @@
+"""`parallel` and the parallel `for`: children at once, counted, decided once at the end of a visit.
+
+Ended children are never visited again. Success is looked at before failure: reaching `need` stops the rest and, when their
+goals have drained, succeeds. After a failure that puts `need` out of reach, `finish` waits for the others to end by themselves,
+`cancel` stops them. Skipped children do not count; all skipped = skipped.
+"""
+
+from collections.abc import Callable, Sequence
+from typing import Any, ClassVar
+
+from py_trees import common, composites
+from py_trees.common import Status
+
+from formiga_bt.lang import model
+from formiga_bt.nodes import draining
+from formiga_bt.nodes.base import FAILURE, RUNNING, SUCCESS, Node
+from formiga_bt.nodes.composites import SequenceNode, adopt_children
+from formiga_bt.nodes.memory import GatherMem, Mem
+from formiga_bt.nodes.run import Failure, Run
+
+WAITS, RUNS, DONE, FAILED, SKIPPED = ".RSFK"
+
+
+class Gathering(Node, composites.Parallel):
+    """Common part: starts children, counts their ends."""
+
+    policy = common.ParallelPolicy.SuccessOnAll(synchronise=False)
+    current_child = None
+
+    def __init__(self, step: model.Parallel | model.For) -> None:
+        Node.__init__(self, step.title, step)
+        self.need: int | str = step.need
+        self.cancels = step.on_child_failure == "cancel"
+        self.at_once: int | None = None
+        self.states: list[str] = []
+        self.first: Failure | None = None
+        self.halting = False
+        self.drain: tuple[str, ...] = ()
+        self.items: tuple[dict[str, Any], ...] = ()
+
+    def place(self, index: int) -> str:
+        """Return the instance path of a child."""
+        raise NotImplementedError
+
+    def scope_of(self, index: int) -> str:  # noqa: ARG002
+        """Return the scope of a child."""
+        return self.scope
+
+    def opened(self, run: Run, index: int) -> None:
+        """A child is about to start."""
+
+    def ended(self, run: Run, index: int) -> None:
+        """A child has ended or was stopped."""
+
+    def begin(self, run: Run) -> Status:
+        """Start the children."""
+        self.states = [WAITS] * len(self.children)
+        self.first, self.halting, self.drain = None, False, ()
+        self._remember(run)
+        return self._fill_and_decide(run)
+
+    def on_proceed(self, run: Run) -> Status:
+        """Visit the woken children in order, then decide once."""
+        if self.halting:
+            return self._drained(run)
+        for index, state in enumerate(self.states):
+            if state == RUNS:
+                child = self._child(index)
+                if child.proceed(run) is not RUNNING:
+                    self._count(run, index)
+        return self._fill_and_decide(run)
+
+    def _child(self, index: int) -> Node:
+        child = self.children[index]
+        assert isinstance(child, Node)
+        return child
+
+    def _fill_and_decide(self, run: Run) -> Status:
+        for index, state in enumerate(self.states):
+            if state != WAITS:
+                continue
+            if self.at_once is not None and (self.states.count(RUNS) >= self.at_once or self._enough()):
+                break
+            self.opened(run, index)
+            self.states[index] = RUNS
+            if self._child(index).enter(run, self.place(index), self.scope_of(index)) is not RUNNING:
+                self._count(run, index)
+        return self._decide(run)
+
+    def _count(self, run: Run, index: int) -> None:
+        child = self._child(index)
+        if child.status is FAILURE:
+            self.states[index] = FAILED
+            self.first = self.first or child.failure
+        else:
+            self.states[index] = SKIPPED if child.skipped else DONE
+        self.ended(run, index)
+
+    def _reached(self) -> bool:
+        done, left = self.states.count(DONE), self.states.count(RUNS) + self.states.count(WAITS)
+        if self.need == "all":
+            return left == 0 and FAILED not in self.states
+        return done >= (1 if self.need == "any" else int(self.need))
+
+    def _out_of_reach(self) -> bool:
+        done, left = self.states.count(DONE), self.states.count(RUNS) + self.states.count(WAITS)
+        if self.need == "all":
+            return FAILED in self.states
+        return done + left < (1 if self.need == "any" else int(self.need))
+
+    def _enough(self) -> bool:
+        return self.need != "all" and self._reached()
+
+    def _decide(self, run: Run) -> Status:
+        left = self.states.count(RUNS) + self.states.count(WAITS)
+        if self._reached():
+            return self._stop_rest(run, None)
+        if self._out_of_reach() and (self.cancels or left == 0):
+            if all(state == SKIPPED for state in self.states):
+                return self._stop_rest(run, None)
+            few = Failure("nothing_applied", f"fewer than {self.need} succeeded", self.path)
+            return self._stop_rest(run, self.first or few)
+        self._remember(run)
+        return RUNNING
+
+    def _stop_rest(self, run: Run, failure: Failure | None) -> Status:
+        goals: list[str] = []
+        for index, state in enumerate(self.states):
+            if state == RUNS:
+                goals += self._child(index).halt(run)
+                self.ended(run, index)
+        self.first, self.halting = failure, True
+        self.drain = draining.adopt(run, self.key, goals)
+        self._remember(run)
+        return self._drained(run)
+
+    def _drained(self, run: Run) -> Status:
+        if not draining.is_empty(run, self.drain):
+            self.feedback_message = "halting"
+            return RUNNING
+        failure = draining.unconfirmed(run, self.drain, self.path) if self.first is not None else None
+        draining.drop(run, self.drain)
+        self.drain = ()
+        self.close(run)
+        if self.first is not None:
+            return self.fail_as(failure or self.first)
+        self.skipped = bool(self.states) and all(state == SKIPPED for state in self.states)
+        return SUCCESS
+
+    def close(self, run: Run) -> None:
+        """Everything has ended."""
+
+    def on_halt(self, run: Run) -> list[str]:
+        """Stop all children; goals already draining move on."""
+        goals = draining.move_on(run, self.drain)
+        self.drain = ()
+        for index, state in enumerate(self.states):
+            if state == RUNS and not self.halting:
+                goals += self._child(index).halt(run)
+                self.ended(run, index)
+        return goals
+
+    def _remember(self, run: Run) -> None:
+        self.remember(run, GatherMem("".join(self.states), self.first, self.halting, self.drain, self.items))
+
+    def load(self, mem: GatherMem) -> None:
+        """Take over what was remembered."""
+        self.states, self.first, self.halting, self.drain = list(mem.states), mem.failure, mem.halting, mem.drain
+        self.items = mem.items
+
+    def restore_children(self, run: Run) -> None:
+        """Rebuild the children that run."""
+        for index, state in enumerate(self.states):
+            if state == RUNS and not self.halting:
+                self._child(index).restore(run, self.place(index), self.scope_of(index))
+
+
+class ParallelNode(Gathering):
+    """`parallel`."""
+
+    kind: ClassVar[str] = "parallel"
+
+    def __init__(self, step: model.Parallel, children: Sequence[Node]) -> None:
+        super().__init__(step)
+        adopt_children(self, children)
+
+    def place(self, index: int) -> str:
+        """Return the instance path of a child."""
+        return f"{self.path}.{self._child(index).seg}"
+
+    def on_enter(self, run: Run) -> Status:
+        """Start all children."""
+        return self.begin(run)
+
+    def on_restore(self, run: Run, mem: Mem) -> None:
+        """Go on where it was."""
+        assert isinstance(mem, GatherMem)
+        self.load(mem)
+        self.restore_children(run)
+
+
+class ForParallelNode(Gathering):
+    """`for` with `mode: parallel`: a body per item, each with a scope of its own."""
+
+    kind: ClassVar[str] = "for"
+
+    def __init__(self, step: model.For, body: Callable[[], list[Node]]) -> None:
+        super().__init__(step)
+        self.step = step
+        self.at_once = step.max_parallel
+        self._body = body
+
+    def place(self, index: int) -> str:
+        """Return the instance path of an item."""
+        return f"{self.path}.for#{index + 1}"
+
+    def scope_of(self, index: int) -> str:
+        """Return the item's own scope."""
+        return self.place(index)
+
+    def on_enter(self, run: Run) -> Status:
+        """Read the lists once and start the items."""
+        items = zip_items(self, run, self.step)
+        if items is None:
+            return FAILURE
+        self.items = items
+        self._grow()
+        if not items:
+            self._collect(run)
+            return SUCCESS
+        return self.begin(run)
+
+    def _grow(self) -> None:
+        adopt_children(self, [SequenceNode("item", None, self._body(), joint=".") for _ in self.items])
+
+    def opened(self, run: Run, index: int) -> None:
+        """Open the item's scope with its loop names."""
+        run.open_scope(self.scope_of(index), {**self.items[index], "..": self.scope})
+
+    def ended(self, run: Run, index: int) -> None:
+        """Take what the item saved under the name to collect; forget its scope."""
+        name = self.step.collect
+        if name and self.states[index] == DONE:
+            env = run.env(self.scope_of(index))
+            value = env.name(name) if env.is_set(name) else None
+            run.set_var(self.scope, f"{name}#{index + 1}", value)
+        run.close_scope(self.scope_of(index))
+
+    def close(self, run: Run) -> None:
+        """Everything has ended: hand the collected list over."""
+        self._collect(run)
+
+    def _collect(self, run: Run) -> None:
+        name = self.step.collect
+        if not name:
+            return
+        env = run.env(self.scope)
+        found = []
+        for index in range(len(self.items)):
+            key = f"{name}#{index + 1}"
+            if env.is_set(key):
+                found.append(env.name(key))
+                run.set_var(self.scope, key, None)
+        run.set_var(self.scope, name, tuple(found))
+
+    def on_restore(self, run: Run, mem: Mem) -> None:
+        """Go on where it was."""
+        assert isinstance(mem, GatherMem)
+        self.load(mem)
+        self._grow()
+        self.restore_children(run)
+
+
+def zip_items(node: Node, run: Run, step: model.For) -> tuple[dict[str, Any], ...] | None:
+    """Return the loop names of each round, or None after failing the node with `zip_length`."""
+    env = run.env(node.scope, node.error_here())
+    lists = {name: tuple(expr.run(env)) for name, expr in step.lists.items()}
+    lengths = {name: len(values) for name, values in lists.items()}
+    if len(set(lengths.values())) > 1:
+        told = ", ".join(f"'{name}' has {length}" for name, length in lengths.items())
+        node.fail("zip_length", f"{told} items")
+        return None
+    return tuple(dict(zip(lists, values, strict=True)) for values in zip(*lists.values(), strict=True))
