@@ -6,6 +6,7 @@
 import tempfile
 import time
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from queue import Empty, SimpleQueue
 from typing import Any
@@ -28,6 +29,7 @@ from formiga_bt.transport.zenoh import ZenohTransport
 
 READY_S = 30.0
 """Wall time in which all agents must have announced themselves."""
+FREE_PORT = "tcp/127.0.0.1:0"
 
 SCRIPTS: Mapping[str, Sequence[Mapping[str, Any]]] = {
     "picker_1": [
@@ -70,7 +72,7 @@ class Demo:
     """
 
     def __init__(
-        self, site: Site, catalogue: Catalogue, tasks: Sequence[Task], *, speed: float, listen: str = "tcp/127.0.0.1:0"
+        self, site: Site, catalogue: Catalogue, tasks: Sequence[Task], *, speed: float, listen: str = FREE_PORT
     ) -> None:
         self.site = site
         self.log = RunLog()
@@ -81,10 +83,11 @@ class Demo:
         self._specs = [_placed(spec, site) for spec in fleet_of(site, catalogue, scripts=SCRIPTS)]
         self._folder = tempfile.TemporaryDirectory(prefix="formiga-demo-")
         self.fleet: FleetProcesses | None = None
+        self._aborted: set[str] = set()
 
     def __enter__(self) -> "Demo":
-        self.driver.start()
         try:
+            self.driver.start()
             self.fleet = FleetProcesses(
                 self._specs, site=self.site.name, connect=self._transport.endpoint, state_dir=self.folder
             )
@@ -103,6 +106,11 @@ class Demo:
         return Path(self._folder.name)
 
     @property
+    def endpoint(self) -> str:
+        """Return where agents connect."""
+        return self._transport.endpoint
+
+    @property
     def agents(self) -> list[str]:
         """Return the ids of the fleet."""
         return [spec.id for spec in self._specs]
@@ -114,11 +122,11 @@ class Demo:
         self.driver.stop()
         self._folder.cleanup()
 
-    def pump(self, seconds: float) -> None:
+    def take(self, seconds: float) -> None:
         """Take what the engine did in so much wall time.
 
         Raises:
-            FormigaError: the engine stopped, or an agent's process ended by itself.
+            FormigaError: the engine stopped.
         """
         until = time.monotonic() + seconds
         while True:
@@ -128,6 +136,14 @@ class Demo:
                 break
         if self.driver.error is not None:
             raise FormigaError(f"the engine stopped by a bug: {self.driver.error!r}") from self.driver.error
+
+    def pump(self, seconds: float) -> None:
+        """Take what the engine did in so much wall time, and see that everyone is there.
+
+        Raises:
+            FormigaError: the engine stopped, or an agent's process ended by itself.
+        """
+        self.take(seconds)
         if self.fleet is not None and (ended := self.fleet.ended()):
             agent, code = next(iter(ended.items()))
             said = self.fleet.log_of(agent).read_text(errors="replace").strip().splitlines()[-3:]
@@ -135,18 +151,21 @@ class Demo:
                 f"the process of {agent} ended with status {code}: {' / '.join(said) or 'it said nothing'}"
             )
 
-    def wait_ready(self, show: Callable[[], None]) -> None:
-        """Wait until every agent is there and has told where it is.
+    def wait_ready(self, show: Callable[[list[str]], None]) -> None:
+        """Wait until every agent is there and has told where it is; `show` gets those that are missing.
 
         Raises:
             FormigaError: some are still missing after 30 s.
         """
         until = time.monotonic() + READY_S
-        while missing := self.missing():
+        while True:
+            missing = self.missing()
+            show(missing)
+            if not missing:
+                return
             if time.monotonic() > until:
                 raise FormigaError(f"agents did not come up within {READY_S:g} s: {', '.join(missing)}")
             self.pump(0.1)
-            show()
 
     def missing(self) -> list[str]:
         """Return the agents that are not ready."""
@@ -158,13 +177,13 @@ class Demo:
         return [self.driver.ask(request) for request in requests]
 
     def abort_all(self) -> None:
-        """Abort every task that is not ending yet."""
+        """Abort every task not yet aborted and not ending; call it again for those that come in meanwhile."""
         for task in list(self.log.state.tasks.values()):
-            if task.section != "done":
-                try:
-                    self.driver.ask(Abort(task.id, by="Ctrl-C"))
-                except TaskError:
-                    continue  # it is ending already, which is what was wanted
+            if task.section == "done" or task.system_agent or task.id in self._aborted:
+                continue
+            self._aborted.add(task.id)
+            with suppress(TaskError):  # it is ending already, which is what was wanted
+                self.driver.ask(Abort(task.id, by="Ctrl-C"))
 
     def ended(self, task_ids: Sequence[str]) -> bool:
         """Return whether these tasks have ended."""

@@ -1,48 +1,76 @@
 """`formiga demo`: the shipped missions on simulated drones and people, each a process of its own, over real Zenoh."""
 
+import signal
 import sys
-import time
-from collections.abc import Callable
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from formiga_bt.cli.inputs import read_task, read_world
+from formiga_bt.clock import SECOND
 from formiga_bt.errors import FormigaError, TreeError
 from formiga_bt.packaged import folder
 
 if TYPE_CHECKING:
     from formiga_bt.demo import Demo
     from formiga_bt.lang.model import Catalogue, Site, Task
+    from formiga_bt.show.live import View
 
 TASKS = ("move_task.yaml", "pick_up.yaml")
-WALL_LIMIT_S = 600.0
+EXIT_NO, EXIT_INTERRUPTED = 1, 130
+LIMIT_S = 1800
+"""Engine time that the missions may take; they need about 300 s."""
 
 
 def command(
     headless: Annotated[bool, typer.Option("--headless", help="Plain lines instead of the live display.")] = False,
     speed: Annotated[
-        float, typer.Option(help="Engine seconds per wall second, up to 20.", metavar="X", min=0.1, max=20.0)
+        float,
+        typer.Option(
+            help="Engine seconds per wall second: 1 is real time, 20 the most (people are asked).",
+            metavar="X",
+            min=0.1,
+            max=20.0,
+        ),
     ] = 6.0,
+    listen: Annotated[
+        str | None,
+        typer.Option(
+            help="Where agents connect, for example tcp/127.0.0.1:7447. Default: a free port of this machine.",
+            metavar="ENDPOINT",
+        ),
+    ] = None,
 ) -> None:
     """Fly one MoveTask and two PickUps at once on 2 light and 2 heavy drones, with 2 pickers and a watcher.
 
-    Exit code 0 only if every task succeeded and nothing crashed. Ctrl-C aborts the tasks and waits until the drones have
-    landed; a second Ctrl-C ends at once.
+    It takes about a minute at the default speed. Exit code 0 only if every task succeeded and nothing crashed. Ctrl-C
+    aborts the tasks and waits until the drones have landed; a second Ctrl-C ends at once.
     """
+    for number in (signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, _leave)
     site, catalogue, tasks = _world()
-    from formiga_bt.demo import Demo
+    from formiga_bt.demo import FREE_PORT, Demo
     from formiga_bt.show.live import LiveView, PlainView
 
     view = PlainView() if headless or not sys.stdout.isatty() else LiveView()
-    with Demo(site, catalogue, tasks, speed=speed) as demo, view:
-        interrupted = not _fly(demo, lambda: view.show(demo.log, demo.driver.now()))
+    demo = Demo(site, catalogue, tasks, speed=speed, listen=listen or FREE_PORT)
+    view.say(f"starting {len(demo.agents)} agents, each a process of its own, at {speed:g}x")
+    with demo, view:
+        interrupted = not _fly(demo, view)
         verdict = demo.verdict()
     view.close_with(demo.log, verdict)
     if interrupted:
-        raise typer.Exit(130)
+        view.say("Interrupted: the tasks were aborted and the drones brought home.")
+        raise typer.Exit(EXIT_INTERRUPTED)
     if not demo.log.all_succeeded() or not verdict.is_clean:
-        raise typer.Exit(1)
+        raise typer.Exit(EXIT_NO)
+
+
+def _leave(number: int, _: object) -> None:
+    """Leave by way of all `finally`, so that no process is left."""
+    for signum in (signal.SIGTERM, signal.SIGHUP, signal.SIGINT):
+        signal.signal(signum, signal.SIG_IGN)
+    sys.exit(128 + number)
 
 
 def _world() -> "tuple[Site, Catalogue, list[Task]]":
@@ -55,23 +83,36 @@ def _world() -> "tuple[Site, Catalogue, list[Task]]":
     return world.site, world.catalogue, tasks
 
 
-def _fly(demo: "Demo", show: Callable[[], None]) -> bool:
+def _fly(demo: "Demo", view: "View") -> bool:
     """Run the missions; return False if they were interrupted (the drones have landed then)."""
     from formiga_bt.demo import missions
 
+    def show() -> None:
+        view.show(demo.log, demo.driver.now())
+
+    def show_missing(agents: list[str]) -> None:
+        view.waiting(agents)
+        show()
+
     try:
-        demo.wait_ready(show)
+        demo.wait_ready(show_missing)
         ids = demo.submit(missions(demo.site))
-        until = time.monotonic() + WALL_LIMIT_S
+        until = demo.driver.now() + LIMIT_S * SECOND
         while not demo.ended(ids):
-            if time.monotonic() > until:
-                raise FormigaError(f"the demo did not end within {WALL_LIMIT_S:g} s")
+            if demo.driver.now() > until:
+                raise FormigaError(f"the missions did not end within {LIMIT_S} s of engine time")
             demo.pump(0.2)
             show()
     except KeyboardInterrupt:
-        demo.abort_all()
-        while not demo.all_ended():
-            demo.pump(0.2)
-            show()
-        return False
+        view.say("Ctrl-C: aborting the tasks and bringing the drones home; once more to end at once")
+        try:
+            while True:
+                demo.abort_all()
+                demo.pump(0.2)
+                show()
+                if demo.all_ended():
+                    return False
+        except KeyboardInterrupt:
+            signal.signal(signal.SIGINT, signal.SIG_IGN)  # nothing may interrupt the ending of the processes
+            raise
     return True

@@ -119,7 +119,7 @@ def _report(rehearsal: "Rehearsal", log: "RunLog", task_id: str, in_time: bool) 
                 "action": row.action,
                 "start_s": round((row.start - zero) / 1e6, 1),
                 "end_s": None if row.end is None else round((row.end - zero) / 1e6, 1),
-                "state": f"{row.state} {row.code}".strip() or "running",
+                "state": row.outcome,
             }
             for row in log.actions
         ],

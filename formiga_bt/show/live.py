@@ -1,6 +1,6 @@
 """Progress of a run for the terminal: a live display, plain lines, and the closing table. Used by `demo`."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from types import TracebackType
 from typing import TYPE_CHECKING
 
@@ -11,7 +11,7 @@ from rich.text import Text
 
 from formiga_bt.clock import Micros
 from formiga_bt.engine.records import AgentRecord, TaskRecord
-from formiga_bt.show.runlog import RunLog
+from formiga_bt.show.runlog import ActionRow, RunLog
 
 if TYPE_CHECKING:
     from agents_sim.referee import Verdict
@@ -46,16 +46,17 @@ class View:
         """Show the present state."""
         raise NotImplementedError
 
+    def say(self, text: str) -> None:
+        """Print a line of its own, above what is redrawn."""
+        self.console.print(text, soft_wrap=True)
+
+    def waiting(self, agents: Sequence[str]) -> None:
+        """Take note of who is still missing at the start."""
+
     def close_with(self, log: RunLog, verdict: "Verdict") -> None:
         """Print the closing table: task, agents, actions, duration, outcome."""
-        table = Table("task", "agents", "actions", "duration", "outcome", title="Missions", title_justify="left")
-        for task in sorted(log.state.tasks.values(), key=lambda t: t.order):
-            rows = [r for r in log.rows_of([task.id]) if r.state == "succeeded"]
-            seconds = ((task.ended_at or log.state.now) - task.submitted_at) / 1e6
-            why = f"{task.status}: {task.code} {task.reason}".rstrip() if task.code else task.status
-            agents = ", ".join(task.granted)
-            table.add_row(task.id, agents, str(len(rows)), f"{seconds:.0f} s", Text(why, STYLES.get(task.status, "")))
-        self.console.print(table)
+        if log.state.tasks:
+            self._missions(log)
         near = verdict.closest_pass
         counts = (
             ("crashes", verdict.crashes),
@@ -67,9 +68,19 @@ class View:
             words.append(f"closest pass: {near.distance_m:.0f} m ({near.a}, {near.b})")
         self.console.print(", ".join(words), soft_wrap=True)
         if log.all_succeeded() and verdict.is_clean:
-            self.console.print(
+            self.say(
                 "All tasks succeeded. Next: write a task of your own and try it with `formiga dryrun`; README.md shows how."
             )
+
+    def _missions(self, log: RunLog) -> None:
+        table = Table("task", "agents", "actions", "duration", "outcome", title="Missions", title_justify="left")
+        for task in sorted(log.state.tasks.values(), key=lambda t: t.order):
+            rows = [r for r in log.rows_of([task.id]) if r.state == "succeeded"]
+            seconds = ((task.ended_at or log.state.now) - task.submitted_at) / 1e6
+            why = f"{task.status}: {task.code} {task.reason}".rstrip() if task.code else task.status
+            agents = ", ".join(task.granted)
+            table.add_row(task.id, agents, str(len(rows)), f"{seconds:.0f} s", Text(why, STYLES.get(task.status, "")))
+        self.console.print(table)
 
 
 class PlainView(View):
@@ -79,20 +90,28 @@ class PlainView(View):
         super().__init__()
         self._lines = 0
         self._actions = 0
+        self._open: list[ActionRow] = []
         self._known: set[str] = set()
 
     def show(self, log: RunLog, now: Micros) -> None:  # noqa: ARG002
-        """Print what is new."""
+        """Print what is new, in order of time: at one instant first what is said of the task, then its actions."""
         for agent in log.state.agents.values():
             if agent.id not in self._known and agent.position is not None:
                 self._known.add(agent.id)
-                self.console.print(f"agent {agent.id} ({agent.type}) is there")
-        for row in log.actions[self._actions :]:
-            self.console.print(f"{log.since_start(row.start):7.1f} s  {row.task}: {row.agent}.{row.action}")
-        self._actions = len(log.actions)
-        for line in log.lines[self._lines :]:
-            self.console.print(f"{log.since_start(line.at):7.1f} s  {line.text}")
-        self._lines = len(log.lines)
+                self.say(f"agent {agent.id} ({agent.type}) is there")
+        news = [(line.at, line.text) for line in log.lines[self._lines :]]
+        fresh = log.actions[self._actions :]
+        news += [(row.start, f"{row.task}: {row.agent}.{row.action}") for row in fresh]
+        self._lines, self._actions = len(log.lines), len(log.actions)
+        self._open += fresh
+        news += [
+            (row.end, f"{row.task}: {row.agent}.{row.action} {row.outcome}")
+            for row in self._open
+            if row.end is not None and row.state not in ("succeeded", "withdrawn")
+        ]
+        self._open = [row for row in self._open if row.end is None]
+        for at, text in sorted(news, key=lambda new: new[0]):
+            self.say(f"{log.since_start(at):7.1f} s  {text}")
 
     def close_with(self, log: RunLog, verdict: "Verdict") -> None:
         """Print what was left, then the table."""
@@ -106,6 +125,7 @@ class LiveView(View):
     def __init__(self) -> None:
         super().__init__()
         self._live = Live(console=self.console, refresh_per_second=5, transient=True)
+        self._missing: Sequence[str] = ()
 
     def __enter__(self) -> "View":
         self._live.__enter__()
@@ -116,11 +136,17 @@ class LiveView(View):
     ) -> None:
         self._live.__exit__(kind, error, trace)
 
+    def waiting(self, agents: Sequence[str]) -> None:
+        """Show who is still missing at the next redraw."""
+        self._missing = agents
+
     def show(self, log: RunLog, now: Micros) -> None:
         """Redraw."""
+        waits = f"   waiting for {', '.join(self._missing)}" if self._missing else ""
+        head = f"formiga demo   engine time {log.since_start(now):.0f} s   Ctrl-C: abort, land, leave{waits}"
         self._live.update(
             Group(
-                Text(f"formiga demo   engine time {log.since_start(now):.0f} s   Ctrl-C: abort, land, leave", "bold"),
+                Text(head, "bold"),
                 _tasks(log, now),
                 _agents(log.state.agents.values()),
                 *(Text(f"{log.since_start(line.at):7.1f} s  {line.text}", "dim") for line in log.lines[-TAIL:]),

@@ -28,6 +28,14 @@ class ActionRow(Struct):
     code: str = ""
     goal: str = ""
 
+    @property
+    def outcome(self) -> str:
+        """Return how it ended in words, `running` if it did not."""
+        if self.end is None:
+            return "running"
+        code = "" if self.code == self.state else self.code
+        return f"{self.state} {code}".strip()
+
 
 class Line(Struct, frozen=True):
     """A line of the log for people."""

@@ -21,8 +21,8 @@ def lane_of(given: inp.Input) -> int:
             return TELEMETRY
         case inp.Submit(_, _, "high"):
             return HIGH
-        case inp.Submit() | inp.AgentSeenInput():
-            return NORMAL
+        case inp.Submit() | inp.AgentSeenInput() | inp.AgentGoneInput():
+            return NORMAL  # coming and going in one lane: who came and went is gone
         case _:
             return URGENT
 
@@ -36,7 +36,7 @@ class Inbox:
         self._lock = threading.Lock()
         self._wake = threading.Event()
         self.replaced = 0
-        """Statuses that a newer one of the same agent replaced before they were handled."""
+        """Statuses that something newer of the same agent replaced before they were handled."""
 
     def put(self, given: inp.Input, waiter: Any = None) -> None:
         """Add an input; `waiter` is handed back with it."""
@@ -48,8 +48,17 @@ class Inbox:
                 self._telemetry.pop(given.status.id, None)
                 self._telemetry[given.status.id] = given
             else:
+                if isinstance(given, inp.AgentSeenInput):
+                    self._forget_former(given.card.id, given.card.boot_id)
                 self._lanes[lane].append((given, waiter))
         self._wake.set()
+
+    def _forget_former(self, agent: str, boot_id: str) -> None:
+        # Telemetry is taken last: what the agent's former process said must not come after its new card.
+        waiting = self._telemetry.get(agent)
+        if waiting is not None and waiting.status.boot_id not in ("", boot_id):
+            del self._telemetry[agent]
+            self.replaced += 1
 
     def take(self) -> tuple[inp.Input, Any] | None:
         """Return the next input, or None."""

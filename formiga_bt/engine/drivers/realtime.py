@@ -9,7 +9,7 @@ import logging
 import threading
 import time
 from collections.abc import Callable, Sequence
-from concurrent.futures import Future
+from concurrent.futures import Future, wait
 
 from formiga_bt.clock import SECOND, Micros
 from formiga_bt.engine import changes as ch
@@ -23,6 +23,8 @@ from formiga_bt.transport.messages import ClockBeat
 
 TOP_SPEED = 20.0
 """60 s of a clearance must be at least 3 s of wall time for the people asked."""
+STOP_S = 10.0
+"""A thread that does not end within this is left behind."""
 
 Listener = Callable[[inp.Step], None]
 log = logging.getLogger("formiga.driver")
@@ -70,6 +72,8 @@ class RealtimeDriver:
         self._beat = 0
         self._next_beat: Micros = 0
         self._stopping = threading.Event()
+        self._door = threading.Lock()
+        self._refusing = False
         self._thread: threading.Thread | None = None
         self._wall0 = self._wall_now()
         self._engine0 = max(time.time_ns() // 1000, engine.state.now)
@@ -99,27 +103,35 @@ class RealtimeDriver:
         """Stop the thread and close the transports; may be called twice. Agents go on with what they do."""
         self._stopping.set()
         self._inbox.wake()
-        if self._thread is not None and self._thread is not threading.current_thread():
-            self._thread.join(10.0)
+        if self._thread is None:
+            self._refuse_waiting()
+        elif self._thread is not threading.current_thread():
+            self._thread.join(STOP_S)
         self.switchboard.close()
 
     def post(self, given: inp.Input) -> "Future[str]":
-        """Hand in a person's order; the future holds the engine's reply."""
+        """Hand in a person's order; the future holds the engine's reply. One canceled in time is not carried out."""
         future: Future[str] = Future()
-        if self._stopping.is_set():
-            future.set_exception(EngineStopped("the engine is stopped"))
-        else:
-            self._inbox.put(given, future)
+        with self._door:
+            if not self._refusing:
+                self._inbox.put(given, future)
+                return future
+        future.set_exception(EngineStopped(self._why()))
         return future
 
     def ask(self, given: inp.Input, timeout_s: float = 10.0) -> str:
         """Hand in a person's order and wait for the reply.
 
         Raises:
-            TaskError: the engine refused it.
+            TaskError: the engine refused it, or (`no_reply`) did not come to it in time.
             EngineStopped: the engine does not run.
         """
-        reply = self.post(given).result(timeout_s)
+        future = self.post(given)
+        if not wait([future], timeout_s).done and future.cancel():
+            raise TaskError("no_reply", f"the engine did not take the order within {timeout_s:g} s")
+        if not wait([future], timeout_s).done:
+            raise TaskError("no_reply", f"the engine took the order, but did not end with it within {timeout_s:g} s")
+        reply = future.result()
         if reply.startswith("error:"):
             _, code, text = reply.split(":", 2)
             raise TaskError(code, text)
@@ -141,9 +153,14 @@ class RealtimeDriver:
             self._refuse_waiting()
 
     def _refuse_waiting(self) -> None:
+        with self._door:
+            self._refusing = True
         while (item := self._inbox.take()) is not None:
-            if isinstance(item[1], Future):
-                item[1].set_exception(EngineStopped(f"the engine stopped: {self.error or 'on request'}"))
+            if isinstance(item[1], Future) and item[1].set_running_or_notify_cancel():
+                item[1].set_exception(EngineStopped(self._why()))
+
+    def _why(self) -> str:
+        return f"the engine stopped by a bug: {self.error!r}" if self.error is not None else "the engine is stopped"
 
     def _collect(self) -> None:
         wall = self._wall_now()
@@ -158,8 +175,14 @@ class RealtimeDriver:
         if item is None:
             return self._timers(now, including=True) or worked
         given, waiter = item
-        step = self._handle(max(now, self.engine.state.now), given)
-        if isinstance(waiter, Future):
+        if not isinstance(waiter, Future):
+            self._handle(max(now, self.engine.state.now), given)
+        elif waiter.set_running_or_notify_cancel():
+            try:
+                step = self._handle(max(now, self.engine.state.now), given)
+            except BaseException as error:
+                waiter.set_exception(EngineStopped(f"the engine stopped by a bug: {error!r}"))
+                raise
             waiter.set_result(step.reply)
         return True
 

@@ -36,9 +36,17 @@ class Switchboard:
         self._of: dict[str, AgentTransport] = {}
 
     def open(self, wake: Callable[[], None]) -> None:
-        """Open all transports."""
-        for transport in self.transports:
-            transport.open(wake)
+        """Open all transports, or none.
+
+        Raises:
+            TransportError: one cannot be opened.
+        """
+        try:
+            for transport in self.transports:
+                transport.open(wake)
+        except FormigaError:
+            self.close()
+            raise
 
     def close(self) -> None:
         """Close all transports."""
