@@ -21,7 +21,9 @@ class Done(NamedTuple):
     skipped: bool = False
 
 
-class Broken(Exception):
+class BrokenError(Exception):
+    """A step raised; nothing in the tree catches it."""
+
     def __init__(self, path: str, mark: Any, cause: Exception) -> None:
         super().__init__(f"{path} ({mark}): {type(cause).__name__}: {cause}")
         self.path = path
@@ -65,6 +67,8 @@ class NaiveTrees:
         self.pending: list[tuple[str, Sequence[model.Step], str]] = []
         self.mem: dict[str, dict[str, Any]] = {}
         self.moved = False
+        self.broken: set[str] = set()
+        """Sections in which a step raised: they stand still until they are stopped."""
 
     # -- TaskTrees -------------------------------------------------------------------------------------------------
     def start(self, section: str, steps: Sequence[model.Step], scope: str) -> None:
@@ -93,6 +97,7 @@ class NaiveTrees:
         if section not in self.live:
             return []
         steps, scope = self.live.pop(section)
+        self.broken.discard(section)
         if section not in self.mem:
             return []
         goals = self._halt_child(self._root(section, steps, scope), self.mem[section])
@@ -110,11 +115,14 @@ class NaiveTrees:
         return [At(s, modifiers(s), f"{section}/{s.seg}", scope, None) for s in steps]
 
     def _pass(self, section: str, ended: list[Ended]) -> None:
+        if section in self.broken:
+            return
         steps, scope = self.live[section]
         mem = self.mem.setdefault(section, {"index": 0, "ran": False})
         try:
             done = self._in_order(self._root(section, steps, scope), mem)
-        except Broken as broken:
+        except BrokenError as broken:
+            self.broken.add(section)
             failure = Failure(code="exception", reason=str(broken), step=broken.path, retryable=False)
             ended.append(Ended(section, failure, fatal=True))
             return
@@ -134,10 +142,10 @@ class NaiveTrees:
             done = kind(at, self.mem[at.key], fresh)
         except model.UnknownState as unknown:
             done = failed(at, "unknown_state", f"{unknown.key} is not known yet")
-        except Broken:
+        except BrokenError:
             raise
         except Exception as cause:
-            raise Broken(at.path, at.step.mark, cause) from cause
+            raise BrokenError(at.path, at.step.mark, cause) from cause
         if done is not None:
             self._leave(at)
         return done

@@ -46,7 +46,12 @@ types:
     suspect_after: 1 h
     lost_after: 2 h
 actions:
-  Move: {fields: {far: {type: int, default: 1}}, result: {ok: bool, n: int}, repeatable: true, cancel_grace: 6 s, typical: 500 ms}
+  Move:
+    fields: {far: {type: int, default: 1}}
+    result: {ok: bool, n: int}
+    repeatable: true
+    cancel_grace: 6 s
+    typical: 500 ms
   Haul: {result: {ok: bool, n: int}, cancel_grace: 6 s, typical: 500 ms}
   Home: {effect: {airborne: false}, repeatable: true, typical: 500 ms}
   Confirm:

@@ -1,0 +1,112 @@
+"""What holds in every mission, whatever the tree, the agents and the world do."""
+
+import json
+
+from hypothesis import given
+
+from formiga_bt.engine import inputs as inp
+from formiga_bt.lang.model import Task
+from tests.property.strategies import Mission, load, missions
+from tests.property.test_differential import fly, profile
+from tests.property.world import START, World
+
+
+def sections(world: World, task: str) -> set[str]:
+    return {key.split("/", 1)[0] for key in world.engine.statuses(task)}
+
+
+def only_its_section_runs(world: World, step: inp.Step) -> None:
+    for task in world.engine.state.tasks.values():
+        ways_home = {f"recover:{r.agent}#{r.attempt}" for r in task.recovering if r.state == "running"}
+        may_run = ways_home if task.section == "recover" else set() if task.stopping else {task.section}
+        assert sections(world, task.id) <= may_run, (task, step.input)
+
+
+@given(missions(tasks=2))
+@profile(80)
+def test_no_node_runs_after_its_section_ended_and_every_memory_belongs_to_a_running_node(mission: Mission) -> None:
+    def watch(world: World, step: inp.Step) -> None:
+        only_its_section_runs(world, step)
+        for task in world.open_tasks():
+            assert set(world.engine.state.memory.get(task, {})) == set(world.engine.statuses(task)), step.input
+
+    World(mission.tasks(), mission.deeds, mission.events, watch=watch).run()
+
+
+@given(missions(tasks=2))
+@profile(80)
+def test_a_goal_is_sent_again_only_when_its_agent_never_had_it(mission: Mission) -> None:
+    world = fly(mission)
+    sent: set[str] = set()
+    lost: set[str] = set()
+    for step in world.steps:
+        match step.input:
+            case inp.EffectFailed(_, "goal", goal_id):
+                lost.add(goal_id)
+            case inp.QueryReplyInput(_, _, goals):
+                lost.update(goal.goal_id for goal in goals if goal.state == "unknown")
+        for effect in step.effects:
+            if isinstance(effect, inp.SendGoal):
+                shown_again = effect.action == "Confirm"  # a person's app was started again
+                assert effect.goal_id not in sent or effect.goal_id in lost or shown_again, effect
+                sent.add(effect.goal_id)
+    for body in world.bodies.values():
+        started = [goal for what, goal in body.log if what == "start"]
+        assert len(started) == len(set(started)), started
+
+
+@given(missions(tasks=2))
+@profile(120)
+def test_when_all_tasks_have_ended_nothing_of_them_is_left(mission: Mission) -> None:
+    world = fly(mission)
+    state = world.engine.state
+    assert not world.open_tasks(), [state.tasks[t] for t in world.open_tasks()]
+    assert not any(state.memory.values())
+    assert not any(state.scopes.values())
+    assert not state.questions
+    assert not state.requests
+    assert not [goal for goal in state.goals.values() if goal.task and goal.ended]
+    assert not [key for key, deadline in state.deadlines.items() if deadline.task]
+    assert not world.engine.tasks.runs
+    for agent in state.agents.values():
+        assert not agent.task, agent
+        assert agent.pool not in ("ASSIGNED", "EXECUTING ACTION"), agent
+    open_goals = {goal.id for goal in state.goals.values() if not goal.ended}
+    timers = [key for key in state.wall if not key.startswith("live|") and key.split("|", 1)[1] not in open_goals]
+    assert not timers
+
+
+def two_of_one_file() -> Task:
+    body = [
+        {"set": {"seen": "${seen + number}"}},
+        {"wait": "1 s"},
+        {"call": "Tell", "with": {"number": "${number}"}, "save_as": "told"},
+        {"notify": "${task.id} ${seen} ${told}"},
+    ]
+    task = {
+        "formiga": 1,
+        "task": "Twin",
+        "params": {"number": "int"},
+        "vars": {"seen": "${0}"},
+        "agents": {"cart": {"type": "cart"}},
+        "steps": [*body, {"do": "cart.Move", "with": {"far": "${number}"}}, *body],
+        "subtrees": {
+            "Tell": {"params": {"number": "int"}, "steps": [{"wait": "1 s"}], "returns": "${number}"},
+        },
+    }
+    text = json.dumps(task).replace('"told"', '"told1"', 1).replace("${told}", "${told1}", 1)
+    loaded = load(text)
+    assert loaded is not None
+    return loaded
+
+
+def test_two_tasks_of_one_file_never_see_each_others_names() -> None:
+    world = World([two_of_one_file()], {}, ())
+    for number in (3, 40):
+        world.scheduler.call_at(START, lambda n=number: world.driver.feed(inp.Submit("Twin", {"number": n})))  # type: ignore[misc]
+    world.run()
+    effects = [effect for step in world.steps for effect in step.effects]
+    told = sorted(effect.text for effect in effects if isinstance(effect, inp.Notify))
+    assert told == ["Twin-1 3 3", "Twin-1 6 3", "Twin-2 40 40", "Twin-2 80 40"]
+    far = {effect.goal_id: effect.fields["far"] for effect in effects if isinstance(effect, inp.SendGoal)}
+    assert far == {"Twin-1/1/steps/steps[4]": 3, "Twin-2/1/steps/steps[4]": 40}

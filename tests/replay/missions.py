@@ -1,0 +1,229 @@
+"""Missions that are recorded, and replayed from every snapshot. Run as a program it does so in a process of its own."""
+
+import sys
+from collections.abc import Callable, Sequence
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from formiga_bt.engine import inputs as inp
+from formiga_bt.engine.engine import Engine
+from formiga_bt.engine.state import load_snapshot, snapshot
+from formiga_bt.lang.loader import load_catalogue, load_site, load_task, load_task_text
+from formiga_bt.lang.model import Catalogue, Site, Task
+from formiga_bt.lang.types import AgentRef
+from formiga_bt.packaged import folder
+from formiga_bt.rehearsal import Rehearsal, fleet_of
+
+DETOUR = """\
+formiga: 1
+task: Detour
+imports: [lib/flying.yaml]
+params: {to: place}
+agents:
+  drone: {type: hwd}
+  watcher: {type: watcher}
+steps:
+  - do: drone.TakeOff
+  - fallback:
+      - call: FlyTo                                   # stopped in flight: the rest of it drains
+        with: {drone: "${drone}", to: "${to}", height: 40 m}
+        timeout: 35 s
+        retry: {attempts: 2, attempt_timeout: 15 s}
+      - sequence:
+          - notify: Not there because of ${error.code}
+          - ask: Try once more?
+            of: [watcher]
+            options: [go_home, wait]
+            timeout: 1 min
+            retry: {attempts: 2, delay: 7 s}
+            expect: result.answer == 'wait'
+            save_as: said
+            ignore_failure: true
+          - notify: They said ${said.answer}
+            when: is_set(said)
+  - call: ReturnHome
+    with: {drone: "${drone}"}
+on_abort:
+  - notify: Stopped because of ${abort.reason}
+  - wait: 3 s
+finally:
+  - wait: 2 s
+  - notify: Done
+"""
+
+
+class Recorded(msgspec.Struct):
+    """One step as recorded: what went in, and the bytes of what came out."""
+
+    at: int
+    given: Any
+    out: bytes
+
+
+@cache
+def world() -> tuple[Site, Catalogue, dict[str, Task]]:
+    """Return the demo site, the catalogue and the tasks."""
+    catalogue, found, _ = load_catalogue(sorted(folder("actions").glob("*.yaml")))
+    assert not found, found
+    site, found, _ = load_site(folder("trees") / "demo-site.yaml")
+    assert site is not None, found
+    loaded = [
+        load_task(folder("trees") / f, catalogue=catalogue, site=site) for f in ("move_task.yaml", "pick_up.yaml")
+    ]
+    loaded.append(load_task_text(DETOUR, "detour.yaml", catalogue=catalogue, site=site))
+    tasks = [one.task for one in loaded]
+    assert all(tasks), [str(d) for one in loaded for d in one.diagnostics]
+    return site, catalogue, {task.name: task for task in tasks if task is not None}
+
+
+def rehearsal(answers: Sequence[str] = ("not_yet", "loaded")) -> Rehearsal:
+    site, catalogue, tasks = world()
+    rule = [{"match": "loaded", "options": list(answers), "after": "4 s"}]
+    watcher = [{"match": "Try once", "options": ["go_home", "wait"], "after": "5 s"}]
+    fleet = fleet_of(site, catalogue, scripts={"picker_1": rule, "watcher_1": watcher})
+    flight = Rehearsal(site, catalogue, tasks.values(), fleet)
+    flight.run_for(1)
+    return flight
+
+
+def submit_pick_up(flight: Rehearsal) -> str:
+    site = world()[0]
+    return flight.submit("PickUp", {"target": site.places["north_field"], "user": AgentRef("picker_1")})
+
+
+def move_task(flight: Rehearsal) -> None:
+    flight.submit("MoveTask", {"robot": AgentRef("lwd_1")})
+    assert flight.run_until_ended()
+
+
+def pick_up(flight: Rehearsal) -> None:
+    submit_pick_up(flight)
+    assert flight.run_until_ended()
+
+
+def pick_up_beside_move_task(flight: Rehearsal) -> None:
+    submit_pick_up(flight)
+    flight.submit("MoveTask", {"robot": AgentRef("lwd_1")})
+    assert flight.run_until_ended()
+
+
+def pick_up_aborted(flight: Rehearsal) -> None:
+    task = submit_pick_up(flight)
+    flight.run_for(25)
+    flight.abort(task, by="watcher_1")
+    assert flight.run_until_ended()
+
+
+def detour(flight: Rehearsal) -> None:
+    flight.submit("Detour", {"to": world()[0].places["west_field"]})
+    assert flight.run_until_ended()
+
+
+def detour_aborted(flight: Rehearsal) -> None:
+    task = flight.submit("Detour", {"to": world()[0].places["west_field"]})
+    flight.run_for(30)
+    flight.abort(task, by="watcher_1")
+    assert flight.run_until_ended()
+
+
+def detour_taken_over(flight: Rehearsal) -> None:
+    flight.submit("Detour", {"to": world()[0].places["west_field"]})
+    flight.run_for(20)
+    (drone,) = [a.id for a in flight.engine.state.agents.values() if a.type == "hwd" and a.task]
+    flight.sim.take_over(drone)
+    flight.run_for(10)
+    flight.sim.hand_back(drone)
+    flight.run_for(1)
+    flight.ask(inp.Operator("handback_end", drone, "watcher_1"))
+    assert flight.run_until_ended()
+
+
+MISSIONS: dict[str, Callable[[Rehearsal], None]] = {
+    mission.__name__: mission
+    for mission in (
+        move_task, pick_up, pick_up_beside_move_task, pick_up_aborted, detour, detour_aborted, detour_taken_over
+    )
+}  # fmt: skip
+
+ENCODER = msgspec.json.Encoder()
+
+
+def out(step: inp.Step) -> bytes:
+    """Return the bytes of a step without its input."""
+    return ENCODER.encode((step.seq, step.at, step.changes, step.effects, step.reply))
+
+
+def record(name: str) -> tuple[list[Recorded], list[bytes]]:
+    """Fly a mission; return its steps, and the snapshot after each."""
+    flight = rehearsal()
+    before = len(flight.steps)
+    shots = [snapshot(flight.engine.state)]
+    flight.driver.listeners.append(lambda _: shots.append(snapshot(flight.engine.state)))
+    MISSIONS[name](flight)
+    flight.close()
+    return [Recorded(s.at, s.input, out(s)) for s in flight.steps[before:]], shots
+
+
+def replay(steps: Sequence[Recorded], shots: Sequence[bytes]) -> list[str]:
+    """Go on from each snapshot with what was put in; return where what comes out differs from what came out."""
+    site, catalogue, tasks = world()
+    wrong = []
+    for index, shot in enumerate(shots):
+        engine = Engine(site, catalogue, tasks, state=load_snapshot(shot))
+        if snapshot(engine.state) != shot:
+            wrong.append(f"the state after step {index} is another when it is loaded")
+        for offset, one in enumerate(steps[index:]):
+            try:
+                now = out(engine.handle(one.at, one.given))
+            except Exception as error:  # noqa: BLE001 - told as a difference
+                now = f"{type(error).__name__}: {error}".encode()
+            if now != one.out:
+                wrong.append(f"loaded after step {index}, step {index + offset + 1}: {one.given}\n{one.out!r}\n{now!r}")
+                break
+    return wrong
+
+
+class Film(msgspec.Struct):
+    """A mission in a file: inputs are pickled by msgspec as their union."""
+
+    at: list[int]
+    given: list[inp.Input]
+    out: list[bytes]
+    shots: list[bytes]
+
+
+def save(steps: Sequence[Recorded], shots: list[bytes]) -> bytes:
+    film = Film([s.at for s in steps], [s.given for s in steps], [s.out for s in steps], shots)
+    return msgspec.msgpack.encode(film)
+
+
+def load(data: bytes) -> tuple[list[Recorded], list[bytes]]:
+    from formiga_bt.engine.state import revive
+
+    film = msgspec.msgpack.decode(data, type=Film)
+    given = [
+        msgspec.structs.replace(g, params=revive(g.params)) if isinstance(g, inp.Submit) else g for g in film.given
+    ]
+    return [Recorded(*three) for three in zip(film.at, given, film.out, strict=True)], film.shots
+
+
+def main() -> int:
+    """Replay films, or (`--fly`) print the bytes of all missions' steps."""
+    if sys.argv[1] == "--fly":
+        for name in MISSIONS:
+            flight = rehearsal()
+            MISSIONS[name](flight)
+            flight.close()
+            for step in flight.steps:
+                sys.stdout.buffer.write(ENCODER.encode(step) + b"\n")
+        return 0
+    wrong = [f"{file}: {line}" for file in sys.argv[1:] for line in replay(*load(Path(file).read_bytes()))]
+    print("\n".join(wrong[:5]))
+    return bool(wrong)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
