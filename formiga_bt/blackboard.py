@@ -30,6 +30,17 @@ class Blackboard:
             self._hits.update(readers)
         return True
 
+    def touch(self, key: str) -> None:
+        """Note the readers of a key as hit, without keeping a value: for names that live elsewhere (a task's scopes)."""
+        readers = self._readers.get(key)
+        if readers:
+            self._hits.update(readers)
+
+    @property
+    def has_hits(self) -> bool:
+        """Return whether a reader was hit since `take_hits`."""
+        return bool(self._hits)
+
     def drop(self, key: str) -> None:
         """Forget a key, if it exists."""
         self._values.pop(key, None)

@@ -5,7 +5,7 @@ through `emit`, which applies each change at once, so that what is read next is 
 """
 
 import heapq
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from msgspec.structs import replace
@@ -34,6 +34,9 @@ class Core:
         self.effects: list[Effect] = []
         self.woken: dict[str, dict[str, None]] = {}
         """task -> node keys to wake, in order"""
+        self.running = ""
+        """The task whose trees run a pass now, and how its nodes are woken at once."""
+        self.wake_now: Callable[[str], None] | None = None
         self.due: set[tuple[str, str]] = set()
         """(task, node key) whose deadline fired in this step"""
         self.answered: list[str] = []
@@ -62,6 +65,10 @@ class Core:
         """Record a change and apply it."""
         self.changes.append(change)
         apply(self.state, self.board, change)
+        if self.board.has_hits:
+            for reader in self.board.take_hits():
+                task_id, _, key = reader.partition("|")
+                self.wake(task_id, key)
 
     def effect(self, effect: Effect) -> None:
         """Add an effect; it leaves the process after the step is persisted."""
@@ -129,6 +136,9 @@ class Core:
     # -- waking ------------------------------------------------------------------------------------------------------
     def wake(self, task_id: str, key: str) -> None:
         """Make a node of a task due for a visit in this step."""
+        if task_id == self.running and self.wake_now is not None:
+            self.wake_now(key)  # in the pass under way: readers ahead of it are visited still, those behind in the next
+            return
         self.woken.setdefault(task_id, {})[key] = None
         self.touched[task_id] = None
 

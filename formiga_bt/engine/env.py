@@ -37,7 +37,14 @@ class TaskEnv:
         value = self._values.get(name)
         if value is not None:
             return value  # type: ignore[no-any-return]
+        if ".." in self._values and self._task is not None:
+            return self._around().name(name)
         return self._builtin(name)
+
+    def _around(self) -> "TaskEnv":
+        assert self._task is not None
+        scopes = self._core.state.scopes[self._task.id]
+        return TaskEnv(self._core, self._task, scopes[self._values[".."]], self._error, self._extra)
 
     def _builtin(self, name: str) -> Value:
         core, task = self._core, self._task

@@ -70,6 +70,8 @@ class TaskRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
     """Deadlines that stand still while held: what is left of each."""
     roles: dict[str, tuple[str, ...]] = {}
     """Role -> agents that it holds now."""
+    releasing: dict[str, str] = {}
+    """Agents on their way back to the pool before the task ends -> the node that waits for it."""
     granted: tuple[str, ...] = ()
     """Every agent the task was granted, in order of grant."""
     recovering: tuple[Recovering, ...] = ()

@@ -41,10 +41,36 @@ class Recovery:
             agent = core.state.agents[agent_id]
             if agent.human or agent.task != task_id or agent.landed == "grounded":
                 continue
-            if core.agent_type(agent).recover is None:
+            if core.agent_type(agent).recover is None or self._under_way(task_id, agent_id):
                 continue
             self._try(task_id, agent_id, 1)
         self.proceed(task_id)
+
+    def _under_way(self, task_id: str, agent_id: str) -> bool:
+        return any(r.agent == agent_id and r.state == "running" for r in self._core.task(task_id).recovering)
+
+    def releases(self, task_id: str) -> None:
+        """Go on with releases before the task's end: goal-free, then home if airborne, then free."""
+        core = self._core
+        for agent_id, owner in list(core.task(task_id).releasing.items()):
+            agent = core.state.agents[agent_id]
+            if agent.task == task_id:
+                if any(g.agent == agent_id and not g.ended for g in core.state.goals.values()):
+                    continue
+                if self._under_way(task_id, agent_id):
+                    continue
+                if agent.landed != "grounded" and core.agent_type(agent).recover is not None:
+                    self._try(task_id, agent_id, 1)
+                    continue
+                self._fleet.release(agent_id)
+                self._tasks.poke_allocator()
+            task = core.task(task_id)
+            core.put_task(
+                task_id,
+                releasing={a: o for a, o in task.releasing.items() if a != agent_id},
+                roles={role: tuple(a for a in agents if a != agent_id) for role, agents in task.roles.items()},
+            )
+            core.wake(task_id, owner)
 
     def _try(self, task_id: str, agent_id: str, attempt: int) -> None:
         core = self._core

@@ -72,6 +72,7 @@ def apply(state: EngineState, board: Blackboard, change: ch.Change) -> None:
             _set_or_drop(state.scopes.setdefault(task_id, {}), scope, None if values is None else dict(values))
         case ch.VarPut(task_id, scope, name, value):
             state.scopes[task_id][scope][name] = value
+            board.touch(name_key(task_id, scope, name))
         case ch.NodeMem(task_id, path, mem):
             _set_or_drop(state.memory.setdefault(task_id, {}), path, mem)
         case ch.DeadlineSet(key, deadline):
@@ -103,6 +104,11 @@ def fold(state: EngineState, board: Blackboard, step: "Step") -> None:
     state.seq, state.now = step.seq, step.at
     for change in step.changes:
         apply(state, board, change)
+
+
+def name_key(task_id: str, scope: str, name: str) -> str:
+    """Return the blackboard key under which readers of a task's name are kept."""
+    return f"/tasks/{task_id}/{scope}/{name}"
 
 
 def _set_or_drop(table: dict[str, Any], key: str, value: Any) -> None:
@@ -168,7 +174,11 @@ def load_snapshot(data: bytes) -> EngineState:
         for path, mem in memory.items():
             failure = getattr(mem, "failure", None)
             if isinstance(failure, dict):
-                memory[path] = msgspec.structs.replace(mem, failure=msgspec.convert(failure, Failure))
+                mem = msgspec.structs.replace(mem, failure=msgspec.convert(failure, Failure))
+            for name in ("items", "collected"):
+                if getattr(mem, name, ()):
+                    mem = msgspec.structs.replace(mem, **{name: revive(list(getattr(mem, name)))})
+            memory[path] = mem
     for task_id, request in state.requests.items():
         roles = tuple(msgspec.structs.replace(r, near=revive(list(r.near))) for r in request.roles)
         state.requests[task_id] = msgspec.structs.replace(request, roles=roles)

@@ -10,6 +10,8 @@ from formiga_bt.engine.env import TaskEnv
 from formiga_bt.engine.inputs import Notify
 from formiga_bt.engine.records import GoalRecord, Question
 from formiga_bt.engine.treerun import CompiledTrees, TaskTrees, TreesFactory
+from formiga_bt.engine.watching import watch_keys
+from formiga_bt.lang.model import Expr
 from formiga_bt.nodes.memory import Mem
 from formiga_bt.nodes.run import AskOrder, Failure, GoalOrder, Runaway
 
@@ -32,6 +34,7 @@ class TaskRun:
         self._fresh: dict[str, Mem | None] = {}
         self._spent = 0
         self._spent_seq = -1
+        self._watched: dict[str, tuple[str, ...]] = {}
         self.trees: TaskTrees = factory(self)
 
     @property
@@ -98,6 +101,34 @@ class TaskRun:
     def is_due(self, path: str) -> bool:
         """Return whether a node's deadline fired in this step."""
         return (self.task_id, path) in self._core.due
+
+    def watch(self, path: str, conditions: tuple[Expr, ...], scope: str) -> None:
+        """Wake a node when what its live conditions read changes, or a comparison with `now` does."""
+        self.unwatch(path)
+        env = self.env(scope)
+        keys = tuple(
+            dict.fromkeys(key for cond in conditions for key in watch_keys(self._core, env, cond, self.task_id, scope))
+        )
+        for key in keys:
+            self._core.board.watch(key, f"{self.task_id}|{path}")
+        self._watched[path] = keys
+        instants = [at for cond in conditions for instant in cond.deadlines if (at := instant(env)) > self.now]
+        if instants:
+            self.set_deadline(path, min(instants))
+
+    def unwatch(self, path: str) -> None:
+        """Forget a watch."""
+        for key in self._watched.pop(path, ()):
+            self._core.board.unwatch(key, f"{self.task_id}|{path}")
+
+    def release(self, agent: str, path: str) -> None:
+        """Give an agent back."""
+        self._core.put_task(self.task_id, releasing={**self._core.task(self.task_id).releasing, agent: path})
+        self._core.touch(self.task_id)
+
+    def is_released(self, agent: str) -> bool:
+        """Return whether the task no longer holds an agent."""
+        return not any(agent in agents for agents in self._core.task(self.task_id).roles.values())
 
     # -- goals -----------------------------------------------------------------------------------------------------
     def goal_id(self, path: str) -> str:

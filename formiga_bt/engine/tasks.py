@@ -145,8 +145,15 @@ class Tasks:
         run = self._run(task_id)
         for key in core.woken.pop(task_id, {}):
             run.trees.wake(key)
-        for ended in run.trees.run_passes():
+        core.running, core.wake_now = task_id, run.trees.wake
+        try:
+            sections = run.trees.run_passes()
+        finally:
+            core.running, core.wake_now = "", None
+        for ended in sections:
             self._section_ended(task_id, ended)
+        if core.task(task_id).releasing:
+            self.recovery.releases(task_id)
         self._drain(task_id)
 
     def _section_ended(self, task_id: str, ended: Ended) -> None:
@@ -383,15 +390,13 @@ class Tasks:
         """Rebuild the trees of every task from its memory."""
         core = self._core
         for task in list(core.state.tasks.values()):
-            if task.section in ("", "done") or not core.state.memory.get(task.id):
-                continue
-            run = self._run(task.id)
-            if task.section != "recover":
-                run.trees.restore(task.section, section_steps(core.models[task.name], task.section), "")
-                continue
+            memory = core.state.memory.get(task.id, {})
+            if task.section in memory:
+                steps = section_steps(core.models[task.name], task.section)
+                self._run(task.id).trees.restore(task.section, steps, "")
             for recovering in task.recovering:
-                if recovering.state == "running" and not task.stopping:
-                    self.recovery.restore(recovering, run)
+                if f"recover:{recovering.agent}#{recovering.attempt}" in memory:
+                    self.recovery.restore(recovering, self._run(task.id))
 
 
 __all__ = ["RECOVER_TASK", "Recovering", "Tasks", "section_steps"]

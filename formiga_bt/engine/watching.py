@@ -1,0 +1,39 @@
+"""What a live condition reads, as blackboard keys: fields of agents, and names of the task's scopes."""
+
+from typing import Final
+
+from formiga_bt.engine.core import Core
+from formiga_bt.engine.env import TaskEnv
+from formiga_bt.engine.state import name_key
+from formiga_bt.lang.model import Expr, Unset
+from formiga_bt.lang.types import AgentRef
+
+KEY_OF_FIELD: Final = {"status": "pool", "airborne": "landed", "payload": "payload_kg", "transit_height": "layer_m"}
+"""Fields whose blackboard key has another name."""
+
+
+def watch_keys(core: Core, env: TaskEnv, cond: Expr, task_id: str, scope: str) -> list[str]:
+    """Return the keys whose change may change the condition. Each name is also watched in the scopes around."""
+    keys: list[str] = []
+    for read in cond.reads:
+        keys += [name_key(task_id, where, read.name) for where in scopes_up(core, task_id, scope)]
+        if not read.field:
+            continue
+        try:
+            value = env.name(read.name)
+        except Unset:
+            continue
+        for ref in value if isinstance(value, tuple) else (value,):
+            agent = core.state.agents.get(ref.id) if isinstance(ref, AgentRef) else None
+            if agent is not None:
+                keys.append(f"/fleet/{agent.type}/{agent.id}/{KEY_OF_FIELD.get(read.field, read.field)}")
+    return keys
+
+
+def scopes_up(core: Core, task_id: str, scope: str) -> list[str]:
+    """Return a scope and those around it, innermost first."""
+    scopes = core.state.scopes.get(task_id, {})
+    found = [scope]
+    while ".." in scopes.get(found[-1], {}):
+        found.append(scopes[found[-1]][".."])
+    return found
