@@ -7,9 +7,12 @@ cruise layer of its own while there are enough.
 from collections.abc import Mapping
 from typing import Any
 
-from formiga_bt.clock import Micros, micros
+from msgspec.structs import replace
+
+from formiga_bt.clock import SECOND, Micros, micros
 from formiga_bt.engine import changes as ch
-from formiga_bt.engine.allocator.policy import Candidate, Policy
+from formiga_bt.engine.allocator.filters import hopeless
+from formiga_bt.engine.allocator.policy import Candidate, Decision, Policy
 from formiga_bt.engine.core import Core, task_deadline
 from formiga_bt.engine.env import TaskEnv
 from formiga_bt.engine.fleet import Fleet
@@ -23,6 +26,15 @@ from formiga_bt.lang.types import AgentRef
 
 EVERY_US: Micros = 50_000
 """Least engine time between two looks."""
+
+LOW_AGES_US: Micros = 3600 * SECOND
+"""After so long a LOW request ranks as MEDIUM; nothing ever ages to HIGH."""
+
+RESERVE_AFTER_US: Micros = 120 * SECOND
+"""A team that has waited so long keeps fitting agents as they become free."""
+
+KNOWN_AFTER_US: Micros = 10 * SECOND
+"""After so long the fleet counts as known, though agents of the site are still missing."""
 
 WAIT_US: Micros = 900_000_000
 """Default of a role's `wait`."""
@@ -100,7 +112,8 @@ class Allocation:
         """Let the policy decide; record grants and explanations."""
         core = self._core
         core.emit(ch.CounterSet("alloc_at", core.now))
-        requests = sorted(core.state.requests.values(), key=lambda r: (PRIORITIES[r.priority], r.order))
+        requests = [self._aged(r) for r in core.state.requests.values()]
+        requests.sort(key=lambda r: (PRIORITIES[r.priority], r.order))
         agents = self._candidates()
         decision = self._policy(requests, agents)
         for request in requests:
@@ -113,6 +126,29 @@ class Allocation:
             core.emit(ch.RequestPut(grant.task, None))
             self.assign(grant.task, grant.roles)
             self._tasks.granted(grant.task, grant.roles, lists)
+
+        self._answer_hopeless(requests, decision)
+
+    def _aged(self, request: Request) -> Request:
+        """Return a request as it ranks now: LOW counts as MEDIUM after an hour, a team reserves after two minutes."""
+        waited = self._core.now - request.at
+        priority = "medium" if request.priority == "low" and waited >= LOW_AGES_US else request.priority
+        machines = sum(role.count for role in request.roles if not role.human)
+        return replace(request, priority=priority, reserves=machines > 1 and waited >= RESERVE_AFTER_US)
+
+    def _answer_hopeless(self, requests: list[Request], decision: Decision) -> None:
+        """End requests that no known agent could ever serve, once the site's agents were seen or 10 s passed."""
+        core = self._core
+        granted = {grant.task for grant in decision.grants}
+        seen_all = all(agent in core.state.agents for agent in core.site.agents)
+        for request in requests:
+            reason = hopeless(request, decision.verdicts.get(request.task, ()))
+            if not reason or request.task in granted:
+                continue
+            if seen_all or core.now - request.at >= KNOWN_AFTER_US:
+                self._tasks.refuse(request.task, "no_agent", reason)
+            else:
+                core.set_deadline(task_deadline(request.task, "hopeless"), request.at + KNOWN_AFTER_US, request.task)
 
     def assign(self, task_id: str, roles: Mapping[str, tuple[str, ...]]) -> None:
         """Mark the agents as the task's and give each machine a layer."""

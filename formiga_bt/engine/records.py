@@ -244,6 +244,8 @@ class Request(Struct, frozen=True, kw_only=True):
     at: Micros
     roles: tuple["RoleRequest", ...]
     expires: Micros | None = None
+    reserves: bool = False
+    """It waits long enough to keep fitting agents from requests after it."""
 
 
 class RoleRequest(Struct, frozen=True, kw_only=True):

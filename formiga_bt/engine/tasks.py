@@ -345,10 +345,17 @@ class Tasks:
             core.put_task(task_id, abort_now=True)
             if not task.stopping:
                 self.stop(task_id, task.section)
+        elif what == "hopeless" and task.status == "PENDING":
+            self.allocation.look()
         elif what in ("wait", "expires") and task.status == "PENDING":
             code = "no_agent" if what == "wait" else "task_expired"
             self._decide(task_id, "FAILED", code, "no fitting agents in time; see the explanation")
             self._done(task_id)
+
+    def refuse(self, task_id: str, code: str, reason: str) -> None:
+        """End a waiting task that can never be served."""
+        self._decide(task_id, "FAILED", code, reason)
+        self._done(task_id)
 
     def start_section(self, task_id: str, section: str, steps: tuple[Step, ...], scope: str) -> None:
         """Start a recover section."""

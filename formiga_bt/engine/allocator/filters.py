@@ -1,7 +1,28 @@
 """Filters: may this agent take this role now? Each refusal has a code and, where it helps, the numbers."""
 
+from collections.abc import Sequence
+from typing import Final
+
 from formiga_bt.engine.allocator.policy import Candidate
-from formiga_bt.engine.records import RoleRequest
+from formiga_bt.engine.records import Request, RoleRequest, Verdict
+
+FOR_EVER: Final = frozenset({"wrong_type", "not_this_one", "no_action", "not_admitted"})
+"""Refusals that waiting does not change."""
+
+
+def hopeless(request: Request, verdicts: Sequence[Verdict]) -> str:
+    """Return why no known agent could ever serve a request, or ""."""
+    for role in request.roles:
+        mine = [v for v in verdicts if v.role == role.role]
+        possible = sum(v.code not in FOR_EVER for v in mine)
+        if possible >= role.count:
+            continue
+        near_misses = [f"{v.agent}: {v.code} {v.detail}".rstrip() for v in mine if v.code in FOR_EVER - {"wrong_type"}]
+        what = f"{role.count} agents" if role.count > 1 else "an agent"
+        wanted = role.id or " or ".join(role.types)
+        told = f" ({'; '.join(near_misses)})" if near_misses else ""
+        return f"role '{role.role}' needs {what} ({wanted}), this fleet has {possible} that could ever serve{told}"
+    return ""
 
 
 def refusal(agent: Candidate, role: RoleRequest) -> tuple[str, str] | None:

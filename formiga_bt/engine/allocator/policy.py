@@ -83,7 +83,20 @@ def closest(requests: Sequence[Request], agents: Sequence[Candidate]) -> Decisio
             grants.append(Grant(request.task, roles))
             machines = {a.id for a in agents if not a.human}
             taken.update({agent: request.task for group in roles.values() for agent in group if agent in machines})
+        elif request.reserves:
+            taken.update(_reserved(request, seen))
     return Decision(tuple(grants), verdicts)
+
+
+def _reserved(request: Request, verdicts: Sequence[Verdict]) -> dict[str, str]:
+    """Return the agents that an incomplete team keeps for itself: for each role the nearest that fit."""
+    kept: dict[str, str] = {}
+    for role in request.roles:
+        if role.human:
+            continue
+        fits = sorted((v.cost or 0.0, v.agent) for v in verdicts if v.role == role.role and v.code == "fits")
+        kept.update({agent: request.task for _, agent in [f for f in fits if f[1] not in kept][: role.count]})
+    return kept
 
 
 def _serve(
