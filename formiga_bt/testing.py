@@ -80,9 +80,12 @@ class ScriptedAgent:
         human: bool = False,
         auto: Mapping[str, float] | None = None,
         landed: Landed = "grounded",
+        effects: Mapping[str, str] | None = None,
     ) -> None:
         self.id, self.kind, self.human, self.actions = agent, kind, human, tuple(actions)
         self.auto = dict(auto or {})
+        self.effects = dict(effects or {})
+        """What `landed` is after an action that succeeded."""
         self.requests: list[GoalRequest] = []
         """Every goal begun, in order."""
         self.cancels: list[str] = []
@@ -156,6 +159,8 @@ class ScriptedAgent:
     def _finish(self, goal: GoalRequest, state: Any, code: str, result: dict[str, Any], fields: dict[str, Any]) -> None:
         if state == "succeeded" and not self.human:
             fields = {**_moved(goal, self._fields["position"]), **fields}
+            if self.effects.get(goal.action):
+                fields = {"landed": self.effects[goal.action], **fields}
         self._fields.update(fields)
         self.side.set_status(**fields)
         self.side.finish(goal.goal_id, state, code=code, result=result)
@@ -199,9 +204,9 @@ def _plain(status: AgentStatus) -> dict[str, Any]:
 def _moved(goal: GoalRequest, here: Position) -> dict[str, Any]:
     to, fields = goal.fields.get("to") or goal.fields.get("at"), goal.fields
     if goal.action == "TakeOff":
-        return {"position": Position(here.east_m, here.north_m, float(fields["altitude"])), "landed": "airborne"}
+        return {"position": Position(here.east_m, here.north_m, float(fields["altitude"]))}
     if goal.action == "LandIn" and to:
-        return {"position": Position(to["east_m"], to["north_m"], 0.0), "landed": "grounded"}
+        return {"position": Position(to["east_m"], to["north_m"], 0.0)}
     if goal.action == "GoTo" and to:
         return {"position": Position(to["east_m"], to["north_m"], to["up_m"])}
     return {}
@@ -221,7 +226,8 @@ class Bench(Rehearsal):
         listed = self.site.agents.get(agent)
         port = self.site.ports.get(listed.home) if listed else None
         where = at or (port.at if port else Place(0.0, 0.0))
-        options = {"actions": spec.actions, "human": spec.human, **options}
+        lands = {name: action.effect for name, action in self.catalogue.actions.items()}
+        options = {"actions": spec.actions, "human": spec.human, "effects": lands, **options}
         made = ScriptedAgent(self.hub, agent, kind, at=where, **options)
         self.run_for(0.5)
         return made

@@ -7,9 +7,9 @@ from formiga_bt.clock import Micros, micros
 from formiga_bt.engine.core import Core
 from formiga_bt.engine.env import TaskEnv
 from formiga_bt.errors import TaskError
-from formiga_bt.lang.model import Env, Expr, Step, Task, UnknownState, Unset
+from formiga_bt.lang.model import Env, EvalError, Expr, Step, Task, UnknownState, Unset
 
-CANNOT_COMPUTE: Final = (Unset, UnknownState, ArithmeticError, LookupError, ValueError, TypeError)
+CANNOT_COMPUTE: Final = (EvalError, Unset, UnknownState, ArithmeticError, LookupError, ValueError, TypeError)
 """What an expression may raise at run time."""
 
 

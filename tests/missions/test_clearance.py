@@ -1,0 +1,219 @@
+"""Starting and landing near people: nothing starts or lands away from a port without a person's word (safety.md 3)."""
+
+from typing import Any
+
+import pytest
+
+from formiga_bt.engine.inputs import Operator, SendGoal
+from formiga_bt.geo import Place
+from formiga_bt.lang.types import AgentRef
+from formiga_bt.rehearsal import Rehearsal
+from formiga_bt.testing import alarms, effects, packaged_world, task_of
+from tests.missions.conftest import Fly
+from tests.missions.test_shipped import pick_up
+
+AWAY = {"lwd_1": {"at": Place(-60.0, -180.0)}}
+NEVER = [{"match": "clear", "never": True}]
+
+
+def says(*words: str, after: str = "3 s") -> list[dict[str, Any]]:
+    return [{"match": "clear", "options": list(words), "after": after}]
+
+
+def move(rehearsal: Rehearsal, **options: Any) -> str:
+    return rehearsal.submit("MoveTask", {"robot": AgentRef("lwd_1")}, **options)
+
+
+def starts(rehearsal: Rehearsal) -> list[SendGoal]:
+    return [goal for goal in effects(rehearsal, SendGoal) if goal.action == "TakeOff"]
+
+
+def test_wait_is_asked_again_after_half_a_minute(fly: Fly) -> None:
+    rehearsal = fly(change=AWAY, scripts={"watcher_1": says("wait", "wait", "clear")})
+
+    task = move(rehearsal)
+    rehearsal.run_for(50)
+    assert len(rehearsal.sim["watcher_1"].person.asked) == 2
+    assert rehearsal.task(task).held == ("clearance:lwd_1",)
+
+    assert rehearsal.run_until_ended(task)
+    assert rehearsal.task(task).status == "SUCCEEDED"
+    assert len(rehearsal.sim["watcher_1"].person.asked) == 3
+
+
+def test_a_refusal_ends_a_grounded_task_at_once(fly: Fly) -> None:
+    rehearsal = fly(change=AWAY, scripts={"watcher_1": says("refuse")})
+
+    task = move(rehearsal)
+    rehearsal.run_for(10)
+
+    assert (rehearsal.task(task).status, rehearsal.task(task).code) == ("FAILED", "no_clearance")
+    assert rehearsal.engine.state.agents["lwd_1"].pool == "PARKED_AWAY"
+    assert {"no_clearance", "parked_away"} <= set(alarms(rehearsal))
+    assert starts(rehearsal) == []
+
+
+@pytest.mark.parametrize("script", [NEVER, says("wait")])
+def test_without_a_word_in_five_minutes_a_grounded_drone_stays(fly: Fly, script: list[dict[str, Any]]) -> None:
+    rehearsal = fly(change=AWAY, scripts={"watcher_1": script})
+
+    task = move(rehearsal)
+    rehearsal.run_for(299)
+    assert rehearsal.task(task).status == "ACTIVE"
+    rehearsal.run_for(2)
+
+    assert (rehearsal.task(task).status, rehearsal.task(task).code) == ("FAILED", "no_clearance")
+    assert rehearsal.engine.state.agents["lwd_1"].pool == "PARKED_AWAY"
+    assert rehearsal.engine.state.questions == {}
+
+
+def test_in_the_air_it_waits_until_its_reserve_is_near_then_fails_and_recovers(fly: Fly) -> None:
+    never = {"picker_1": NEVER, "watcher_1": NEVER, "picker_2": NEVER}
+    rehearsal = fly(scripts=never)
+
+    task = pick_up(rehearsal)
+    rehearsal.run_for(600)
+    assert rehearsal.task(task).status == "ACTIVE"
+    assert rehearsal.task(task).held == ("clearance:hwd_1",)
+
+    assert rehearsal.run_until_ended(task)
+    assert (rehearsal.task(task).status, rehearsal.task(task).code) == ("FAILED", "no_clearance")
+    drone = rehearsal.engine.state.agents["hwd_1"]
+    assert (drone.pool, drone.landed) == ("STANDBY", "grounded")
+    assert drone.battery is not None
+    assert drone.battery > 25.0
+
+
+def test_the_people_of_the_task_are_asked_first_and_the_watchers_after_a_minute(fly: Fly) -> None:
+    rehearsal = fly(change=AWAY, scripts={"picker_1": NEVER})
+    site, catalogue = packaged_world()
+    text = """
+agents:
+  drone: {type: lwd, away: true, id: "${robot}"}
+  picker: {type: picker}
+params:
+  robot: {type: agent, of: [lwd]}
+imports: [lib/flying.yaml]
+steps:
+  - do: drone.TakeOff
+    when: not drone.airborne
+  - ask: Fine?
+    of: [picker]
+    timeout: 1 min
+  - call: ReturnHome
+    with: {drone: "${drone}"}
+"""
+    rehearsal.engine.core.models["Try"] = task_of(text, site, catalogue)
+
+    task = rehearsal.submit("Try", {"robot": AgentRef("lwd_1")})
+    rehearsal.run_for(59)
+    assert rehearsal.sim["watcher_1"].person.asked == []
+    assert len(rehearsal.sim["picker_1"].person.asked) == 1
+
+    assert rehearsal.run_until_ended(task)
+    assert len(rehearsal.sim["watcher_1"].person.asked) == 1
+    assert starts(rehearsal)[0].clearance is not None
+
+
+def test_timers_of_the_task_do_not_stand_still_for_a_clearance(fly: Fly) -> None:
+    rehearsal = fly(change=AWAY, scripts={"watcher_1": NEVER})
+    site, catalogue = packaged_world()
+    text = """
+imports: [lib/flying.yaml]
+agents:
+  drone: {type: lwd, away: true, id: "${robot}"}
+params:
+  robot: {type: agent, of: [lwd]}
+steps:
+  - do: drone.TakeOff
+    when: not drone.airborne
+    timeout: 40 s
+  - call: ReturnHome
+    with: {drone: "${drone}"}
+"""
+    rehearsal.engine.core.models["Try"] = task_of(text, site, catalogue)
+
+    task = rehearsal.submit("Try", {"robot": AgentRef("lwd_1")})
+    rehearsal.run_for(41)
+
+    assert rehearsal.task(task).code == "timeout"
+    assert rehearsal.engine.state.clearances == {}
+    assert rehearsal.engine.state.questions == {}
+
+
+def test_a_word_that_was_not_used_within_a_minute_is_asked_for_again(fly: Fly) -> None:
+    rehearsal = fly(change=AWAY, scripts={"watcher_1": says("clear", after="5 s")})
+    task = move(rehearsal)
+    rehearsal.run_for(2)
+    # The word comes while a pilot has the drone, and is old when it is handed back.
+    rehearsal.sim.take_over("lwd_1")
+    rehearsal.run_for(100)
+    rehearsal.sim.hand_back("lwd_1")
+    rehearsal.run_for(1)
+    assert starts(rehearsal) == []
+
+    rehearsal.ask(Operator("handback_end", "lwd_1"))
+
+    assert rehearsal.run_until_ended(task)
+    assert len(rehearsal.sim["watcher_1"].person.asked) == 2
+    for goal in starts(rehearsal):
+        assert goal.clearance is not None
+
+
+def test_an_abort_withdraws_the_question(fly: Fly) -> None:
+    rehearsal = fly(change=AWAY, scripts={"watcher_1": NEVER})
+    task = move(rehearsal)
+    rehearsal.run_for(5)
+
+    rehearsal.abort(task)
+
+    rehearsal.run_for(1)
+    assert rehearsal.task(task).status == "CANCELED"
+    assert rehearsal.engine.state.questions == {}
+    assert rehearsal.engine.state.clearances == {}
+
+
+def test_a_drone_lost_while_it_waits_for_a_word_withdraws_the_question(fly: Fly) -> None:
+    rehearsal = fly(change=AWAY, scripts={"watcher_1": NEVER})
+    task = move(rehearsal)
+    rehearsal.run_for(5)
+
+    rehearsal.sim.kill("lwd_1")
+    rehearsal.run_for(60)
+
+    assert (rehearsal.task(task).status, rehearsal.task(task).code) == ("FAILED", "agent_lost")
+    assert rehearsal.engine.state.questions == {}
+    assert rehearsal.engine.state.clearances == {}
+
+
+def test_a_watcher_who_leaves_and_comes_back_sees_the_question_again(fly: Fly) -> None:
+    rehearsal = fly(change=AWAY, scripts={"watcher_1": says("clear", after="20 s")})
+    task = move(rehearsal)
+    rehearsal.run_for(5)
+
+    rehearsal.sim.kill("watcher_1")
+    rehearsal.run_for(30)
+    rehearsal.sim.restart("watcher_1")
+
+    assert rehearsal.run_until_ended(task)
+    assert rehearsal.task(task).status == "SUCCEEDED"
+    assert len(rehearsal.sim["watcher_1"].person.asked) == 2
+
+
+def test_nobody_is_asked_for_a_start_or_landing_at_the_own_port(fly: Fly) -> None:
+    rehearsal = fly()
+
+    rehearsal.run_until_ended(move(rehearsal))
+
+    assert rehearsal.sim["watcher_1"].person.asked == []
+    assert starts(rehearsal)[0].clearance is None
+
+
+def test_without_anybody_to_ask_there_is_an_alarm(fly: Fly) -> None:
+    rehearsal = fly(change=AWAY, without=("watcher_1",))
+
+    task = move(rehearsal)
+
+    assert rehearsal.run_until_ended(task, limit_s=400)
+    assert rehearsal.task(task).code == "no_clearance"
+    assert starts(rehearsal) == []
