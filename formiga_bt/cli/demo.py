@@ -2,6 +2,8 @@
 
 import signal
 import sys
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -17,6 +19,7 @@ if TYPE_CHECKING:
     from formiga_bt.show.live import View
 
 TASKS = ("move_task.yaml", "pick_up.yaml")
+SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 EXIT_NO, EXIT_INTERRUPTED = 1, 130
 LIMIT_S = 1800
 """Engine time that the missions may take; they need about 300 s."""
@@ -46,16 +49,19 @@ def command(
     It takes about a minute at the default speed. Exit code 0 only if every task succeeded and nothing crashed. Ctrl-C
     aborts the tasks and waits until the drones have landed; a second Ctrl-C ends at once.
     """
-    for number in (signal.SIGTERM, signal.SIGHUP):
-        signal.signal(number, _leave)
     site, catalogue, tasks = _world()
     from formiga_bt.demo import FREE_PORT, Demo
     from formiga_bt.show.live import LiveView, PlainView
 
     view = PlainView() if headless or not sys.stdout.isatty() else LiveView()
-    demo = Demo(site, catalogue, tasks, speed=speed, listen=listen or FREE_PORT)
-    view.say(f"starting {len(demo.agents)} agents, each a process of its own, at {speed:g}x")
-    with demo, view:
+    with ExitStack() as stack:
+        stack.enter_context(_signals())
+        demo = Demo(site, catalogue, tasks, speed=speed, listen=listen or FREE_PORT)
+        view.say(f"starting {len(demo.agents)} agents, each a process of its own, at {speed:g}x")
+        with _held_back():
+            stack.enter_context(demo)
+        stack.callback(_deaf)
+        stack.enter_context(view)
         interrupted = not _fly(demo, view)
         verdict = demo.verdict()
     view.close_with(demo.log, verdict)
@@ -68,9 +74,41 @@ def command(
 
 def _leave(number: int, _: object) -> None:
     """Leave by way of all `finally`, so that no process is left."""
-    for signum in (signal.SIGTERM, signal.SIGHUP, signal.SIGINT):
-        signal.signal(signum, signal.SIG_IGN)
+    _deaf()
     sys.exit(128 + number)
+
+
+def _deaf() -> None:
+    """Let no further signal interrupt the ending of the processes."""
+    for number in SIGNALS:
+        signal.signal(number, signal.SIG_IGN)
+
+
+@contextmanager
+def _signals() -> Iterator[None]:
+    """Let signals that end a process end the demo in order; give them back to who had them."""
+    old = {number: signal.getsignal(number) for number in SIGNALS}
+    for number in (signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, _leave)
+    try:
+        yield
+    finally:
+        for number, handler in old.items():
+            signal.signal(number, handler)
+
+
+@contextmanager
+def _held_back() -> Iterator[None]:
+    """Hold signals back until the processes are started: one cut off between its start and its being noted would stay."""
+    noted: list[int] = []
+    old = {number: signal.signal(number, lambda signum, _: noted.append(signum)) for number in SIGNALS}
+    try:
+        yield
+    finally:
+        for number, handler in old.items():
+            signal.signal(number, handler)
+    for signum in noted[:1]:
+        signal.raise_signal(signum)
 
 
 def _world() -> "tuple[Site, Catalogue, list[Task]]":
@@ -113,6 +151,6 @@ def _fly(demo: "Demo", view: "View") -> bool:
                 if demo.all_ended():
                     return False
         except KeyboardInterrupt:
-            signal.signal(signal.SIGINT, signal.SIG_IGN)  # nothing may interrupt the ending of the processes
+            _deaf()
             raise
     return True

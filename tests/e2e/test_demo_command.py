@@ -1,0 +1,162 @@
+"""`formiga demo` as people and scripts run it: a process of its own, interrupted in flight, interrupted twice."""
+
+import os
+import re
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+from tests.e2e.rig import children, is_running, wait_until
+
+pytestmark = pytest.mark.network
+
+
+class Command:
+    """`formiga demo --headless --speed 20` under way."""
+
+    def __init__(self, folder: Path, *words: str) -> None:
+        self.folder = folder
+        self.lines: list[str] = []
+        self.process = subprocess.Popen(
+            [sys.executable, "-m", "formiga_bt", "demo", "--headless", "--speed", "20", *words],
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            env={**os.environ, "TMPDIR": str(folder), "PYTHONWARNINGS": "error"},
+            text=True,
+        )
+        self.agents: set[int] = set()
+        self._reader = threading.Thread(target=self._read)
+        self._reader.start()
+
+    def _read(self) -> None:
+        assert self.process.stdout is not None
+        for line in self.process.stdout:
+            self.lines.append(line.rstrip())
+
+    @property
+    def text(self) -> str:
+        return "\n".join(self.lines)
+
+    def wait_for(self, pattern: str, within_s: float = 25.0) -> None:
+        wait_until(lambda: re.search(pattern, self.text) or self.process.poll() is not None, within_s, pattern)
+        assert re.search(pattern, self.text), self.text
+        self.agents |= children(self.process.pid)
+
+    def ended(self, within_s: float) -> int:
+        """Return the exit status; nothing it started may be left."""
+        try:
+            code = self.process.wait(within_s)
+        except subprocess.TimeoutExpired:
+            raise AssertionError(f"still running after {within_s:g} s:\n{self.text}") from None
+        self._reader.join(5.0)
+        assert not self._reader.is_alive()
+        assert not [pid for pid in self.agents if is_running(pid)], self.text
+        assert list(self.folder.iterdir()) == []
+        assert "Traceback" not in self.text, self.text
+        return code
+
+    def kill(self) -> None:
+        """End it and what it started, by pid."""
+        self.agents |= children(self.process.pid)
+        self.process.kill()
+        self.process.wait()
+        for pid in self.agents:
+            if is_running(pid):
+                os.kill(pid, signal.SIGKILL)
+        self._reader.join(5.0)
+        assert self.process.stdout is not None
+        self.process.stdout.close()
+
+
+Demo = Callable[..., Command]
+
+
+@pytest.fixture
+def demo() -> Iterator[Demo]:
+    commands: list[Command] = []
+    folders: list[tempfile.TemporaryDirectory[str]] = []
+
+    def start(*words: str) -> Command:
+        folders.append(tempfile.TemporaryDirectory())
+        commands.append(Command(Path(folders[-1].name), *words))
+        return commands[-1]
+
+    yield start
+    for command in commands:
+        command.kill()
+    for folder in folders:
+        folder.cleanup()
+
+
+def test_it_flies_and_ends_with_a_table(demo: Demo) -> None:
+    run = demo()
+    run.wait_for(r"MoveTask-3: lwd_1\.TakeOff")
+    assert len(run.agents) == 7
+    assert run.ended(45.0) == 0
+    assert run.lines[0] == "starting 7 agents, each a process of its own, at 20x"
+    head = next(i for i, line in enumerate(run.lines) if line.startswith("Missions"))
+    cells = [[c.strip() for c in line.split("│")[1:-1]] for line in run.lines[head:] if line.startswith("│")]
+    assert [(row[0], row[4]) for row in cells] == [
+        ("PickUp-1", "SUCCEEDED"),
+        ("PickUp-2", "SUCCEEDED"),
+        ("MoveTask-3", "SUCCEEDED"),
+    ]
+    assert cells[2][1:3] == ["lwd_1", "4"]
+    assert all(re.fullmatch(r"\d+ s", row[3]) for row in cells)
+    assert re.search(r"crashes: 0, .*closest pass: \d+ m \(", run.text)
+    assert run.lines[-1].startswith("All tasks succeeded. Next: ")
+    times = [float(line.split()[0]) for line in run.lines if re.match(r" +\d+\.\d s  ", line)]
+    assert len(times) > 30
+
+
+def test_ctrl_c_in_flight_aborts_lands_and_says_130(demo: Demo) -> None:
+    run = demo()
+    run.wait_for(r"PickUp-1: hwd_\d\.GoTo")
+    run.process.send_signal(signal.SIGINT)
+    run.wait_for("Ctrl-C: aborting the tasks")
+    assert run.ended(30.0) == 130
+    ends = re.findall(r"(\S+-\d) (CANCELED|FAILED|SUCCEEDED): ?(\S*)", run.text)
+    assert ("PickUp-1", "CANCELED", "aborted") in ends
+    assert ("PickUp-2", "CANCELED", "aborted") in ends
+    assert re.search(r"PickUp-1: hwd_\d\.LandIn", run.text)  # home, not left in the air
+    assert re.search(r"crashes: 0", run.text)
+    assert run.lines[-1] == "Interrupted: the tasks were aborted and the drones brought home."
+
+
+def test_a_second_ctrl_c_ends_at_once_and_leaves_no_process(demo: Demo) -> None:
+    run = demo()
+    run.wait_for(r"PickUp-1: hwd_\d\.GoTo")
+    run.process.send_signal(signal.SIGINT)
+    run.wait_for("Ctrl-C: aborting the tasks")
+    run.process.send_signal(signal.SIGINT)
+    assert run.ended(8.0) == 130
+    assert "brought home." not in run.text
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_while_agents_come_up_leaves_no_process(demo: Demo, number: signal.Signals) -> None:
+    run = demo()
+    run.wait_for("starting 7 agents")
+    wait_until(lambda: len(children(run.process.pid)) > 2, what="the first agents are started")
+    run.agents = children(run.process.pid)
+    run.process.send_signal(number)
+    assert run.ended(15.0) == 128 + number
+
+
+def test_a_port_that_is_taken_is_said_in_words(demo: Demo) -> None:
+    import socket
+
+    with socket.socket() as other:
+        other.bind(("127.0.0.1", 0))
+        other.listen()
+        run = demo("--listen", f"tcp/127.0.0.1:{other.getsockname()[1]}")
+        assert run.ended(15.0) == 1
+    assert re.search(r"formiga: cannot open Zenoh at tcp/127\.0\.0\.1:\d+: ", run.text)
+    assert "is another engine running there?" in run.text
