@@ -1,0 +1,98 @@
+"""Lanes of the inbox: who goes first, and that only telemetry is ever replaced."""
+
+import threading
+import time
+
+from formiga_bt.engine import inputs as inp
+from formiga_bt.engine.drivers.inbox import HIGH, NORMAL, TELEMETRY, URGENT, Inbox, lane_of
+from formiga_bt.transport.messages import GoalEvent
+from tests.unit.drivers.conftest import card, status
+
+
+def event(goal: str = "g") -> inp.GoalEventInput:
+    return inp.GoalEventInput(GoalEvent(goal_id=goal, agent="lwd_1", state="running"))
+
+
+def drain(inbox: Inbox) -> list[inp.Input]:
+    found = []
+    while (item := inbox.take()) is not None:
+        found.append(item[0])
+    return found
+
+
+def test_each_input_has_its_lane() -> None:
+    lanes = {
+        URGENT: [
+            event(),
+            inp.Abort("T-1"),
+            inp.Operator("clear", "lwd_1"),
+            inp.Started(1),
+            inp.BadStatusInput("a", ""),
+        ],
+        HIGH: [inp.Submit("T", {}, "high")],
+        NORMAL: [inp.Submit("T", {}), inp.Submit("T", {}, "low"), inp.AgentSeenInput(card()), inp.AgentGoneInput("a")],
+        TELEMETRY: [inp.AgentStatusInput(status())],
+    }
+    for lane, inputs in lanes.items():
+        assert [lane_of(given) for given in inputs] == [lane] * len(inputs)
+
+
+def test_lanes_go_in_order_and_each_is_first_come_first_served() -> None:
+    inbox = Inbox()
+    telemetry, low, high = inp.AgentStatusInput(status()), inp.Submit("T", {}), inp.Submit("T", {}, "high")
+    for given in (telemetry, low, event("1"), high, inp.Abort("T-1"), event("2")):
+        inbox.put(given)
+    assert drain(inbox) == [event("1"), inp.Abort("T-1"), event("2"), high, low, telemetry]
+    assert inbox.take() is None
+
+
+def test_telemetry_keeps_the_latest_of_each_agent_and_takes_turns() -> None:
+    inbox = Inbox()
+    for seq in range(1, 1001):
+        inbox.put(inp.AgentStatusInput(status("lwd_1", seq=seq)))
+    inbox.put(inp.AgentStatusInput(status("lwd_2", seq=1)))
+    inbox.put(inp.AgentStatusInput(status("lwd_1", seq=1001)))
+    assert inbox.replaced == 1000
+    # The one that spoke again goes behind: nobody who talks much keeps another from being heard.
+    assert [(g.status.id, g.status.seq) for g in drain(inbox)] == [("lwd_2", 1), ("lwd_1", 1001)]  # type: ignore[union-attr]
+
+
+def test_who_came_and_went_is_gone() -> None:
+    inbox = Inbox()
+    inbox.put(inp.AgentSeenInput(card()))
+    inbox.put(inp.AgentGoneInput("lwd_1"))
+    assert drain(inbox) == [inp.AgentSeenInput(card()), inp.AgentGoneInput("lwd_1")]
+
+
+def test_a_status_of_the_former_process_does_not_come_after_the_new_card() -> None:
+    inbox = Inbox()
+    inbox.put(inp.AgentStatusInput(status(boot="b1")))
+    inbox.put(inp.AgentStatusInput(status("lwd_2", boot="b1")))
+    inbox.put(inp.AgentSeenInput(card(boot="b2")))
+    assert drain(inbox) == [inp.AgentSeenInput(card(boot="b2")), inp.AgentStatusInput(status("lwd_2", boot="b1"))]
+
+
+def test_the_waiter_comes_back_with_its_input() -> None:
+    inbox = Inbox()
+    waiter = object()
+    inbox.put(inp.Abort("T-1"), waiter)
+    assert inbox.take() == (inp.Abort("T-1"), waiter)
+
+
+def test_a_put_ends_the_wait_of_another_thread() -> None:
+    inbox = Inbox()
+    timer = threading.Timer(0.02, lambda: inbox.put(event()))
+    timer.start()
+    began = time.monotonic()
+    inbox.wait(10.0)
+    assert time.monotonic() - began < 5.0
+    assert inbox.take() is not None
+    timer.join()
+
+
+def test_a_put_before_the_wait_is_not_missed() -> None:
+    inbox = Inbox()
+    inbox.put(event())
+    began = time.monotonic()
+    inbox.wait(10.0)
+    assert time.monotonic() - began < 5.0

@@ -1,0 +1,269 @@
+"""The realtime driver over a wire that records: order of timers, wall timers, replies, ends."""
+
+import threading
+import time
+from collections.abc import Callable, Iterator
+
+import pytest
+from msgspec.structs import replace
+
+from formiga_bt.engine import inputs as inp
+from formiga_bt.engine.drivers.realtime import EngineStopped, RealtimeDriver
+from formiga_bt.engine.engine import Engine
+from formiga_bt.errors import TaskError, TransportError
+from formiga_bt.geo import Position
+from formiga_bt.lang.types import AgentRef
+from formiga_bt.transport.messages import AgentGone, AgentSeen, StatusArrived
+from tests.unit.drivers.conftest import FakeTransport, WatchedEngine, card, status
+
+MOVE = inp.Submit("MoveTask", {"robot": AgentRef("lwd_1")})
+
+
+@pytest.fixture
+def wire() -> FakeTransport:
+    return FakeTransport()
+
+
+@pytest.fixture
+def driver(engine: WatchedEngine, wire: FakeTransport) -> Iterator[RealtimeDriver]:
+    driver = RealtimeDriver(engine, [wire], speed=20.0)
+    yield driver
+    driver.stop()
+    assert driver._thread is None or not driver._thread.is_alive()
+
+
+def until(is_met: Callable[[], object]) -> None:
+    end = time.monotonic() + 5.0
+    while not is_met():
+        assert time.monotonic() < end, "waited in vain"
+        time.sleep(0.002)
+
+
+@pytest.mark.parametrize("speed", [0.0, -1.0, 20.1, float("nan")])
+def test_a_speed_at_which_people_could_not_follow_is_refused(engine: Engine, speed: float) -> None:
+    with pytest.raises(ValueError, match="above 0 and at most 20"):
+        RealtimeDriver(engine, [], speed=speed)
+
+
+def test_the_first_input_is_the_epoch_and_the_clock_beats_with_it(engine: WatchedEngine, wire: FakeTransport) -> None:
+    driver = RealtimeDriver(engine, [wire], speed=7.0, epoch=3)
+    driver.start()
+    until(lambda: engine.inputs and wire.beats)
+    driver.stop()
+    assert engine.inputs[0][1] == inp.Started(3)
+    assert (wire.beats[0].epoch, wire.beats[0].speed, wire.beats[0].beat) == (3, 7.0, 1)
+    assert engine.state.epoch == 3
+
+
+def test_engine_time_goes_at_its_speed_and_never_back(driver: RealtimeDriver) -> None:
+    before, wall = driver.now(), time.monotonic()
+    until(lambda: time.monotonic() > wall + 0.05)
+    passed, wall_passed = (driver.now() - before) / 1e6, time.monotonic() - wall
+    assert 0.9 < passed / wall_passed / 20.0 < 1.1
+
+
+def test_engine_time_begins_after_what_was_journaled(engine: WatchedEngine) -> None:
+    engine.state.now = 3_000_000_000 * 1_000_000  # the wall clock was set back since
+    assert RealtimeDriver(engine, []).now() >= engine.state.now
+
+
+def test_an_order_is_answered_or_refused_by_its_code(driver: RealtimeDriver) -> None:
+    driver.start()
+    assert driver.ask(MOVE) == "MoveTask-1"
+    with pytest.raises(TaskError, match="there is no task 'Nope'") as refused:
+        driver.ask(inp.Submit("Nope", {}))
+    assert refused.value.code == "unknown_task"
+    assert driver.ask(inp.Abort("MoveTask-1")) == "ok"
+
+
+def test_deadlines_that_lie_before_an_input_are_given_first(
+    engine: WatchedEngine, wire: FakeTransport, driver: RealtimeDriver
+) -> None:
+    driver.start()
+    for _ in range(20):
+        driver.ask(MOVE)  # each sets the allocator's timer, 50 ms of engine time ahead: 2.5 ms at this speed
+    until(lambda: engine.next_deadline() is None)
+    times = [at for at, _ in engine.inputs]
+    assert times == sorted(times)
+    assert engine.seen(inp.TimerDue)
+    assert driver.error is None  # the engine asserts that none was passed over
+
+
+def test_timers_fire_also_while_inputs_pour_in(
+    engine: WatchedEngine, wire: FakeTransport, driver: RealtimeDriver
+) -> None:
+    driver.start()
+    wire.put(AgentSeen(card()))
+    driver.ask(MOVE)
+    seq = 0
+    end = time.monotonic() + 5.0
+    while not engine.seen(inp.TimerDue):
+        assert time.monotonic() < end
+        seq += 1
+        wire.put(StatusArrived(status(seq=seq)))
+    assert driver.error is None
+
+
+def test_a_wall_timer_is_armed_and_armed_anew(
+    engine: WatchedEngine, wire: FakeTransport, driver: RealtimeDriver
+) -> None:
+    driver._set_wall("a", 30_000)
+    driver._set_wall("b", 30_000)
+    driver._set_wall("c", 10_000)
+    driver._set_wall("a", 60_000)  # later: the first no longer counts
+    driver._set_wall("b", None)
+    given: list[str] = []
+    engine._wall = lambda key, at: given.append(key)  # type: ignore[method-assign]
+    began = time.monotonic()
+    driver.start()
+    until(lambda: len(given) == 2)
+    assert given == ["c", "a"]
+    assert time.monotonic() - began > 0.03
+    assert not driver._wall_live
+
+
+def test_the_engines_changes_arm_wall_timers(
+    engine: WatchedEngine, wire: FakeTransport, driver: RealtimeDriver
+) -> None:
+    driver.start()
+    wire.put(AgentSeen(card()), StatusArrived(status()))
+    until(lambda: "live|lwd_1" in engine.state.wall)
+    until(lambda: "live|lwd_1" in driver._wall_live)
+    assert engine.state.agents["lwd_1"].liveness == "ALIVE"
+    wire.put(AgentGone("lwd_1"))
+    until(lambda: engine.state.agents["lwd_1"].liveness == "SUSPECT")
+
+
+def ready(engine: WatchedEngine, wire: FakeTransport) -> None:
+    """Have lwd_1 stand at its port."""
+    port = engine.core.site.ports["p1"].at
+    told = replace(status(battery=100.0), position=Position(port.east_m, port.north_m, 0.0))
+    wire.put(AgentSeen(card()), StatusArrived(told))
+    until(lambda: engine.state.agents and engine.state.agents["lwd_1"].position is not None)
+
+
+def test_steps_are_persisted_before_their_effects_leave_and_told_after(
+    engine: WatchedEngine, wire: FakeTransport
+) -> None:
+    told: list[tuple[str, int, bool, int]] = []
+
+    def note(word: str) -> Callable[[inp.Step], None]:
+        return lambda step: told.append(
+            (word, step.seq, any(isinstance(e, inp.SendGoal) for e in step.effects), len(wire.goals))
+        )
+
+    driver = RealtimeDriver(engine, [wire], speed=20.0, persist=note("persist"), listeners=[note("listen")])
+    driver.start()
+    ready(engine, wire)
+    driver.ask(MOVE)
+    until(lambda: wire.goals)
+    driver.stop()
+    assert [word for word, *_ in told] == ["persist", "listen"] * (len(told) // 2)
+    assert [seq for word, seq, *_ in told if word == "listen"] == list(range(1, len(told) // 2 + 1))
+    sending = next(seq for _, seq, sends, _ in told if sends)
+    assert [(word, goals) for word, seq, _, goals in told if seq == sending] == [("persist", 0), ("listen", 1)]
+
+
+def test_an_agent_that_no_wire_has_is_unreachable(engine: WatchedEngine, driver: RealtimeDriver) -> None:
+    driver.start()
+    failed = driver.switchboard.carry_out(inp.CancelGoal("g", "nobody"), 1)
+    assert failed == inp.EffectFailed("nobody", "cancel", "g", "unreachable", "no transport has this agent")
+
+
+def test_a_wire_that_fails_to_send_leaves_the_outcome_unknown(wire: FakeTransport, driver: RealtimeDriver) -> None:
+    wire.incoming = [AgentSeen(card())]
+    driver.switchboard.poll()
+    wire.fails = [TransportError("cut")]
+    goal = inp.SendGoal("g", "lwd_1", "TakeOff", {}, 1, 10)
+    assert driver.switchboard.carry_out(goal, 7) == inp.EffectFailed("lwd_1", "goal", "g", "unknown", "cut")
+    assert driver.switchboard.carry_out(goal, 7) is None
+    assert (wire.goals[0].beat, wire.goals[0].task_id) == (7, "None")
+
+
+def test_a_bug_in_the_engine_stops_the_driver_and_whoever_waits_is_told(
+    engine: WatchedEngine, driver: RealtimeDriver, caplog: pytest.LogCaptureFixture
+) -> None:
+    driver.start()
+    entered, go = threading.Event(), threading.Event()
+
+    def fail(given: inp.Input) -> None:
+        if isinstance(given, inp.Abort):
+            entered.set()
+            go.wait(5.0)
+            raise AssertionError("a bug")
+
+    engine.before = fail
+    culprit = driver.post(inp.Abort("T-1"))
+    assert entered.wait(5.0)
+    behind = driver.post(MOVE)  # waits in the inbox when it happens
+    go.set()
+    for future in (culprit, behind):
+        with pytest.raises(EngineStopped, match=r"stopped by a bug: AssertionError\('a bug'\)"):
+            future.result(5.0)
+    with pytest.raises(EngineStopped, match="by a bug"):
+        driver.ask(MOVE)
+    assert isinstance(driver.error, AssertionError)
+    assert "the engine stopped" in caplog.text
+
+
+def test_stop_is_quick_refuses_who_waits_and_may_come_twice(
+    engine: WatchedEngine, wire: FakeTransport, driver: RealtimeDriver
+) -> None:
+    driver.start()
+    entered, go = threading.Event(), threading.Event()
+    engine.before = lambda given: (entered.set(), go.wait(5.0))[0] if isinstance(given, inp.Abort) else None  # type: ignore[func-returns-value]
+    first = driver.post(inp.Abort("T-1"))
+    assert entered.wait(5.0)
+    second = driver.post(inp.Abort("T-2"))
+    driver._stopping.set()
+    go.set()
+    began = time.monotonic()
+    driver.stop()
+    driver.stop()
+    assert time.monotonic() - began < 2.0
+    assert first.result(0).startswith("error:unknown_task")  # under way: it is ended
+    for late in (second, driver.post(MOVE)):
+        with pytest.raises(EngineStopped, match="the engine is stopped"):
+            late.result(0)
+    assert not wire.is_open
+    assert driver.error is None
+
+
+def test_a_driver_that_was_never_started_refuses_when_stopped(driver: RealtimeDriver) -> None:
+    waiting = driver.post(MOVE)
+    driver.stop()
+    with pytest.raises(EngineStopped):
+        waiting.result(0)
+
+
+def test_an_order_that_is_not_taken_in_time_is_withdrawn(engine: WatchedEngine, driver: RealtimeDriver) -> None:
+    go = threading.Event()
+    engine.before = lambda given: go.wait(5.0) and None if isinstance(given, inp.Started) else None
+    driver.start()
+    with pytest.raises(TaskError, match="did not take the order") as late:
+        driver.ask(MOVE, timeout_s=0.02)
+    assert late.value.code == "no_reply"
+    go.set()
+    assert driver.ask(MOVE) == "MoveTask-1"  # the first was never carried out
+    assert len(engine.seen(inp.Submit)) == 1
+
+
+def test_a_wire_that_cannot_be_opened_closes_those_opened_before(engine: WatchedEngine, wire: FakeTransport) -> None:
+    bad = FakeTransport()
+    bad.fails = [TransportError("the port is taken")]
+    driver = RealtimeDriver(engine, [wire, bad])
+    with pytest.raises(TransportError, match="the port is taken"):
+        driver.start()
+    assert (wire.opens, wire.is_open) == (1, False)
+    driver.stop()
+
+
+def test_goals_carry_the_beat_of_their_sending(
+    engine: WatchedEngine, wire: FakeTransport, driver: RealtimeDriver
+) -> None:
+    driver.start()
+    ready(engine, wire)
+    driver.ask(MOVE)
+    until(lambda: wire.goals)
+    assert (wire.goals[0].action, wire.goals[0].epoch, wire.goals[0].task_id) == ("TakeOff", 1, "MoveTask-1")
+    assert wire.goals[0].beat >= 1

@@ -1,0 +1,115 @@
+"""The virtual driver: what comes first at one instant, and that it never waits."""
+
+import pytest
+
+from formiga_bt.clock import SECOND, VirtualScheduler
+from formiga_bt.engine import inputs as inp
+from formiga_bt.engine.drivers.virtual import VirtualDriver
+from formiga_bt.lang.types import AgentRef
+from formiga_bt.transport.messages import AgentSeen, SendFailed, StatusArrived
+from tests.unit.drivers.conftest import FakeTransport, WatchedEngine, card, status
+
+START = 1_000 * SECOND
+MOVE = inp.Submit("MoveTask", {"robot": AgentRef("lwd_1")})
+
+
+@pytest.fixture
+def wire() -> FakeTransport:
+    return FakeTransport()
+
+
+@pytest.fixture
+def driver(engine: WatchedEngine, wire: FakeTransport) -> VirtualDriver:
+    driver = VirtualDriver(engine, [wire], VirtualScheduler(START))
+    driver.start()
+    return driver
+
+
+def test_at_one_instant_the_world_comes_first_then_wall_timers_then_deadlines(
+    engine: WatchedEngine, wire: FakeTransport, driver: VirtualDriver
+) -> None:
+    at = START + 50_000
+    order: list[str] = []
+    engine._wall = lambda key, at: order.append(f"wall {key}")  # type: ignore[method-assign]
+    engine._timer = lambda key: (order.append(f"timer {key}"), engine.core.clear_deadline(key))[0]  # type: ignore[method-assign, func-returns-value]
+    engine.core.set_deadline("alloc|", at)
+    driver._set_wall("w2", 50_000)
+    driver._set_wall("w1", 50_000)
+    driver.scheduler.call_at(at, lambda: order.append("world"))
+    assert driver.run_until(lambda: len(order) == 4, at)
+    assert order == ["world", "wall w2", "wall w1", "timer alloc|"]
+    assert driver.scheduler.now() == at
+
+
+def test_a_deadline_before_an_input_is_given_first_one_at_it_after(
+    engine: WatchedEngine, driver: VirtualDriver
+) -> None:
+    driver.feed(MOVE)  # sets the allocator's timer
+    due = engine.next_deadline()
+    assert due is not None
+    driver.scheduler.advance_to(due[0])
+    driver.feed(inp.AgentGoneInput("nobody"))
+    assert not engine.seen(inp.TimerDue)  # at the very deadline the input goes first
+    driver.scheduler.advance_to(due[0] + 1)
+    driver.feed(inp.AgentGoneInput("nobody"))
+    kinds = [type(given).__name__ for _, given in engine.inputs[-2:]]
+    assert kinds == ["TimerDue", "AgentGoneInput"]
+
+
+def test_wall_timers_are_armed_anew_and_cleared(engine: WatchedEngine, driver: VirtualDriver) -> None:
+    given: list[tuple[str, int]] = []
+    engine._wall = lambda key, at: given.append((key, at))  # type: ignore[method-assign]
+    driver._set_wall("a", 10_000)
+    driver._set_wall("b", 20_000)
+    driver._set_wall("a", 30_000)
+    driver._set_wall("b", None)
+    driver.run_until(lambda: False, START + SECOND)
+    assert given == [("a", START + 30_000)]
+
+
+def test_beats_follow_the_virtual_second(wire: FakeTransport, driver: VirtualDriver) -> None:
+    for second in range(1, 4):
+        driver.scheduler.call_at(START + second * SECOND, lambda: None)
+    driver.run_until(lambda: False, START + 10 * SECOND)
+    beats = [beat.beat for beat in wire.beats]
+    assert beats == sorted(beats)
+    assert beats[-1] >= 1_002
+    assert all(beat.engine_us == beat.wall_us for beat in wire.beats)
+
+
+def test_what_the_wires_have_is_fed_in_order_with_the_time_of_its_coming(
+    engine: WatchedEngine, wire: FakeTransport, driver: VirtualDriver
+) -> None:
+    wire.put(AgentSeen(card()), StatusArrived(status()), SendFailed("lwd_1", "goal", "g", "unknown", "lost"))
+    driver.drain()
+    assert [given for _, given in engine.inputs[1:]] == [
+        inp.AgentSeenInput(card(), START),
+        inp.AgentStatusInput(status(), START),
+        inp.EffectFailed("lwd_1", "goal", "g", "unknown", "lost"),
+    ]
+
+
+def test_a_send_that_fails_comes_back_as_an_input_a_moment_later(
+    engine: WatchedEngine, wire: FakeTransport, driver: VirtualDriver
+) -> None:
+    failed = driver.switchboard.carry_out(inp.QueryGoal("nobody"), 1)
+    assert failed is not None
+    original = engine.handle
+
+    def handle(now: int, given: inp.Input) -> inp.Step:
+        step = original(now, given)
+        if isinstance(given, inp.AgentGoneInput):
+            return inp.Step(step.seq, now, given, step.changes, (inp.QueryGoal("nobody"),), "")
+        return step
+
+    engine.handle = handle  # type: ignore[method-assign]
+    driver.feed(inp.AgentGoneInput("nobody"))
+    driver.run_until(lambda: bool(engine.seen(inp.EffectFailed)), START + SECOND)
+    assert engine.inputs[-1] == (START + 1, failed)
+
+
+def test_it_ends_when_nothing_is_left_to_happen(driver: VirtualDriver) -> None:
+    assert not driver.run_until(lambda: False, START + 3600 * SECOND)
+    assert driver.next_time() is None
+    assert driver.scheduler.now() < START + SECOND
+    assert not driver.run_one()
