@@ -11,8 +11,9 @@ from msgspec.structs import replace
 
 from formiga_bt.clock import SECOND, Micros, micros
 from formiga_bt.engine import changes as ch
+from formiga_bt.engine.allocator.candidate import Candidate
 from formiga_bt.engine.allocator.filters import hopeless
-from formiga_bt.engine.allocator.policy import Candidate, Decision, Policy
+from formiga_bt.engine.allocator.policy import Decision, Policy
 from formiga_bt.engine.core import Core, task_deadline
 from formiga_bt.engine.env import TaskEnv
 from formiga_bt.engine.fleet import Fleet

@@ -7,7 +7,6 @@ its step fails and it recovers. An `ask` with `clears` gives the same word.
 """
 
 from collections.abc import Iterable
-from typing import TYPE_CHECKING
 
 from formiga_bt.clock import SECOND, micros
 from formiga_bt.engine import changes as ch
@@ -15,14 +14,12 @@ from formiga_bt.engine.core import Core
 from formiga_bt.engine.holds import hold, unhold
 from formiga_bt.engine.inputs import Alarm
 from formiga_bt.engine.people import People
+from formiga_bt.engine.ports import TaskPort
 from formiga_bt.engine.records import AgentRecord, ClearanceRecord, GoalRecord, Question
 from formiga_bt.lang import model
 from formiga_bt.nodes.run import AskOrder
 from formiga_bt.safety.gate import CLEARANCE_LIFE_US
 from formiga_bt.transport.messages import Clearance
-
-if TYPE_CHECKING:
-    from formiga_bt.engine.tasks import Tasks
 
 ANSWER_US = 300 * SECOND
 AGAIN_US = 30 * SECOND
@@ -34,7 +31,7 @@ OPTIONS = ("clear", "wait", "refuse")
 class Clearances:
     """All clearances; at most one under way for each machine."""
 
-    tasks: "Tasks"
+    tasks: TaskPort
 
     def __init__(self, core: Core, people: People) -> None:
         self._core = core

@@ -8,22 +8,17 @@ still does, that is canceled, and if it may be airborne a system task `Recover` 
 """
 
 import math
-from typing import TYPE_CHECKING
 
 from formiga_bt.clock import SECOND
 from formiga_bt.engine import changes as ch
 from formiga_bt.engine.core import Core
 from formiga_bt.engine.holds import hold, unhold
 from formiga_bt.engine.inputs import Alarm, CancelGoal, QueryGoal
+from formiga_bt.engine.ports import GoalPort, PeoplePort, TaskPort
 from formiga_bt.engine.records import AgentRecord, GoalRecord
 from formiga_bt.geo import distance_m, horizontal_m
 from formiga_bt.safety.gate import AT_PORT_M
 from formiga_bt.transport.messages import AgentCard, AgentStatus, GoalEvent
-
-if TYPE_CHECKING:
-    from formiga_bt.engine.goals import Goals
-    from formiga_bt.engine.people import People
-    from formiga_bt.engine.tasks import Tasks
 
 BAD_LIMIT = 5
 """So many bad messages in a row quarantine a machine."""
@@ -35,9 +30,9 @@ TELEPORT_FREE_M = 30.0
 class Fleet:
     """All agents."""
 
-    goals: "Goals"
-    people: "People"
-    tasks: "Tasks"
+    goals: GoalPort
+    people: PeoplePort
+    tasks: TaskPort
 
     def __init__(self, core: Core) -> None:
         self._core = core

@@ -4,17 +4,13 @@ Waiting goals are looked at when something that one may wait for has changed (a 
 in the order safety goal, priority, age.
 """
 
-from typing import TYPE_CHECKING
-
 from formiga_bt.engine.core import Core
 from formiga_bt.engine.inputs import SendGoal
+from formiga_bt.engine.ports import ClearancePort
 from formiga_bt.engine.records import PRIORITIES, AgentRecord, GoalRecord
 from formiga_bt.geo import Place, Position, horizontal_m
 from formiga_bt.safety.gate import AT_PORT_M, GROUND_M, Ask, Go, Hold, Refuse, Traffic, judge
 from formiga_bt.transport.messages import to_wire
-
-if TYPE_CHECKING:
-    from formiga_bt.engine.clearances import Clearances
 
 TTL_BEATS = 10
 """A goal that reaches its agent later than so many heartbeats (wall seconds) is refused by it."""
@@ -23,7 +19,7 @@ TTL_BEATS = 10
 class Gatekeeper:
     """Between goals and transports."""
 
-    clearances: "Clearances"
+    clearances: ClearancePort
 
     def __init__(self, core: Core) -> None:
         self._core = core

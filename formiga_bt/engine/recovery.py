@@ -4,21 +4,16 @@ It has no time-out, but an alarm each minute beyond its estimate; a failed one i
 QUARANTINED with the alarm `agent_needs_help`. A machine lost meanwhile is postponed: it comes back by itself (`fleet`).
 """
 
-from typing import TYPE_CHECKING
-
 from msgspec.structs import replace
 
 from formiga_bt.clock import SECOND
 from formiga_bt.engine import changes as ch
 from formiga_bt.engine.core import Core
 from formiga_bt.engine.fleet import Fleet
+from formiga_bt.engine.ports import TaskPort
 from formiga_bt.engine.records import Recovering
-from formiga_bt.engine.treerun import Ended
+from formiga_bt.engine.treerun import Ended, TaskTrees
 from formiga_bt.lang.types import AgentRef
-
-if TYPE_CHECKING:
-    from formiga_bt.engine.taskrun import TaskRun
-    from formiga_bt.engine.tasks import Tasks
 
 TRIES = 3
 ESTIMATE_US = 300 * SECOND
@@ -28,7 +23,7 @@ ALARM_EVERY_US = 60 * SECOND
 class Recovery:
     """The last part of every task."""
 
-    def __init__(self, core: Core, fleet: Fleet, tasks: "Tasks") -> None:
+    def __init__(self, core: Core, fleet: Fleet, tasks: TaskPort) -> None:
         self._core = core
         self._fleet = fleet
         self._tasks = tasks
@@ -83,13 +78,13 @@ class Recovery:
         core.set_deadline(f"recover|{task_id}|{agent_id}", core.now + ESTIMATE_US, task_id)
         self._tasks.start_section(task_id, section, subtree.steps, section)
 
-    def restore(self, recovering: Recovering, run: "TaskRun") -> None:
+    def restore(self, recovering: Recovering, trees: TaskTrees) -> None:
         """Rebuild a way home that was under way."""
         core = self._core
         subtree = core.agent_type(core.state.agents[recovering.agent]).recover
         assert subtree is not None
         section = f"recover:{recovering.agent}#{recovering.attempt}"
-        run.trees.restore(section, subtree.steps, section)
+        trees.restore(section, subtree.steps, section)
 
     def ended(self, task_id: str, ended: Ended) -> None:
         """A way home ended: done, tried again, or given up."""

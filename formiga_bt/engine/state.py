@@ -1,6 +1,6 @@
 """The engine's state, and `apply`: the one function that changes it. The live engine and the fold of a journal share it."""
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import msgspec
 from msgspec import Struct, field
@@ -8,6 +8,7 @@ from msgspec import Struct, field
 from formiga_bt.blackboard import Blackboard
 from formiga_bt.clock import Micros
 from formiga_bt.engine import changes as ch
+from formiga_bt.engine.inputs import Step
 from formiga_bt.engine.records import (
     AgentRecord,
     ClearanceRecord,
@@ -22,9 +23,6 @@ from formiga_bt.geo import Place, Position, Region
 from formiga_bt.lang.types import AgentRef
 from formiga_bt.nodes.memory import Mem
 from formiga_bt.nodes.run import Failure
-
-if TYPE_CHECKING:
-    from formiga_bt.engine.inputs import Step
 
 
 class EngineState(Struct):
@@ -99,7 +97,7 @@ def apply(state: EngineState, board: Blackboard, change: ch.Change) -> None:
             board.drop(f"/allocation/grants/{task_id}")
 
 
-def fold(state: EngineState, board: Blackboard, step: "Step") -> None:
+def fold(state: EngineState, board: Blackboard, step: Step) -> None:
     """Bring a state that stands before a recorded step to where it stood after it."""
     state.seq, state.now = step.seq, step.at
     for change in step.changes:

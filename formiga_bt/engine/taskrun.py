@@ -1,23 +1,21 @@
 """`TaskRun`: the services of one running task, between its trees and the parts of the engine."""
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from formiga_bt.clock import Micros
 from formiga_bt.engine import changes as ch
 from formiga_bt.engine.core import Core, node_deadline
 from formiga_bt.engine.env import TaskEnv
 from formiga_bt.engine.inputs import Notify
+from formiga_bt.engine.people import People
+from formiga_bt.engine.ports import GoalPort
 from formiga_bt.engine.records import GoalRecord, Question
 from formiga_bt.engine.treerun import CompiledTrees, TaskTrees, TreesFactory
 from formiga_bt.engine.watching import watch_keys
 from formiga_bt.lang.model import Expr
 from formiga_bt.nodes.memory import Mem
 from formiga_bt.nodes.run import AskOrder, Failure, GoalOrder, Runaway
-
-if TYPE_CHECKING:
-    from formiga_bt.engine.goals import Goals
-    from formiga_bt.engine.people import People
 
 BUDGET = 10_000
 """Nodes that a task may visit in one input."""
@@ -26,7 +24,7 @@ BUDGET = 10_000
 class TaskRun:
     """Implements `nodes.run.Run` for one task."""
 
-    def __init__(self, core: Core, goals: "Goals", people: "People", task_id: str, factory: TreesFactory) -> None:
+    def __init__(self, core: Core, goals: GoalPort, people: People, task_id: str, factory: TreesFactory) -> None:
         self._core = core
         self._goals = goals
         self._people = people

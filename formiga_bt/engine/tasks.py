@@ -13,7 +13,7 @@ The parts run in this order, each after the goals of the former have drained; an
 """
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from formiga_bt.clock import SECOND, Micros
 from formiga_bt.engine import changes as ch
@@ -23,6 +23,7 @@ from formiga_bt.engine.goals import Goals
 from formiga_bt.engine.holds import unhold
 from formiga_bt.engine.inputs import Abort, Alarm, PublishState, Submit
 from formiga_bt.engine.people import People
+from formiga_bt.engine.ports import AllocationPort
 from formiga_bt.engine.records import Recovering, TaskRecord
 from formiga_bt.engine.recovery import Recovery
 from formiga_bt.engine.taskmodel import duration_us, root_values, section_steps
@@ -32,9 +33,6 @@ from formiga_bt.errors import TaskError
 from formiga_bt.lang.model import Step, Task
 from formiga_bt.lang.types import AgentRef
 from formiga_bt.nodes.run import Failure
-
-if TYPE_CHECKING:
-    from formiga_bt.engine.allocation import Allocation
 
 CLEANUP_US = 300 * SECOND
 """Default of cleanup_timeout."""
@@ -47,7 +45,7 @@ RECOVER_TASK = "Recover"
 class Tasks:
     """All tasks that are not yet ended, and the records of those that are."""
 
-    allocation: "Allocation"
+    allocation: AllocationPort
 
     def __init__(self, core: Core, goals: Goals, people: People, fleet: Fleet, factory: TreesFactory) -> None:
         self._core = core
@@ -403,7 +401,7 @@ class Tasks:
                 self._run(task.id).trees.restore(task.section, steps, "")
             for recovering in task.recovering:
                 if f"recover:{recovering.agent}#{recovering.attempt}" in memory:
-                    self.recovery.restore(recovering, self._run(task.id))
+                    self.recovery.restore(recovering, self._run(task.id).trees)
 
 
 __all__ = ["RECOVER_TASK", "Recovering", "Tasks", "section_steps"]

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import Final
 
-from formiga_bt.engine.allocator.policy import Candidate
+from formiga_bt.engine.allocator.candidate import Candidate
 from formiga_bt.engine.records import Request, RoleRequest, Verdict
 
 FOR_EVER: Final = frozenset({"wrong_type", "not_this_one", "no_action", "not_admitted"})

@@ -7,41 +7,21 @@ request, a verdict on every agent. All roles of a request are granted together o
 the nearest agent that fits; a role with several places gets the best one-to-one assignment.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any, Protocol
 
 from msgspec import Struct
 
+from formiga_bt.engine.allocator.candidate import Candidate
+from formiga_bt.engine.allocator.filters import refusal
 from formiga_bt.engine.records import Request, RoleRequest, Verdict
-from formiga_bt.geo import Position, horizontal_m, mm
+from formiga_bt.geo import horizontal_m, mm
 
 PREFERRED = -1e6
 """Cost bonus, metres, of the preferred agent: it wins if it fits."""
 
 UNREACHABLE = 1e5
 """Cost, metres, of a person who cannot be reached now: reachable ones come first."""
-
-
-class Candidate(Struct, frozen=True, kw_only=True):
-    """An agent as the allocator sees it."""
-
-    id: str
-    type: str
-    order: int
-    human: bool
-    actions: tuple[str, ...]
-    refused: str
-    pool: str
-    liveness: str
-    control: str
-    task: str
-    goal: str
-    word: str
-    landed: str
-    at_port: bool
-    battery: float
-    position: Position | None
-    detail: str = ""
 
 
 class Grant(Struct, frozen=True):
@@ -66,18 +46,13 @@ class Policy(Protocol):
         ...
 
 
-Refusal = Callable[[Candidate, RoleRequest], "tuple[str, str] | None"]
-
-
 def closest(requests: Sequence[Request], agents: Sequence[Candidate]) -> Decision:
     """Grant the nearest fitting agents, request by request in the given order."""
-    from formiga_bt.engine.allocator.filters import refusal
-
     taken: dict[str, str] = {}
     grants: list[Grant] = []
     verdicts: dict[str, tuple[Verdict, ...]] = {}
     for request in requests:
-        roles, seen = _serve(request, agents, taken, refusal)
+        roles, seen = _serve(request, agents, taken)
         verdicts[request.task] = tuple(seen)
         if roles is not None:
             grants.append(Grant(request.task, roles))
@@ -100,7 +75,7 @@ def _reserved(request: Request, verdicts: Sequence[Verdict]) -> dict[str, str]:
 
 
 def _serve(
-    request: Request, agents: Sequence[Candidate], taken: dict[str, str], refusal: Refusal
+    request: Request, agents: Sequence[Candidate], taken: dict[str, str]
 ) -> tuple[dict[str, tuple[str, ...]] | None, list[Verdict]]:
     slots = [(role, index) for role in request.roles for index in range(role.count)]
     costs: dict[tuple[str, str], float] = {}

@@ -1,0 +1,128 @@
+"""What parts of the engine need of parts that are built after them.
+
+The parts stand in this order: fleet, people, gatekeeper, clearances, goals, tasks (with recovery), allocation. Each may call
+those before it directly; back up it calls through one of these protocols, which `Engine` connects. So each part can be read,
+and tested, without the ones above it.
+"""
+
+from collections.abc import Mapping
+from typing import Any, Protocol
+
+from formiga_bt.engine.records import GoalRecord, Request, TaskRecord
+from formiga_bt.lang.model import Step
+from formiga_bt.nodes.run import Failure, GoalOrder
+from formiga_bt.transport.messages import Clearance, GoalEvent
+
+
+class GoalPort(Protocol):
+    """`Goals`, for the fleet and for the runs of tasks."""
+
+    def order(self, task_id: str, order: GoalOrder) -> Failure | None:
+        """Make a goal and show it to the gate."""
+        ...
+
+    def cancel(self, goal_id: str) -> bool:
+        """Cancel a goal; return whether its end must be waited for."""
+        ...
+
+    def on_event(self, event: GoalEvent, wall: int) -> None:
+        """Take news of a goal."""
+        ...
+
+    def end(
+        self, goal_id: str, state: str, code: str = "", text: str = "", result: dict[str, Any] | None = None
+    ) -> None:
+        """Give a goal its end."""
+        ...
+
+    def lose(self, agent_id: str, state: str, code: str = "") -> None:
+        """End every goal that an agent has or waits for."""
+        ...
+
+
+class PeoplePort(Protocol):
+    """`People`, for the fleet."""
+
+    def invalidate(self) -> None:
+        """Somebody came or went: look at the queues again."""
+        ...
+
+
+class ClearancePort(Protocol):
+    """`Clearances`, for the gatekeeper."""
+
+    def given(self, agent_id: str) -> Clearance | None:
+        """Return the word that stands for a machine."""
+        ...
+
+    def take(self, goal: GoalRecord) -> Clearance | None:
+        """Return the word that goes along with a goal, and use it up."""
+        ...
+
+    def need(self, goal: GoalRecord) -> None:
+        """Ask for the word, unless it is being asked for."""
+        ...
+
+    def withdraw(self, goal: GoalRecord) -> None:
+        """The goal that waits for a word is gone."""
+        ...
+
+
+class TaskPort(Protocol):
+    """`Tasks`, for the fleet, the clearances and the recovery."""
+
+    def fail(self, task_id: str, code: str, reason: str) -> None:
+        """End a task by something that no step can catch."""
+        ...
+
+    def on_agent_left(self, task_id: str, agent_id: str) -> None:
+        """A machine of the task was quarantined."""
+        ...
+
+    def start_recover(self, agent_id: str) -> None:
+        """Start the system task that brings a machine home."""
+        ...
+
+    def poke_allocator(self) -> None:
+        """Agents or requests changed."""
+        ...
+
+    def alarm(self, code: str, text: str, task_id: str, agent_id: str) -> None:
+        """Raise an alarm."""
+        ...
+
+    def start_section(self, task_id: str, section: str, steps: tuple[Step, ...], scope: str) -> None:
+        """Start a recover section."""
+        ...
+
+    def stop(self, task_id: str, section: str) -> None:
+        """Stop a section."""
+        ...
+
+    def recovered(self, task_id: str) -> None:
+        """Every machine is home, or quarantined."""
+        ...
+
+
+class AllocationPort(Protocol):
+    """`Allocation`, for the tasks."""
+
+    def request(self, task: TaskRecord, values: Mapping[str, Any]) -> Request:
+        """Return a task's request."""
+        ...
+
+    def enqueue(self, request: Request) -> None:
+        """Let a request wait for agents."""
+        ...
+
+    def poke(self) -> None:
+        """Look at the requests soon."""
+        ...
+
+    def look(self) -> None:
+        """Look at the requests now."""
+        ...
+
+    def assign(self, task_id: str, roles: Mapping[str, tuple[str, ...]]) -> None:
+        """Mark agents as a task's."""
+        ...
