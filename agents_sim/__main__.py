@@ -1,6 +1,7 @@
 """Run one simulated agent as a process: `python -m agents_sim --id hwd_1 --type hwd --site farm --at 0,20`.
 
-Ends on SIGTERM and SIGINT. SIGUSR1 plays the pilot who takes a drone over, SIGUSR2 the one who hands it back.
+Ends on SIGTERM and SIGINT. SIGUSR1 plays the pilot who takes a drone over, SIGUSR2 the one who hands it back. With
+`--orders` it reads faults to play from its standard input, a JSON `faults.Order` a line.
 """
 
 import argparse
@@ -12,6 +13,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+import msgspec
+
+from agents_sim.faults import Order
 from agents_sim.world import AgentSpec
 from formiga_bt.errors import TransportError
 from formiga_bt.geo import Place, Position
@@ -32,6 +36,9 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
     parser.add_argument(
         "--script", default="[]", help='a person\'s answers, JSON: [{"match": "*", "options": ["yes"]}]'
     )
+    parser.add_argument("--walk", default="", help="a person's way: places east,north joined by ;")
+    parser.add_argument("--base", default="", help="latitude,longitude of the base, to report both")
+    parser.add_argument("--orders", action="store_true", help="read faults to play from standard input")
     parser.add_argument("--state-dir", type=Path, help="where its files are kept; without, it is new at each start")
     parser.add_argument(
         "--exit-with-parent",
@@ -62,6 +69,8 @@ def read_spec(options: argparse.Namespace) -> AgentSpec:
         limits={name: float(number) for name, number in limits.items()},
         script=tuple(json.loads(options.script)),
         kind=options.kind,
+        walk=tuple(read_place(point) for point in options.walk.split(";") if point),
+        base=read_degrees(options.base) if options.base else None,
     )
 
 
@@ -79,26 +88,71 @@ def read_point(text: str) -> Place | Position:
     raise ValueError(f"a point is east,north or east,north,up in metres, got {text!r}")
 
 
-class Signals:
-    """What signals asked for; the handlers only take notes."""
+def read_place(text: str) -> Place:
+    """Read `east,north`.
 
-    def __init__(self, parent: int | None) -> None:
+    Raises:
+        ValueError: it is not.
+    """
+    point = read_point(text)
+    if not isinstance(point, Place):
+        raise ValueError(f"a place is east,north in metres, got {text!r}")
+    return point
+
+
+def read_degrees(text: str) -> tuple[float, float]:
+    """Read `latitude,longitude`.
+
+    Raises:
+        ValueError: it is not.
+    """
+    place = read_place(text)
+    return place.east_m, place.north_m
+
+
+class Wishes:
+    """What signals and the standard input asked for; the handlers only take notes."""
+
+    def __init__(self, parent: int | None, *, reads_orders: bool) -> None:
         self._parent = parent
         self._stop = False
-        self._orders: list[str] = []
+        self._orders: list[Order] = []
+        self._half_line = b""
+        self._reads = reads_orders
+        if reads_orders:
+            os.set_blocking(sys.stdin.fileno(), False)
         for number in (signal.SIGTERM, signal.SIGINT):
             signal.signal(number, self._on_stop)
-        signal.signal(signal.SIGUSR1, lambda *_: self._orders.append("take_over"))
-        signal.signal(signal.SIGUSR2, lambda *_: self._orders.append("hand_back"))
+        signal.signal(signal.SIGUSR1, lambda *_: self._orders.append(Order(kind="take_over")))
+        signal.signal(signal.SIGUSR2, lambda *_: self._orders.append(Order(kind="hand_back")))
 
     def is_stopping(self) -> bool:
         """Return whether to end: a signal came, or the parent is gone."""
         return self._stop or (self._parent is not None and os.getppid() != self._parent)
 
-    def orders(self) -> list[str]:
-        """Return what the pilot did since the last call."""
+    def orders(self) -> list[Order]:
+        """Return the faults ordered since the last call.
+
+        Raises:
+            ValueError: a line is no order.
+        """
+        if self._reads:
+            self._read()
         orders, self._orders = self._orders, []
         return orders
+
+    def _read(self) -> None:
+        try:
+            raw = os.read(sys.stdin.fileno(), 65536)
+        except BlockingIOError:
+            return
+        self._reads = bool(raw)
+        *lines, self._half_line = (self._half_line + raw).split(b"\n")
+        for line in lines:
+            try:
+                self._orders.append(msgspec.json.decode(line, type=Order))
+            except msgspec.DecodeError as error:
+                raise ValueError(f"no order: {line!r}: {error}") from error
 
     def _on_stop(self, *_: Any) -> None:
         self._stop = True
@@ -107,14 +161,14 @@ class Signals:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one agent until it is told to end. Return the exit status."""
     options = parse(sys.argv[1:] if arguments is None else arguments)
-    signals = Signals(options.exit_with_parent)
+    wishes = Wishes(options.exit_with_parent, reads_orders=options.orders)
     from agents_sim.process import AgentProcess  # loads the wire: only once the command line is known to be good
 
     try:
         agent = AgentProcess(
             read_spec(options), site=options.site, connect=options.connect, state_dir=options.state_dir
         )
-        agent.run(signals.is_stopping, signals.orders)
+        agent.run(wishes.is_stopping, wishes.orders)
     except (ValueError, OSError, TransportError) as error:
         print(f"agents_sim: {options.id}: {error}", file=sys.stderr)  # noqa: T201
         return 1

@@ -26,7 +26,7 @@ from agents_sim.motion import (
 )
 from agents_sim.sweep import sweep
 from formiga_bt.clock import SECOND, Micros, Scheduler, Timer, micros
-from formiga_bt.geo import Position, horizontal_m, mm
+from formiga_bt.geo import Frame, Position, horizontal_m, mm
 from formiga_bt.transport.agent_side import AgentSide
 from formiga_bt.transport.messages import Control, GoalRequest, Landed
 
@@ -72,12 +72,19 @@ class Drone:
         limits: what it can do.
         state: where and how it begins; on the ground unless `state.kind` says otherwise.
         recorder: told of each segment and rotor start.
+        frame: of the base, to report latitude and longitude too.
     """
 
     actions: Final = ("TakeOff", "GoTo", "LandIn", "Explore")
 
     def __init__(
-        self, agent: str, scheduler: Scheduler, limits: DroneLimits, state: BodyState, recorder: Recorder | None = None
+        self,
+        agent: str,
+        scheduler: Scheduler,
+        limits: DroneLimits,
+        state: BodyState,
+        recorder: Recorder | None = None,
+        frame: Frame | None = None,
     ) -> None:
         self.agent = agent
         self.limits = limits
@@ -87,6 +94,7 @@ class Drone:
         """Set False to play a drone that stops when canceled but never says so."""
         self._scheduler = scheduler
         self._recorder: Recorder = recorder or NoRecorder()
+        self._frame = frame
         self._side: AgentSide | None = None
         self._flight: _Flight | None = None
         self._timers: list[Timer] = []
@@ -371,8 +379,12 @@ class Drone:
 
     def _set_status(self) -> None:
         if self._side is not None:
+            here = self.position()
+            lat, lng = self._frame.lat_lng(here) if self._frame is not None else (None, None)
             self._side.set_status(
-                position=self.position(),
+                position=here,
+                lat=lat,
+                lng=lng,
                 battery=self.battery(),
                 landed=self.landed(),
                 initial_deployment=self._first_place,

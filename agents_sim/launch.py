@@ -4,6 +4,7 @@ Processes are ended by their own pid, with a bound. They stand in sessions of th
 demo's to handle), and end by themselves when the process that started them is gone.
 """
 
+import contextlib
 import json
 import os
 import signal
@@ -14,11 +15,19 @@ from pathlib import Path
 from types import TracebackType
 from typing import Final, Self
 
-from agents_sim.world import AgentSpec, drone_limits, is_person
+import msgspec
+
+from agents_sim.faults import Order
+from agents_sim.ledger import judge
+from agents_sim.referee import Referee, Verdict
+from agents_sim.world import AgentSpec, check_spec
 from formiga_bt.geo import Place
 
 END_S: Final = 5.0
 """So long a process may take to end after SIGTERM, before SIGKILL."""
+
+REFEREE: Final = "referee"
+"""The name of the referee's log; no agent may be called so."""
 
 
 def command(spec: AgentSpec, *, site: str, connect: str, state_dir: Path) -> list[str]:
@@ -35,7 +44,11 @@ def command(spec: AgentSpec, *, site: str, connect: str, state_dir: Path) -> lis
         words += ["--limits", ",".join(f"{name}={float(number)!r}" for name, number in sorted(spec.limits.items()))]
     if spec.script:
         words += ["--script", json.dumps([dict(rule) for rule in spec.script])]
-    return [*words, "--exit-with-parent", str(os.getpid())]
+    if spec.walk:
+        words += ["--walk=" + ";".join(_numbers([place.east_m, place.north_m]) for place in spec.walk)]
+    if spec.base is not None:
+        words += [f"--base={_numbers(spec.base)}"]
+    return [*words, "--orders", "--exit-with-parent", str(os.getpid())]
 
 
 class FleetProcesses:
@@ -46,28 +59,31 @@ class FleetProcesses:
         site: the site's name.
         connect: the engine's endpoint.
         state_dir: folder for the agents' files: bodies, ledgers, and what they print (`<id>.log`).
+        referee: whether a referee runs beside them, who publishes what it sees each second (`watch`).
 
     Raises:
         ValueError: a spec is wrong, or two have the same id.
     """
 
-    def __init__(self, specs: Iterable[AgentSpec], *, site: str, connect: str, state_dir: Path) -> None:
+    def __init__(
+        self, specs: Iterable[AgentSpec], *, site: str, connect: str, state_dir: Path, referee: bool = False
+    ) -> None:
         self._site = site
         self._connect = connect
         self._state_dir = state_dir
         self._specs: dict[str, AgentSpec] = {}
         self._processes: dict[str, subprocess.Popen[bytes]] = {}
+        self._has_referee = referee
+        self._referee: subprocess.Popen[bytes] | None = None
         for spec in specs:
-            if spec.id in self._specs:
-                raise ValueError(f"two agents have the id {spec.id}")
-            if not is_person(spec):
-                drone_limits(spec)
-            self._specs[spec.id] = spec
+            self._take(spec)
 
     def __enter__(self) -> Self:
         try:
             for agent in self._specs:
                 self.start(agent)
+            if self._has_referee:
+                self._start_referee()
         except BaseException:
             self.close()
             raise
@@ -80,25 +96,45 @@ class FleetProcesses:
 
     def add(self, spec: AgentSpec) -> None:
         """Add and start one more agent."""
-        if spec.id in self._specs:
-            raise ValueError(f"two agents have the id {spec.id}")
-        self._specs[spec.id] = spec
+        self._take(spec)
         self.start(spec.id)
+
+    def _take(self, spec: AgentSpec) -> None:
+        if spec.id in self._specs or spec.id == REFEREE:
+            raise ValueError(f"two agents have the id {spec.id}")
+        check_spec(spec)
+        self._specs[spec.id] = spec
 
     def start(self, agent: str) -> None:
         """Start an agent's process; one that runs is left alone."""
         if self.is_running(agent):
             return
-        self._state_dir.mkdir(parents=True, exist_ok=True)
         words = command(self._specs[agent], site=self._site, connect=self._connect, state_dir=self._state_dir)
-        with self.log_of(agent).open("ab") as log:
-            self._processes[agent] = subprocess.Popen(
+        if agent in self._processes:
+            self._hang_up(self._processes[agent])
+        self._processes[agent] = self._spawn(words, agent)
+
+    def _start_referee(self) -> None:
+        words = ["-m", "agents_sim.watch", "--site", self._site, "--connect", self._connect]
+        words += ["--state-dir", str(self._state_dir), "--exit-with-parent", str(os.getpid())]
+        self._referee = self._spawn(words, REFEREE)
+
+    def _spawn(self, words: list[str], name: str) -> "subprocess.Popen[bytes]":
+        self._state_dir.mkdir(parents=True, exist_ok=True)
+        with self.log_of(name).open("ab") as log:
+            return subprocess.Popen(
                 [sys.executable, *words],
-                stdin=subprocess.DEVNULL,
+                stdin=subprocess.PIPE,
                 stdout=log,
                 stderr=subprocess.STDOUT,
                 start_new_session=True,
+                bufsize=0,
             )
+
+    @staticmethod
+    def _hang_up(process: "subprocess.Popen[bytes]") -> None:
+        if process.stdin is not None:
+            process.stdin.close()
 
     def is_running(self, agent: str) -> bool:
         """Return whether an agent's process runs (a frozen one does)."""
@@ -138,6 +174,13 @@ class FleetProcesses:
         """Let a frozen process go on."""
         self._processes[agent].send_signal(signal.SIGCONT)
 
+    def order(self, agent: str, order: Order) -> None:
+        """Let an agent play a fault; nothing happens if its process has ended."""
+        pipe = self._processes[agent].stdin
+        if pipe is not None and self.is_running(agent):
+            with contextlib.suppress(BrokenPipeError):
+                pipe.write(msgspec.json.encode(order) + b"\n")
+
     def take_over(self, agent: str) -> None:
         """Let the pilot take a drone over."""
         self._processes[agent].send_signal(signal.SIGUSR1)
@@ -146,9 +189,26 @@ class FleetProcesses:
         """Let the pilot hand a drone back."""
         self._processes[agent].send_signal(signal.SIGUSR2)
 
+    def verdict(self) -> Verdict:
+        """Return the referee's verdict on all motion up to now, from the agents' own ledgers.
+
+        The referee's process ends with it; if there is none (or it fails), the ledgers are judged here.
+        """
+        process = self._referee
+        if process is not None and process.poll() is None:
+            process.terminate()
+            with contextlib.suppress(subprocess.TimeoutExpired):
+                process.wait(END_S)
+            said = self.log_of(REFEREE).read_bytes().strip().split(b"\n")[-1]
+            with contextlib.suppress(msgspec.DecodeError):
+                return msgspec.json.decode(said, type=Verdict)
+        referee = Referee()
+        return referee.verdict(judge(self._state_dir, referee))
+
     def close(self) -> None:
         """End all processes: asked first, killed after `END_S` together. May be called twice."""
-        running = [process for process in self._processes.values() if process.poll() is None]
+        processes = [*self._processes.values(), *([self._referee] if self._referee is not None else [])]
+        running = [process for process in processes if process.poll() is None]
         for process in running:
             process.send_signal(signal.SIGCONT)  # a frozen one could not hear
             process.terminate()
@@ -158,6 +218,8 @@ class FleetProcesses:
             except subprocess.TimeoutExpired:
                 process.kill()
                 process.wait()
+        for process in processes:
+            self._hang_up(process)
 
 
 def _numbers(numbers: Iterable[float]) -> str:

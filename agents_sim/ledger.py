@@ -14,7 +14,7 @@ from typing import Any
 import msgspec
 from msgspec import Struct
 
-from agents_sim.motion import BodyState, MotionKind, Recorder, Segment
+from agents_sim.motion import BodyState, MotionKind, PersonState, Recorder, Segment
 from formiga_bt.clock import Micros
 from formiga_bt.geo import Place
 from formiga_bt.transport.messages import Clearance
@@ -23,7 +23,7 @@ from formiga_bt.transport.messages import Clearance
 class Saved(Struct, frozen=True, kw_only=True):
     """The body as it was saved: at which engine and wall time, at which speed of the engine's clock."""
 
-    body: BodyState
+    body: BodyState | PersonState
     engine_us: Micros
     wall_us: Micros
     speed: float
@@ -135,12 +135,13 @@ class Ledger:
 
 
 def judge(folder: Path, recorder: Recorder) -> Micros:
-    """Tell a referee all that the ledgers of a folder hold, in order of time. Return the time of the last line.
+    """Tell a referee all that the ledgers of a folder hold, in order of time. Return until when there is something.
 
-    A line cut short by the death of its writer is left out.
+    A line cut short by the death of its writer is left out, and so is what a drone meant to fly after its body was last
+    saved: if its process is dead it has hovered there since, if not, that is yet to come.
     """
     last = 0
-    ledgers = [_in_order(_read(path)) for path in sorted(folder.glob("*.motion.jsonl"))]
+    ledgers = [_in_order(_with_death(_read(path), folder)) for path in sorted(folder.glob("*.motion.jsonl"))]
     for note in heapq.merge(*ledgers, key=lambda note: note.at):
         last = max(last, note.segment.t1 if isinstance(note, MotionNote) else note.at)
         note.tell(recorder)
@@ -153,6 +154,20 @@ def _read(path: Path) -> Iterator[Note]:
         for line in lines:
             if line.endswith(b"\n"):
                 yield decoder.decode(line)
+
+
+def _with_death(notes: Iterator[Note], folder: Path) -> Iterator[Note]:
+    """Add to a drone's notes that it hovers (or stands) from the instant on at which its body was last saved."""
+    newest: Note | None = None
+    for newest in notes:
+        yield newest
+    if newest is None or isinstance(newest, PersonNote):
+        return
+    saved = BodyFile(folder, newest.agent).load()
+    if saved is not None and isinstance(saved.body, BodyState):
+        body = saved.body.found_at(saved.engine_us, saved.engine_us, 0.0)
+        if saved.body.segment.t1 > saved.engine_us or newest.at > saved.engine_us:
+            yield MotionNote(newest.agent, body.segment, body.kind)
 
 
 def _in_order(notes: Iterator[Note]) -> list[Note]:

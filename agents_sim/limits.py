@@ -1,18 +1,36 @@
-"""What a simulated drone can do: speeds and charge, per type, overridable per agent.
+"""What simulated drones and people can do: speeds, charge, what a tracker sees; per type, overridable per agent.
 
-The numbers go out on the agent's card under these names. The defaults give 25 to 30 minutes of flight.
+A drone's numbers go out on its card under these names. The defaults give 25 to 30 minutes of flight.
 """
 
 import math
 from collections.abc import Mapping
 from types import MappingProxyType
-from typing import Final
+from typing import Final, Self
 
 import msgspec
 from msgspec import Struct
 
 
-class DroneLimits(Struct, frozen=True, kw_only=True):
+class Limits(Struct, frozen=True, kw_only=True):
+    """Numbers by name that a spec may override."""
+
+    def replaced(self, changes: Mapping[str, float]) -> Self:
+        """Return these limits with some replaced.
+
+        Raises:
+            ValueError: a name is unknown, a number is negative or not finite, or a speed is zero.
+        """
+        unknown = sorted(changes.keys() - set(self.__struct_fields__))
+        if unknown:
+            raise ValueError(f"unknown limits {', '.join(unknown)}; known: {', '.join(self.__struct_fields__)}")
+        for name, number in changes.items():
+            if not math.isfinite(number) or number < 0 or (number == 0 and name.endswith("_m_s")):
+                raise ValueError(f"limit {name} must be a positive number, got {number!r}")
+        return msgspec.structs.replace(self, **changes)
+
+
+class DroneLimits(Limits, frozen=True, kw_only=True):
     """Limits of one drone; percent are points of charge, 0..100."""
 
     speed_m_s: float = 10.0
@@ -24,23 +42,20 @@ class DroneLimits(Struct, frozen=True, kw_only=True):
     failsafe_percent: float = 5.0
     """At this charge the drone lands by itself, and it starts or goes nowhere on its engine's word."""
 
-    def replaced(self, changes: Mapping[str, float]) -> "DroneLimits":
-        """Return these limits with some replaced.
-
-        Raises:
-            ValueError: a name is unknown, a number is negative or not finite, or a speed is zero.
-        """
-        unknown = sorted(changes.keys() - set(self.__struct_fields__))
-        if unknown:
-            raise ValueError(f"unknown limits {', '.join(unknown)}; known: {', '.join(self.__struct_fields__)}")
-        for name, number in changes.items():
-            if not math.isfinite(number) or number < 0 or (number == 0 and name in ("speed_m_s", "climb_m_s")):
-                raise ValueError(f"limit {name} must be a positive number, got {number!r}")
-        return msgspec.structs.replace(self, **changes)
-
     def on_card(self) -> dict[str, float]:
         """Return the limits as an agent announces them."""
         return {name: float(getattr(self, name)) for name in self.__struct_fields__}
+
+
+class PersonLimits(Limits, frozen=True, kw_only=True):
+    """How a person walks, and how well the tracker they carry works (`finder.Finder`)."""
+
+    walk_m_s: float = 1.4
+    finder_range_m: float = 20.0
+    """A drone at most this far away, over ground, is in range."""
+    fix_error_m: float = 30.0
+    """How far off the first fix of a search is; each further one is half as far off."""
+    fix_takes_s: float = 2.0
 
 
 DRONE_TYPES: Final[Mapping[str, DroneLimits]] = MappingProxyType(
@@ -52,3 +67,5 @@ DRONE_TYPES: Final[Mapping[str, DroneLimits]] = MappingProxyType(
 """Light-weight and heavy-weight drones."""
 
 PERSON_TYPES: Final = ("picker", "watcher")
+TRACKED_TYPES: Final = ("picker",)
+"""People who carry a tracker: they answer MiniFinder."""

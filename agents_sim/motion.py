@@ -44,7 +44,14 @@ class Segment(Struct, frozen=True):
         return Segment(self.t0 + by, self.p0, self.t1 + by, self.p1)
 
 
-class BodyState(Struct, frozen=True):
+class PersonState(Struct, frozen=True, tag="person"):
+    """Where a person is and the rest of their way, as kept in a file: the tracker's process may die."""
+
+    place: Place
+    walk: tuple[Place, ...] = ()
+
+
+class BodyState(Struct, frozen=True, tag="drone"):
     """All that a drone's body is, as it is kept in a file while the body's process may die."""
 
     segment: Segment
@@ -57,7 +64,10 @@ class BodyState(Struct, frozen=True):
     control: Control = "engine"
 
     def found_at(self, now: Micros, died: Micros, hover_percent_s: float) -> "BodyState":
-        """Return the body as found `now`: its process died at `died`, and if in the air it has hovered there since."""
+        """Return the body as found `now`: its process died at `died`, and if in the air it has hovered there since.
+
+        Its segment begins when it died, so that whoever is told of it forgets what was to come after.
+        """
         here = self.segment.at(died)
         has_landed = self.kind == "rest" or (self.kind == "descend" and here.up_m <= 0.0)
         kind: MotionKind = "rest" if has_landed else "hover"
@@ -65,7 +75,7 @@ class BodyState(Struct, frozen=True):
         if kind == "hover":
             battery -= hover_percent_s * (now - died) / SECOND
         return BodyState(
-            Segment(now, here, now, here), kind, min(100.0, max(0.0, battery)), now, 0.0, self.home, self.control
+            Segment(died, here, died, here), kind, min(100.0, max(0.0, battery)), now, 0.0, self.home, self.control
         )
 
 

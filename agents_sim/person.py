@@ -1,19 +1,22 @@
-"""A simulated person: stands somewhere and answers questions by a script, after a while, or never.
+"""A simulated person: stands or walks, answers questions by a script, after a while, or never, and carries a tracker.
 
 A question is a Confirm goal with the fields question, options, note, number, expires_us, if_no_answer; its result is
 `{answer, by, at}`. Without a fitting rule a person says yes: `clear` to a clearance, else the first option that agrees.
+A person walks in steps of a second of engine time. A picker answers MiniFinder too (`finder`).
 
 Called from one thread, like every `AgentBody`.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, Final
 
 from msgspec import Struct
 
-from agents_sim.motion import NoRecorder, Recorder
+from agents_sim.finder import Finder, Sight, sees_nothing
+from agents_sim.limits import PersonLimits
+from agents_sim.motion import NoRecorder, PersonState, Recorder
 from formiga_bt.clock import SECOND, Micros, Scheduler, Timer, micros
-from formiga_bt.geo import Place, Position
+from formiga_bt.geo import Frame, Place, Position, horizontal_m, mm
 from formiga_bt.transport.agent_side import CONFIRM, AgentSide
 from formiga_bt.transport.messages import GoalRequest
 
@@ -22,6 +25,9 @@ AFFIRMATIVE: Final = frozenset(
     {"yes", "ok", "okay", "clear", "loaded", "done", "ready", "accept", "confirm", "approve"}
 )
 DEFAULT_DELAY_US: Final[Micros] = 3 * SECOND
+STEP_US: Final[Micros] = SECOND
+MINI_FINDER: Final = "MiniFinder"
+"""The action by which the tracker of a person is asked."""
 
 
 class Rule(Struct, frozen=True):
@@ -78,8 +84,6 @@ def _read_delay(value: Any) -> Micros:
 class Person:
     """The body of one person (an `AgentBody`). Call `attach` with its side before anything else."""
 
-    actions: Final = (CONFIRM,)
-
     def __init__(
         self,
         agent: str,
@@ -87,8 +91,16 @@ class Person:
         place: Place,
         rules: tuple[Rule, ...] = (),
         recorder: Recorder | None = None,
+        *,
+        tracked: bool = False,
+        walk: Sequence[Place] = (),
+        limits: PersonLimits | None = None,
+        sight: Sight = sees_nothing,
+        frame: Frame | None = None,
     ) -> None:
         self.agent = agent
+        self.actions = (CONFIRM, MINI_FINDER) if tracked else (CONFIRM,)
+        self.limits = limits or PersonLimits()
         self.asked: list[str] = []
         """The questions heard, in order: for tests and demos."""
         self.confirms_cancel = True
@@ -98,8 +110,13 @@ class Person:
         self._recorder: Recorder = recorder or NoRecorder()
         self._side: AgentSide | None = None
         self._answers: dict[str, Timer] = {}
+        self._finder = Finder(agent, self.limits, sight)
+        self._frame = frame
         self._place = place
-        self.walk_to(place)
+        self._walk = list(walk)
+        self.stand_at(place)
+        if self._walk:
+            self._scheduler.call_at(self._scheduler.now() + STEP_US, self._step)
 
     def attach(self, side: AgentSide) -> None:
         """Take the side that speaks for this person."""
@@ -109,7 +126,7 @@ class Person:
     def resume(self) -> None:
         """Go on after a new start (nobody but the person is in command)."""
 
-    def walk_to(self, place: Place) -> None:
+    def stand_at(self, place: Place) -> None:
         """Stand at another place from now on."""
         self._place = place
         self._recorder.person_at(self.agent, self._scheduler.now(), place)
@@ -119,8 +136,16 @@ class Person:
         """Return where the person stands."""
         return Position(self._place.east_m, self._place.north_m, 0.0)
 
+    def state(self) -> PersonState:
+        """Return where the person is on the way, to be kept."""
+        return PersonState(self._place, tuple(self._walk))
+
     def start(self, request: GoalRequest) -> str:
-        """Hear a question and think about it."""
+        """Hear a question and think about it; let the tracker find where it is."""
+        if request.action == MINI_FINDER:
+            at, goal, search = self._scheduler.now() + micros(self.limits.fix_takes_s), request.goal_id, request.task_id
+            self._answers[goal] = self._scheduler.call_at(at, lambda: self._tell_place(goal, search))
+            return ""
         if request.action != CONFIRM:
             return "unknown_action"
         question = str(request.fields.get("question", ""))
@@ -178,9 +203,35 @@ class Person:
             result = {"answer": answer, "by": self.agent, "at": self._scheduler.now()}
             self._side.finish(goal_id, "succeeded", result=result)
 
+    def _tell_place(self, goal_id: str, search: str) -> None:
+        self._answers.pop(goal_id, None)
+        if self._side is not None:
+            self._side.finish(goal_id, "succeeded", result=self._finder.answer(self._place, search))
+
+    def _step(self) -> None:
+        """Walk for one second, then again, until the way ends."""
+        left_m = self.limits.walk_m_s * STEP_US / SECOND
+        here = self._place
+        while self._walk and left_m > 0.0:
+            to = self._walk[0]
+            leg_m = horizontal_m(here, to)
+            if leg_m <= left_m:
+                here, left_m = self._walk.pop(0), left_m - leg_m
+                continue
+            share, left_m = left_m / leg_m, 0.0
+            here = Place(
+                mm(here.east_m + share * (to.east_m - here.east_m)),
+                mm(here.north_m + share * (to.north_m - here.north_m)),
+            )
+        self.stand_at(here)
+        if self._walk:
+            self._scheduler.call_at(self._scheduler.now() + STEP_US, self._step)
+
     def _set_status(self) -> None:
         if self._side is not None:
-            self._side.set_status(position=self.position(), landed="grounded")
+            here = self.position()
+            lat, lng = self._frame.lat_lng(here) if self._frame is not None else (None, None)
+            self._side.set_status(position=here, landed="grounded", lat=lat, lng=lng)
 
 
 def write_rules(rules: Iterable[Rule]) -> list[dict[str, Any]]:

@@ -2,7 +2,8 @@
 
 One thread owns the body, its rules and its timers; Zenoh's threads only queue what they hear. The loop runs due timers,
 answers the engine, publishes the status twice a second of wall time, and keeps the body's state in a file, so that a
-drone killed in flight is found where it was. Called by `__main__`.
+drone killed in flight is found where it was. A picker's process also listens to where the drones fly, for the tracker.
+Called by `__main__`.
 """
 
 import os
@@ -11,12 +12,18 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Final
 
-from agents_sim.drone import Drone
-from agents_sim.ledger import BodyFile, Ledger, Note, NoteTaker, Saved
+import msgspec
+
+from agents_sim.faults import FaultyBody, FaultyLink, Order, obey
+from agents_sim.ledger import BodyFile, Ledger, MotionNote, Note, NoteTaker, Saved
+from agents_sim.motion import BodyState
 from agents_sim.pacing import PacedScheduler, PacedSide
+from agents_sim.person import MINI_FINDER
 from agents_sim.world import AgentSpec, build_body, build_card, drone_limits
 from formiga_bt.clock import SECOND, Micros
-from formiga_bt.transport.zenoh_agent import ZenohAgentLink
+from formiga_bt.errors import TransportError
+from formiga_bt.geo import Position
+from formiga_bt.transport.zenoh_agent import ZenohAgentLink, ZenohObserver
 
 STATUS_EVERY_US: Final[Micros] = SECOND // 2
 SAVE_EVERY_US: Final[Micros] = SECOND // 5
@@ -33,6 +40,47 @@ def wall_us() -> Micros:
 def calendar_us() -> Micros:
     """Return the wall clock's time since 1970 in microseconds; it outlives the process."""
     return time.time_ns() // 1000
+
+
+class Radar:
+    """What a picker's tracker knows of drones: their newest motion, as they publish it on the site.
+
+    Args:
+        observer: its ears; opened by `open`, again and again until there is an engine.
+        now: engine time.
+    """
+
+    def __init__(self, observer: ZenohObserver, now: Callable[[], Micros]) -> None:
+        self._observer = observer
+        self._now = now
+        self._is_open = False
+        self._newest: dict[str, MotionNote] = {}
+        self._decoder = msgspec.json.Decoder(Note)
+
+    def listen(self) -> None:
+        """Take in what came since the last call."""
+        if not self._is_open:
+            try:
+                self._observer.open("*/*/motion")
+            except TransportError:
+                return  # no engine yet
+            self._is_open = True
+        for _, raw in self._observer.poll():
+            try:
+                note = self._decoder.decode(raw)
+            except msgspec.DecodeError:
+                continue  # not an agent of ours
+            if isinstance(note, MotionNote):
+                self._newest[note.agent] = note
+
+    def flying(self) -> dict[str, Position]:
+        """Return where the drones in the air are."""
+        now = self._now()
+        return {agent: note.segment.at(now) for agent, note in self._newest.items() if note.kind != "rest"}
+
+    def close(self) -> None:
+        """Leave."""
+        self._observer.close()
 
 
 class AgentProcess:
@@ -65,19 +113,21 @@ class AgentProcess:
         self._link = ZenohAgentLink(site, connect=connect)
         # Before the body: already its first motion is noted, and dropped for want of engine time.
         notes = NoteTaker(self._note)
-        state = None
-        if saved is not None:
-            hover = drone_limits(spec).drain_hover_percent_s
-            state = saved.body.found_at(start, saved.engine_us, hover)
-        self.body = build_body(spec, self.scheduler, recorder=notes, state=state)
+        state = saved.body if saved is not None else None
+        if saved is not None and isinstance(state, BodyState):
+            state = state.found_at(start, saved.engine_us, drone_limits(spec).drain_hover_percent_s)
+        radar = Radar(ZenohObserver(site, connect=connect), self.scheduler.now)
+        self.body = build_body(spec, self.scheduler, recorder=notes, state=state, sight=radar.flying)
+        self._radar = radar if MINI_FINDER in self.body.actions else None
+        self._front, self._faulty = FaultyBody(self.body), FaultyLink(self._link, wall_us)
         boot_id = f"{spec.id}-{calendar_us():x}-{os.getpid()}"
         self.side = PacedSide(
-            build_card(spec, self.body, boot_id), self.body, self._link, self.scheduler, self._follow_jump
+            build_card(spec, self.body, boot_id), self._front, self._faulty, self.scheduler, self._follow_jump
         )
         self.body.attach(self.side)
 
-    def run(self, is_stopping: Callable[[], bool], orders: Callable[[], list[str]] = list) -> None:
-        """Live until `is_stopping`. `orders` returns what the pilot did meanwhile: `take_over`, `hand_back`.
+    def run(self, is_stopping: Callable[[], bool], orders: Callable[[], list[Order]] = list) -> None:
+        """Live until `is_stopping`. `orders` returns the faults to play that were ordered meanwhile.
 
         Raises:
             TransportError: the site, the id or the endpoint cannot be used.
@@ -90,9 +140,12 @@ class AgentProcess:
             while not is_stopping():
                 self.scheduler.run_due()
                 for order in orders():
-                    self._obey_pilot(order)
+                    obey(order, self.body, self._front, self._faulty)
+                self._faulty.flush()
                 now = wall_us()
                 if now >= next_status:
+                    if self._radar is not None:
+                        self._radar.listen()
                     self.body.report()
                     self._dirty = True  # never found behind where it was last reported
                     if self._newest is not None:
@@ -105,16 +158,11 @@ class AgentProcess:
                 self._link.pump(self.scheduler.wait_s(wait_s))
         finally:
             self._save()
+            if self._radar is not None:
+                self._radar.close()
             self._link.close()
             if self._ledger is not None:
                 self._ledger.close()
-
-    def _obey_pilot(self, order: str) -> None:
-        if isinstance(self.body, Drone):
-            if order == "take_over":
-                self.body.take_over()
-            else:
-                self.body.hand_back()
 
     def _note(self, note: Note) -> None:
         self._dirty = True
@@ -131,7 +179,7 @@ class AgentProcess:
 
     def _save(self) -> None:
         self._dirty = False
-        if self._file is not None and isinstance(self.body, Drone):
+        if self._file is not None:
             now = self.scheduler.now()
             saved = Saved(body=self.body.state(), engine_us=now, wall_us=calendar_us(), speed=self.scheduler.speed)
             self._file.save(saved)

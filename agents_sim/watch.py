@@ -1,7 +1,9 @@
 """The referee as a process: hears the motion of all agents of a site over Zenoh and judges it while it happens.
 
 `python -m agents_sim.watch --site farm` joins the engine's router (and waits for it), publishes its verdict each second
-under `world/referee/verdict`, and prints it when it ends (SIGTERM, SIGINT), with exit status 1 if it is not clean.
+under `world/referee/verdict`, and prints it when it ends (SIGTERM, SIGINT), with exit status 1 if it is not clean. With
+`--state-dir` the last verdict is on the agents' ledgers: they also know of a drone killed in flight, which from afar
+looks as if it flew on until it is found.
 """
 
 import argparse
@@ -10,11 +12,12 @@ import signal
 import sys
 import time
 from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import Any, Final
 
 import msgspec
 
-from agents_sim.ledger import Note
+from agents_sim.ledger import Note, judge
 from agents_sim.referee import Referee, Verdict
 from formiga_bt.clock import SECOND, Micros
 from formiga_bt.errors import TransportError
@@ -61,8 +64,8 @@ class Watch:
 _NOTES: Final[Any] = msgspec.json.Decoder(Note)
 
 
-def watch(site: str, connect: str, is_stopping: Callable[[], bool]) -> Verdict:
-    """Watch a site until `is_stopping`, and return the verdict."""
+def watch(site: str, connect: str, is_stopping: Callable[[], bool], state_dir: Path | None = None) -> Verdict:
+    """Watch a site until `is_stopping`, and return the verdict; `state_dir`: where the agents' ledgers are."""
     observer = ZenohObserver(site, connect=connect)
     watched = Watch(observer)
     is_open, next_verdict = False, 0.0
@@ -75,6 +78,9 @@ def watch(site: str, connect: str, is_stopping: Callable[[], bool]) -> Verdict:
                 next_verdict = time.monotonic() + 1.0
                 observer.put(VERDICT_KEY, watched.verdict())
             time.sleep(0.05)
+        if state_dir is not None:
+            referee = Referee()
+            return referee.verdict(judge(state_dir, referee))
         watched.listen()
         return watched.verdict()
     finally:
@@ -94,6 +100,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="python -m agents_sim.watch", description="The referee of a simulated site.")
     parser.add_argument("--site", required=True, help="the site's name")
     parser.add_argument("--connect", default="tcp/127.0.0.1:7447", help="the engine's endpoint (%(default)s)")
+    parser.add_argument("--state-dir", type=Path, help="where the agents' ledgers are, for the last verdict")
     parser.add_argument("--exit-with-parent", type=int, nargs="?", const=os.getppid(), metavar="PID")
     options = parser.parse_args(sys.argv[1:] if arguments is None else arguments)
     stops: list[int] = []
@@ -101,7 +108,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         signal.signal(number, lambda got, _: stops.append(got))
     parent = options.exit_with_parent
     verdict = watch(
-        options.site, options.connect, lambda: bool(stops) or (parent is not None and os.getppid() != parent)
+        options.site,
+        options.connect,
+        lambda: bool(stops) or (parent is not None and os.getppid() != parent),
+        options.state_dir,
     )
     print(msgspec.json.encode(verdict).decode())  # noqa: T201
     return 0 if verdict.is_clean else 1

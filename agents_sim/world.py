@@ -5,22 +5,22 @@ as an OS process). Nothing here reads a clock or is random: equal calls give equ
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, Final
 
-import msgspec
 from msgspec import Struct
 
 from agents_sim.drone import Drone
-from agents_sim.limits import DRONE_TYPES, PERSON_TYPES, DroneLimits
-from agents_sim.motion import BodyState, MotionKind, NoRecorder, Recorder, Segment
+from agents_sim.faults import FLIGHT_ORDERS, Body, FaultyBody, FaultyLink, Order, obey
+from agents_sim.finder import Sight, sees_nothing
+from agents_sim.limits import DRONE_TYPES, PERSON_TYPES, TRACKED_TYPES, DroneLimits, PersonLimits
+from agents_sim.motion import BodyState, MotionKind, NoRecorder, PersonState, Recorder, Segment
 from agents_sim.person import Person, read_rules
 from formiga_bt.clock import SECOND, Micros, Scheduler
-from formiga_bt.geo import Place, Position
+from formiga_bt.geo import Frame, Place, Position, mm
 from formiga_bt.transport.agent_side import AgentSide
-from formiga_bt.transport.base import AgentLink
 from formiga_bt.transport.memory import MemoryHub, MemoryLink
-from formiga_bt.transport.messages import AgentCard, AgentStatus, GoalEvent, GoalRequest
+from formiga_bt.transport.messages import AgentCard
 
 STATUS_EVERY_US: Final[Micros] = 5 * SECOND
 """In virtual time a status comes on change and this often."""
@@ -36,14 +36,15 @@ class AgentSpec(Struct, frozen=True, kw_only=True):
     battery: float = 100.0
     home: Place | None = None
     limits: Mapping[str, float] = {}
-    """Overrides of the type's `DroneLimits`, by name."""
+    """Overrides of the type's `DroneLimits` or of `PersonLimits`, by name."""
     script: Sequence[Mapping[str, Any]] = ()
     """A person's answers, see `person.read_rules`."""
     kind: str = ""
     """`drone` or `person` for a type that is not known here; else the type says it."""
-
-
-Body = Drone | Person
+    walk: Sequence[Place] = ()
+    """A person's way from `at` on, begun at once."""
+    base: tuple[float, float] | None = None
+    """Latitude and longitude of the base, degrees: an agent that knows it reports both of itself too."""
 
 
 def is_person(spec: AgentSpec) -> bool:
@@ -69,26 +70,71 @@ def drone_limits(spec: AgentSpec) -> DroneLimits:
     return DRONE_TYPES.get(spec.type, DroneLimits()).replaced(spec.limits)
 
 
-def build_body(
-    spec: AgentSpec, scheduler: Scheduler, *, recorder: Recorder | None = None, state: BodyState | None = None
-) -> Body:
-    """Return the body of an agent; `state` is how a drone's body was found, else it begins as the spec says.
+def person_limits(spec: AgentSpec) -> PersonLimits:
+    """Return the limits of a person, with the spec's overrides.
+
+    Raises:
+        ValueError: an override is wrong.
+    """
+    return PersonLimits().replaced(spec.limits)
+
+
+def check_spec(spec: AgentSpec) -> None:
+    """Check what can be checked before anything starts.
 
     Raises:
         ValueError: the spec is wrong (type, limits, script, charge).
     """
-    place = spec.at if isinstance(spec.at, Place) else spec.at.ground
     if is_person(spec):
-        return Person(spec.id, scheduler, place, read_rules(spec.script), recorder)
+        person_limits(spec)
+        read_rules(spec.script)
+        return
+    drone_limits(spec)
     if not 0.0 <= spec.battery <= 100.0:
         raise ValueError(f"battery of {spec.id} must be 0..100, got {spec.battery!r}")
+
+
+def build_body(
+    spec: AgentSpec,
+    scheduler: Scheduler,
+    *,
+    recorder: Recorder | None = None,
+    state: BodyState | PersonState | None = None,
+    sight: Sight = sees_nothing,
+) -> Body:
+    """Return the body of an agent; `state` is how it was found, else it begins as the spec says.
+
+    `sight` is what a picker's tracker knows of drones.
+
+    Raises:
+        ValueError: the spec is wrong (type, limits, script, charge).
+    """
+    check_spec(spec)
+    place = spec.at if isinstance(spec.at, Place) else spec.at.ground
+    frame = Frame(*spec.base) if spec.base is not None else None
+    if is_person(spec):
+        walk = spec.walk
+        if isinstance(state, PersonState):
+            place, walk = state.place, state.walk
+        return Person(
+            spec.id,
+            scheduler,
+            place,
+            read_rules(spec.script),
+            recorder,
+            tracked=spec.type in TRACKED_TYPES,
+            walk=walk,
+            limits=person_limits(spec),
+            sight=sight,
+            frame=frame,
+        )
     limits = drone_limits(spec)
-    if state is None:
+    if not isinstance(state, BodyState):
         here = spec.at if isinstance(spec.at, Position) else Position(place.east_m, place.north_m, 0.0)
         now = scheduler.now()
         kind: MotionKind = "hover" if here.up_m > 0.0 else "rest"
         state = BodyState(Segment(now, here, now, here), kind, spec.battery, now, 0.0, spec.home)
-    return Drone(spec.id, scheduler, limits, state, recorder)
+    return Drone(spec.id, scheduler, limits, state, recorder, frame)
 
 
 def build_card(spec: AgentSpec, body: Body, boot_id: str) -> AgentCard:
@@ -103,48 +149,6 @@ def build_card(spec: AgentSpec, body: Body, boot_id: str) -> AgentCard:
         limits=limits,
         on_link_loss="hold",
     )
-
-
-class FaultyBody:
-    """Stands before a body and refuses its next goals (an `AgentBody`)."""
-
-    def __init__(self, body: Body) -> None:
-        self.body = body
-        self.refusals: list[str] = []
-
-    def start(self, request: GoalRequest) -> str:
-        """Refuse with the next code in `refusals`, else let the body begin."""
-        return self.refusals.pop(0) if self.refusals else self.body.start(request)
-
-    def cancel(self, goal_id: str) -> bool:
-        """Let the body cancel."""
-        return self.body.cancel(goal_id)
-
-
-class FaultyLink:
-    """Stands before a link and spoils the next statuses (an `AgentLink`)."""
-
-    def __init__(self, link: AgentLink) -> None:
-        self.nan_statuses = 0
-        self.wrong_ids: list[str] = []
-        self._link = link
-
-    def publish_status(self, status: AgentStatus) -> None:
-        """Publish, spoiled if so ordered."""
-        if self.nan_statuses > 0:
-            self.nan_statuses -= 1
-            status = msgspec.structs.replace(status, battery=math.nan)
-        if self.wrong_ids:
-            status = msgspec.structs.replace(status, id=self.wrong_ids.pop(0))
-        self._link.publish_status(status)
-
-    def publish_event(self, event: GoalEvent) -> None:
-        """Publish."""
-        self._link.publish_event(event)
-
-    def publish_card(self, card: AgentCard) -> None:
-        """Publish."""
-        self._link.publish_card(card)
 
 
 class SimAgent:
@@ -207,7 +211,7 @@ class SimFleet:
         """
         if spec.id in self.agents:
             raise ValueError(f"there is an agent {spec.id} already")
-        body = build_body(spec, self._scheduler, recorder=self._recorder)
+        body = build_body(spec, self._scheduler, recorder=self._recorder, sight=self.flying)
         agent = self.agents[spec.id] = SimAgent(spec, body)
         self._boot(agent)
         return agent
@@ -225,7 +229,22 @@ class SimFleet:
             "airborne": sum(drone.is_airborne for drone in drones),
         }
 
+    def flying(self) -> dict[str, Position]:
+        """Return where the drones in the air are."""
+        drones = [agent.body for agent in self.agents.values() if isinstance(agent.body, Drone)]
+        return {drone.agent: drone.position() for drone in drones if drone.is_airborne}
+
     # Faults.
+
+    def order(self, agent: str, order: Order) -> None:
+        """Play a fault; nothing happens to an agent whose process does not run."""
+        one = self.agents[agent]
+        if order.kind == "slow":
+            self._hub.set_delay(agent, round(order.delay_s * SECOND) or self._hub.delay_us)
+        elif order.kind == "lose_result":
+            self._hub.lose_results(agent, order.count)
+        elif one.link is not None or order.kind in FLIGHT_ORDERS:
+            obey(order, one.body, one.front, one.link or FaultyLink(self._hub.link(agent)))
 
     def kill(self, agent: str) -> None:
         """Kill an agent's process. A drone in the air hovers where it is."""
@@ -250,37 +269,31 @@ class SimFleet:
 
     def take_over(self, agent: str) -> None:
         """Let the pilot take a drone: it hovers, its goal ends `taken_over`."""
-        self.agents[agent].drone.take_over()
+        self.order(agent, Order(kind="take_over"))
 
     def hand_back(self, agent: str) -> None:
         """Let the pilot give a drone back."""
-        self.agents[agent].drone.hand_back()
+        self.order(agent, Order(kind="hand_back"))
 
     def refuse_next(self, agent: str, code: str = "not_now", count: int = 1) -> None:
         """Refuse an agent's next goals with `code`."""
-        self.agents[agent].front.refusals += [code] * count
+        self.order(agent, Order(kind="refuse", code=code, count=count))
 
     def nan_status(self, agent: str, count: int = 1) -> None:
         """Spoil an agent's next statuses with a NaN; one is published at once."""
-        one = self.agents[agent]
-        if one.link is not None:
-            one.link.nan_statuses += count
-            one.body.report()
+        self.order(agent, Order(kind="nan", count=count))
 
     def wrong_id_status(self, agent: str, as_id: str, count: int = 1) -> None:
         """Put another's id into an agent's next statuses; one is published at once."""
-        one = self.agents[agent]
-        if one.link is not None:
-            one.link.wrong_ids += [as_id] * count
-            one.body.report()
+        self.order(agent, Order(kind="wrong_id", as_id=as_id, count=count))
 
     def never_confirm_cancel(self, agent: str, never: bool = True) -> None:
         """Let an agent stop when canceled, but never say that it did."""
-        self.agents[agent].body.confirms_cancel = not never
+        self.order(agent, Order(kind="never_confirm", on=never))
 
     def lose_next_result(self, agent: str, count: int = 1) -> None:
         """Lose an agent's next results; its statuses still tell of them."""
-        self._hub.lose_results(agent, count)
+        self.order(agent, Order(kind="lose_result", count=count))
 
     # Inside.
 
@@ -303,3 +316,45 @@ class SimFleet:
             self._report_later(agent, boot)
 
         self._scheduler.call_at(self._scheduler.now() + self._status_every_us, report)
+
+
+# Fleets for tests and benchmarks.
+
+
+def grid(count: int, spacing_m: float, south_m: float = 0.0, columns: int = 0) -> list[Place]:
+    """Return `count` places `spacing_m` apart, row by row northwards from `south_m`, centred on the base's meridian."""
+    columns = columns or max(1, math.ceil(math.sqrt(count)))
+    west_m = -(columns - 1) * spacing_m / 2.0
+    return [Place(mm(west_m + i % columns * spacing_m), mm(south_m + i // columns * spacing_m)) for i in range(count)]
+
+
+def grid_fleet(
+    n_lwd: int,
+    n_hwd: int,
+    n_pickers: int = 0,
+    n_watchers: int = 0,
+    *,
+    spacing_m: float = 25.0,
+    field_spacing_m: float = 60.0,
+    script: Iterable[Mapping[str, Any]] = (),
+) -> list[AgentSpec]:
+    """Return a fleet of any size: drones on ports of their own in a grid north of the base, pickers on a grid of fields.
+
+    The fields begin 100 m north of the last port. Drones come first (lwd, then hwd), so that the first ports are theirs
+    in that order; `script` is what every person answers.
+    """
+    ports = grid(n_lwd + n_hwd, spacing_m, 40.0)
+    north_m = max((port.north_m for port in ports), default=0.0) + 100.0
+    fields = grid(n_pickers, field_spacing_m, north_m)
+    names = [*(("lwd", i) for i in range(n_lwd)), *(("hwd", i) for i in range(n_hwd))]
+    drones = [
+        AgentSpec(id=f"{kind}_{i + 1}", type=kind, at=port, home=port)
+        for (kind, i), port in zip(names, ports, strict=True)
+    ]
+    said = tuple(script)
+    people = [AgentSpec(id=f"picker_{i + 1}", type="picker", at=at, script=said) for i, at in enumerate(fields)]
+    watchers = [
+        AgentSpec(id=f"watcher_{i + 1}", type="watcher", at=Place(20.0 * i, -40.0), script=said)
+        for i in range(n_watchers)
+    ]
+    return [*drones, *people, *watchers]

@@ -144,7 +144,8 @@ class MemoryHub:
         self.scheduler = scheduler
         self.reply_timeout_us = reply_timeout_us
         self.transport = MemoryTransport(self)
-        self._delay_us = delay_us
+        self.delay_us = delay_us
+        """One-way delay of links that have none of their own."""
         self._lease_us = lease_us
         self._faults = faults or Faults()
         self._random = random.Random(seed)
@@ -288,7 +289,7 @@ class MemoryHub:
         self.scheduler.call_at(due, call)
 
     def _delay(self, agent: str) -> Micros:
-        return self._own_delay.get(agent, self._delay_us)
+        return self._own_delay.get(agent, self.delay_us)
 
 
 class MemoryTransport:

@@ -19,7 +19,13 @@ from formiga_bt.geo import Place, Position
         ),
         AgentSpec(id="d", type="lwd", at=Position(0.0, -1.0, 40.0), home=Place(0.0, -1.0)),
         AgentSpec(
-            id="x", type="medic", kind="person", home=Place(0.0, 0.0), script=({"match": "a b", "options": ["ä"]},)
+            id="x",
+            type="medic",
+            kind="person",
+            home=Place(0.0, 0.0),
+            script=({"match": "a b", "options": ["ä"]},),
+            walk=(Place(-1.0, 2.0), Place(3.0, -4.5)),
+            base=(66.5, -25.7),
         ),
     ],
 )

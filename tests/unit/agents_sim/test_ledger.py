@@ -76,3 +76,17 @@ def test_what_was_said_beyond_a_clock_that_went_back_is_void(tmp_path: Path) -> 
 
     assert judge(tmp_path, Listener()) == 50 * SECOND
     assert told == [0, 50]
+
+
+def test_a_drone_that_died_in_flight_and_was_not_found_hovers_for_the_referee(tmp_path: Path) -> None:
+    """It was to fly through another one, but its process died before."""
+    for agent in ("a", "b"):
+        ledger = Ledger(tmp_path, agent)
+        there = LEG if agent == "a" else Segment(0, LEG.p1, 20 * SECOND, LEG.p1)
+        NoteTaker(ledger.write).moved(agent, there, "cruise" if agent == "a" else "hover")
+        ledger.close()
+    referee = Referee()
+    assert len(referee.verdict(judge(tmp_path, referee)).crashes) == 1
+    BodyFile(tmp_path, "a").save(Saved(body=BODY, engine_us=4 * SECOND, wall_us=0, speed=10.0))
+    referee = Referee()
+    assert referee.verdict(judge(tmp_path, referee)).crashes == ()

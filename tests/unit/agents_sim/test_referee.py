@@ -69,7 +69,7 @@ def test_drones_side_by_side_on_the_ground_are_no_crash_until_one_flies() -> Non
 
 @pytest.mark.parametrize(
     ("person_m", "given_s", "unsafe"),
-    [(4.9, None, True), (5.0, None, False), (4.9, 30, False), (4.9, 61, True), (4.9, -1, True)],
+    [(4.9, None, True), (5.0, None, False), (4.9, 30, False), (4.9, 61, True), (4.9, -1, False), (4.9, -3, True)],
 )
 def test_rotors_near_a_person_need_a_fresh_clearance(
     world: World, person_m: float, given_s: int | None, unsafe: bool

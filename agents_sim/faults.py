@@ -1,0 +1,130 @@
+"""What can go wrong with one agent while it runs: spoiled statuses, refusals, silence, a slow link, a pilot.
+
+`FaultyBody` and `FaultyLink` stand between an agent's rules and its body and wire, in process and as an OS process
+alike; `obey` carries out an `Order`. What ends or stops the whole process (kill, freeze) belongs to who runs it.
+"""
+
+import math
+from collections import deque
+from collections.abc import Callable
+from typing import Final, Literal
+
+import msgspec
+from msgspec import Struct
+
+from agents_sim.drone import Drone
+from agents_sim.person import Person
+from formiga_bt.clock import SECOND, Micros
+from formiga_bt.transport.base import AgentLink
+from formiga_bt.transport.messages import TERMINAL, AgentCard, AgentStatus, GoalEvent, GoalRequest
+
+Body = Drone | Person
+
+OrderKind = Literal["nan", "wrong_id", "slow", "refuse", "take_over", "hand_back", "lose_result", "never_confirm"]
+
+
+class Order(Struct, frozen=True, kw_only=True):
+    """A fault to play. Which of the others count depends on the kind."""
+
+    kind: OrderKind
+    count: int = 1
+    """How many statuses, goals or results (nan, wrong_id, refuse, lose_result)."""
+    as_id: str = "somebody_else"
+    """The id in the statuses (wrong_id)."""
+    code: str = "not_now"
+    """Why goals are refused (refuse)."""
+    delay_s: float = 0.0
+    """How late all it says is from now on, in wall time; 0 ends it (slow)."""
+    on: bool = True
+    """False ends never_confirm."""
+
+
+class FaultyBody:
+    """Stands before a body and refuses its next goals (an `AgentBody`)."""
+
+    def __init__(self, body: Body) -> None:
+        self.body = body
+        self.refusals: list[str] = []
+
+    def start(self, request: GoalRequest) -> str:
+        """Refuse with the next code in `refusals`, else let the body begin."""
+        return self.refusals.pop(0) if self.refusals else self.body.start(request)
+
+    def cancel(self, goal_id: str) -> bool:
+        """Let the body cancel."""
+        return self.body.cancel(goal_id)
+
+
+class FaultyLink:
+    """Stands before a link: spoils the next statuses, loses the next results, lets all leave late (an `AgentLink`).
+
+    Args:
+        link: the link that carries.
+        wall: the clock by which news is late; who gives one calls `flush` in its loop.
+    """
+
+    def __init__(self, link: AgentLink, wall: Callable[[], Micros] = lambda: 0) -> None:
+        self.nan_statuses = 0
+        self.wrong_ids: list[str] = []
+        self.lost_results = 0
+        self.delay_us: Micros = 0
+        self._link = link
+        self._wall = wall
+        self._late: deque[tuple[Micros, Callable[[], None]]] = deque()
+
+    def publish_status(self, status: AgentStatus) -> None:
+        """Publish, spoiled if so ordered."""
+        if self.nan_statuses > 0:
+            self.nan_statuses -= 1
+            status = msgspec.structs.replace(status, battery=math.nan)
+        if self.wrong_ids:
+            status = msgspec.structs.replace(status, id=self.wrong_ids.pop(0))
+        self._leave(lambda: self._link.publish_status(status))
+
+    def publish_event(self, event: GoalEvent) -> None:
+        """Publish, or lose it if it is a result and so ordered."""
+        if self.lost_results > 0 and event.state in TERMINAL:
+            self.lost_results -= 1
+            return
+        self._leave(lambda: self._link.publish_event(event))
+
+    def publish_card(self, card: AgentCard) -> None:
+        """Publish."""
+        self._link.publish_card(card)
+
+    def flush(self) -> None:
+        """Let leave what is late enough."""
+        while self._late and self._late[0][0] <= self._wall():
+            self._late.popleft()[1]()
+
+    def _leave(self, call: Callable[[], None]) -> None:
+        if self.delay_us == 0 and not self._late:
+            call()  # nothing waits that it could overtake
+        else:
+            self._late.append((self._wall() + self.delay_us, call))
+
+
+FLIGHT_ORDERS: Final = ("take_over", "hand_back")
+
+
+def obey(order: Order, body: Body, front: FaultyBody, link: FaultyLink) -> None:
+    """Play a fault; one that does not fit the agent (a person has no pilot) is passed over."""
+    match order.kind:
+        case "nan":
+            link.nan_statuses += order.count
+            body.report()
+        case "wrong_id":
+            link.wrong_ids += [order.as_id] * order.count
+            body.report()
+        case "slow":
+            link.delay_us = round(order.delay_s * SECOND)
+        case "refuse":
+            front.refusals += [order.code] * order.count
+        case "lose_result":
+            link.lost_results += order.count
+        case "never_confirm":
+            body.confirms_cancel = not order.on
+        case "take_over" if isinstance(body, Drone):
+            body.take_over()
+        case "hand_back" if isinstance(body, Drone):
+            body.hand_back()
