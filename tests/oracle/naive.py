@@ -157,7 +157,11 @@ class NaiveTrees:
         goals: list[str] = []
         if at.words:
             goals = self.halt_at(at.inner(mem.get("attempt", 0)))
-            goals += [goal for goal in mem.get("drain", ()) if not self.host.goal(goal).ended]
+            for goal in mem.get("drain", ()):  # what still drains moves to whoever stops this
+                if self.host.goal(goal).ended:
+                    self.host.drop_goal(goal)
+                else:
+                    goals.append(goal)
         elif at.step.kind == "do":
             goals = [mem["goal"]] if "goal" in mem and self.host.cancel(mem["goal"]) else []
         elif at.step.kind == "ask":
