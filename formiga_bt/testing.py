@@ -140,8 +140,7 @@ class ScriptedAgent:
 
     def tell(self, **fields: Any) -> None:
         """Publish one status with these fields as they are, right or wrong."""
-        self.side.publish_status()
-        status = AgentStatus(**{**_plain(self.side.status), **fields})
+        status = AgentStatus(**{**_plain(self.side.status), "seq": self.side.status.seq + 1, **fields})
         self.link.publish_status(status)
 
     def succeed(self, result: dict[str, Any] | None = None, **fields: Any) -> None:

@@ -216,8 +216,9 @@ class Fleet:
                 self._ask_about_goals(agent_id)
         if agent.human:
             self.people.invalidate()
-        if wall and f"live|{agent_id}" not in core.state.wall:
-            core.set_wall(f"live|{agent_id}", self._core.agent_type(agent).suspect_after_us)
+        kind = core.catalogue.types.get(agent.type)  # None: not admitted
+        if kind is not None and wall and f"live|{agent_id}" not in core.state.wall:
+            core.set_wall(f"live|{agent_id}", kind.suspect_after_us)
 
     def _take_back(self, agent_id: str) -> None:
         # On a status, not on a card: what it says of itself must be fresh before it is decided whether it may be airborne.
