@@ -15,10 +15,16 @@ from formiga_bt.errors import FormigaError, TreeError
 from formiga_bt.packaged import folder
 
 if TYPE_CHECKING:
-    from agents_sim.referee import Verdict
-    from formiga_bt.lang.model import Site, Task
+    from collections.abc import Sequence
+
+    from agents_sim.referee import Verdict as Findings
+    from formiga_bt.engine.records import Verdict
+    from formiga_bt.lang.model import Catalogue, Site, Task
     from formiga_bt.rehearsal import Rehearsal
     from formiga_bt.show.runlog import RunLog
+
+RULES = ("unsafe_starts", "low_flights")
+"""What the referee counts besides crashes."""
 
 
 def command(
@@ -51,7 +57,8 @@ def command(
     from formiga_bt.rehearsal import Rehearsal, fleet_of
     from formiga_bt.show.runlog import RunLog
 
-    scripts = {who: [{"match": "*", "options": said.split(",")}] for who, said in pairs(answer or []).items()}
+    answers = _answers(pairs(answer or []), the_site, world.catalogue)
+    scripts = {who: [{"match": "*", "options": said}] for who, said in answers.items()}
     rehearsal = Rehearsal(the_site, world.catalogue, [task], fleet_of(the_site, world.catalogue, scripts=scripts))
     rehearsal.run_for(1.0)
     task_id = rehearsal.submit(task.name, values)
@@ -59,10 +66,10 @@ def command(
     log = RunLog()
     for step in rehearsal.steps:
         log.feed(step)
-    report = _report(rehearsal, log, task_id, in_time)
+    report = _report(rehearsal, log, task_id, in_time, answers)
     typer.echo(json.dumps(report, indent=2) if as_json else _text(report))
     rehearsal.close()
-    if report["status"] != "SUCCEEDED" or report["crashes"]:
+    if report["status"] != "SUCCEEDED" or any(report[name] for name in ("crashes", *RULES)):
         raise typer.Exit(1)
 
 
@@ -81,6 +88,42 @@ def pairs(texts: list[str]) -> dict[str, str]:
             raise UnusableFile(f"'{name.strip()}' is given twice")
         found[name.strip()] = value
     return found
+
+
+def _answers(raw: dict[str, str], site: "Site", catalogue: "Catalogue") -> dict[str, list[str]]:
+    """Return each person's answers in order.
+
+    Raises:
+        UnusableFile: there is no such person, or nothing is answered.
+    """
+    people = [a.id for a in site.agents.values() if a.type in catalogue.types and catalogue.types[a.type].human]
+    found = {}
+    for who, text in raw.items():
+        if who not in people:
+            raise UnusableFile(f"--answer: the site has no person '{who}'; people: {', '.join(people) or 'none'}")
+        found[who] = [word.strip() for word in text.split(",")]
+        if not all(found[who]):
+            raise UnusableFile(f"--answer: '{who}={text}' lacks an answer; write for example {who}=not_yet,loaded")
+    return found
+
+
+def _never_offered(rehearsal: "Rehearsal", answers: dict[str, list[str]]) -> list[str]:
+    """Return the answers that were no option of any question put to that person."""
+    from formiga_bt.engine.inputs import SendGoal
+
+    offered: dict[str, set[str]] = {who: set() for who in answers}
+    for effect in (effect for step in rehearsal.steps for effect in step.effects):
+        if isinstance(effect, SendGoal) and effect.agent in offered:
+            offered[effect.agent].update(effect.fields.get("options", ()))
+    return [f"{who}={word}" for who, words in answers.items() for word in words if word not in offered[who]]
+
+
+def _refusals(verdicts: "Sequence[Verdict]") -> list[str]:
+    """Return why agents were refused, for the roles that nobody could serve."""
+    served = {v.role for v in verdicts if v.code in ("chosen", "fits")}
+    open_roles = [v for v in verdicts if v.role not in served]
+    telling = [v for v in open_roles if v.code != "wrong_type"]
+    return [f"{v.role}: {v.agent} {v.code} {v.detail}".rstrip() for v in telling or open_roles]
 
 
 def _checked(file: Path, world: World) -> "tuple[Task, Site]":
@@ -103,9 +146,11 @@ def _bound(task: "Task", raw: dict[str, str], site: "Site") -> dict[str, Any]:
     return values
 
 
-def _report(rehearsal: "Rehearsal", log: "RunLog", task_id: str, in_time: bool) -> dict[str, Any]:
+def _report(
+    rehearsal: "Rehearsal", log: "RunLog", task_id: str, in_time: bool, answers: dict[str, list[str]]
+) -> dict[str, Any]:
     task = log.state.tasks[task_id]
-    verdict: Verdict = rehearsal.referee.verdict(rehearsal.now)
+    verdict: Findings = rehearsal.referee.verdict(rehearsal.now)
     zero = task.submitted_at
     return {
         "task": task_id,
@@ -127,38 +172,51 @@ def _report(rehearsal: "Rehearsal", log: "RunLog", task_id: str, in_time: bool) 
         "least_battery": {
             agent: round(log.least_battery[agent], 1) for agent in task.granted if agent in log.least_battery
         },
-        "crashes": len(verdict.crashes) + len(verdict.unsafe_starts) + len(verdict.low_flights),
+        "crashes": len(verdict.crashes),
+        "unsafe_starts": len(verdict.unsafe_starts),
+        "low_flights": len(verdict.low_flights),
         "closest_pass_m": round(verdict.closest_pass.distance_m, 1) if verdict.closest_pass else None,
-        "refused": [
-            f"{v.role}: {v.agent} {v.code} {v.detail}".rstrip()
-            for v in log.state.explanations.get(task_id, ())
-            if task.code == "no_agent"
-        ],
+        "refused": _refusals(log.state.explanations.get(task_id, ())) if task.code == "no_agent" else [],
+        "never_offered": _never_offered(rehearsal, answers),
     }
 
 
 def _text(report: dict[str, Any]) -> str:
-    rows = [("start", "end", "agent", "action", "")]
-    for action in report["actions"]:
-        end = "" if action["end_s"] is None else f"{action['end_s']:.1f} s"
-        rows.append((f"{action['start_s']:.1f} s", end, action["agent"], action["action"], action["state"]))
-    widths = [max(len(row[i]) for row in rows) for i in range(5)]
-    table = [
-        "  ".join(
-            (r[0].rjust(widths[0]), r[1].rjust(widths[1]), r[2].ljust(widths[2]), r[3].ljust(widths[3]), r[4])
-        ).rstrip()
-        for r in rows
-    ]
     notes = [f"{line['at_s']:8.1f} s  {line['text']}" for line in report["log"]]
-    battery = ", ".join(f"{agent} {left:g} %" for agent, left in report["least_battery"].items()) or "no machine flew"
+    battery = ", ".join(f"{agent} {left:g} %" for agent, left in report["least_battery"].items())
     near = report["closest_pass_m"]
     verdict = f"{report['task']} {report['status']} after {report['duration_s']:g} s"
     if report["code"]:
         verdict += f": {report['code']} {report['reason']}".rstrip()
+    flew = [
+        f"least battery: {battery}",
+        ", ".join(
+            [
+                *(
+                    f"{name.replace('_', ' ')}: {report[name]}"
+                    for name in ("crashes", *RULES)
+                    if report[name] or name == "crashes"
+                ),
+                *([f"closest pass {near:g} m"] if near is not None else []),
+            ]
+        ),
+    ]
     closing = [
         verdict,
-        f"least battery: {battery}",
-        f"crashes: {report['crashes']}" + (f", closest pass {near:g} m" if near is not None else ""),
+        *(flew if battery else []),
         *(f"  not granted: {line}" for line in report["refused"]),
+        *(f"note: no question offered the answer {said}" for said in report["never_offered"]),
     ]
-    return "\n".join([*table, "", *notes, "", *closing])
+    return "\n".join([*_table(report["actions"]), *notes, "", *closing])
+
+
+def _table(actions: list[dict[str, Any]]) -> list[str]:
+    if not actions:
+        return []
+    rows = [("start", "end", "agent", "action", "")]
+    for action in actions:
+        end = "" if action["end_s"] is None else f"{action['end_s']:.1f} s"
+        rows.append((f"{action['start_s']:.1f} s", end, action["agent"], action["action"], action["state"]))
+    w = [max(len(row[i]) for row in rows) for i in range(5)]
+    lines = (f"{r[0]:>{w[0]}}  {r[1]:>{w[1]}}  {r[2]:<{w[2]}}  {r[3]:<{w[3]}}  {r[4]}".rstrip() for r in rows)
+    return [*lines, ""]

@@ -135,7 +135,7 @@ class Engine:
 
     def _goal_event(self, event: GoalEvent, wall: Micros) -> None:
         if event.state == "succeeded" and "~" in event.goal_id and event.goal_id not in self.state.goals:
-            self.people.late(event.agent, "")
+            self.people.late(event.agent, event.goal_id)
         self.goals.on_event(event, wall)
 
     def _operator(self, order: inp.Operator) -> str:

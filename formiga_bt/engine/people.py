@@ -81,7 +81,7 @@ class People:
             return
         core.clear_deadline(f"escalate|{question_id}")
         for person in question.asked:
-            self._take_back(f"{question_id}~{person}")
+            self._take_back(question.showing(person))
         core.emit(ch.QuestionDrop(question_id))
         self._stale = True
 
@@ -119,7 +119,7 @@ class People:
                 agent = core.state.agents.get(person)
                 if agent is None or not reachable(agent) or shown.get(person, 0) >= concurrency:
                     continue
-                if f"{question.id}~{person}" in core.state.goals or person in question.declined:
+                if question.showing(person) in core.state.goals or person in question.declined:
                     continue
                 if any(a.by == person for a in question.answers):
                     continue
@@ -128,7 +128,7 @@ class People:
 
     def _show(self, question: Question, person: str) -> None:
         core = self._core
-        goal_id = f"{question.id}~{person}"
+        goal_id = question.showing(person)
         fields = {
             "question": question.text,
             "options": list(question.options),
@@ -157,13 +157,14 @@ class People:
         self._stale = True
         if question is None or question.reply is not None:
             return None
-        if goal.state in ("in_doubt", "lost") or goal.code == "goal_expired":
-            return None  # their app was started again, or slept: it is shown again
-        if goal.state != "succeeded":
-            core.emit(ch.QuestionPut(replace(question, declined=(*question.declined, goal.agent))))
+        if goal.state in ("in_doubt", "lost"):
+            return None  # their app was started again and remembers nothing: it is shown again
+        if goal.code == "goal_expired":  # it slept; the id is used up
+            core.emit(ch.QuestionPut(replace(question, again=(*question.again, goal.agent))))
             return None
         answer = goal.result.get("answer")
-        if answer not in question.options:
+        if goal.state != "succeeded" or answer not in question.options:
+            core.emit(ch.QuestionPut(replace(question, declined=(*question.declined, goal.agent))))
             return None
         question = replace(question, answers=(*question.answers, Answer(goal.agent, str(answer), core.now)))
         question = replace(question, reply=decide(question))
@@ -172,15 +173,21 @@ class People:
             return None
         core.clear_deadline(f"escalate|{question.id}")
         for person in question.asked:
-            if person != goal.agent and f"{question.id}~{person}" in core.state.goals:
-                self._take_back(f"{question.id}~{person}")
+            if person != goal.agent and question.showing(person) in core.state.goals:
+                self._take_back(question.showing(person))
                 text = f"{question.number} is already answered: {question.reply['answer']} by {question.reply['by']}"
                 core.effect(Notify(text, (person,), "info", question.task))
         return question
 
-    def late(self, person: str, number: str) -> None:
-        """Tell a person that an answer came after the end; it changes nothing."""
-        self._core.effect(Notify(f"answer_late: {number or 'the question'} was closed before", (person,), "info"))
+    def late(self, person: str, goal_id: str) -> None:
+        """Tell a person, once, that an answer came after the end; it changes nothing.
+
+        The same answer may come twice: by itself, and as the reply to the question's withdrawal.
+        """
+        agent = self._core.state.agents.get(person)
+        if agent is not None and agent.told_late != goal_id:
+            self._core.put_agent(person, told_late=goal_id)
+            self._core.effect(Notify("answer_late: the question was closed before", (person,), "info"))
 
 
 def decide(question: Question) -> "dict[str, object] | None":

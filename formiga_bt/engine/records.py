@@ -126,6 +126,8 @@ class AgentRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
     """Why it is quarantined."""
     refused: str = ""
     """Why this agent is not admitted (no_port, datum, unlisted), or empty."""
+    told_late: str = ""
+    """The question of which a person was last told that the answer came too late."""
     order: int = 0
 
 
@@ -204,8 +206,15 @@ class Question(Struct, frozen=True, kw_only=True, omit_defaults=True):
     answers: tuple[Answer, ...] = ()
     declined: tuple[str, ...] = ()
     """People whose app refused or failed to show it; they are not asked again."""
+    again: tuple[str, ...] = ()
+    """Whose app slept until the prompt was too old; each entry is one more showing, under a goal id of its own."""
     reply: dict[str, Any] | None = None
     order: int = 0
+
+    def showing(self, person: str) -> str:
+        """Return the id of the Confirm goal that shows it to a person now."""
+        times = self.again.count(person)
+        return f"{self.id}~{person}" + (f"#{times + 1}" if times else "")
 
     @property
     def asked(self) -> tuple[str, ...]:

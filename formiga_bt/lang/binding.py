@@ -6,6 +6,7 @@ The texts are read as the language reads literals: `60 m`, `camp` (a place of th
 
 import re
 from collections.abc import Mapping
+from difflib import get_close_matches
 from typing import Any, Final
 
 from formiga_bt.diagnostics import Diagnostic, Mark
@@ -61,6 +62,7 @@ def bind_params(
     """
     by_name = {alias: p for p in task.params.values() for alias in (p.name, *p.aliases)}
     values: dict[str, Any] = {}
+    given: dict[str, str] = {}
     problems: list[Diagnostic] = []
     sources: dict[str, str] = {}
     for name, text in raw.items():
@@ -68,20 +70,28 @@ def bind_params(
         file = f"parameter {name}"
         sources[file] = text
         if param is None:
-            known = ", ".join(task.params) or "none"
-            problems.append(
-                Diagnostic("E010", Mark(file, 1, 1), f"{task.name} has no parameter '{name}'", f"parameters: {known}")
-            )
-            continue
-        value, found = _read(param, text, file, site)
-        problems += found
-        if not found:
-            values[param.name] = value
+            problems.append(_unknown(task, name, file, list(by_name)))
+        elif param.name in given:
+            text = f"'{name}' and '{given[param.name]}' are the same parameter"
+            problems.append(Diagnostic("E018", Mark(file, 1, 1), text))
+        else:
+            given[param.name] = name
+            value, found = _read(param, text, file, site)
+            problems += found
+            if not found:
+                values[param.name] = value
     for param in task.params.values():
-        if param.name not in values and param.default is None and not param.optional and not problems:
+        if param.name not in given and param.default is None and not param.optional:
             text = f"{task.name} needs the parameter '{param.name}' ({param.type})"
             problems.append(Diagnostic("E051", Mark(task.mark.file, param.mark.line, param.mark.col), text))
     return values, problems, sources
+
+
+def _unknown(task: Task, name: str, file: str, names: list[str]) -> Diagnostic:
+    close = get_close_matches(name, names, n=1)
+    hint = f"; did you mean '{close[0]}'?" if close else ""
+    known = ", ".join(task.params) or "none"
+    return Diagnostic("E010", Mark(file, 1, 1), f"{task.name} has no parameter '{name}'{hint}", f"parameters: {known}")
 
 
 def _read(param: Param, text: str, file: str, site: Site) -> tuple[Any, list[Diagnostic]]:
@@ -97,16 +107,18 @@ def _read(param: Param, text: str, file: str, site: Site) -> tuple[Any, list[Dia
     value = expr.run(env)
     if param.type.name == "agent" and isinstance(value, str):
         value = AgentRef(value)
-    return value, _out_of_range(param, value, env, file)
+    return value, _out_of_range(param, value, env, file, text)
 
 
-def _out_of_range(param: Param, value: Any, env: SiteEnv, file: str) -> list[Diagnostic]:
+def _out_of_range(param: Param, value: Any, env: SiteEnv, file: str, raw: str) -> list[Diagnostic]:
     for bound, word, beyond in ((param.min, "least", -1), (param.max, "most", 1)):
         if bound is None or not isinstance(value, int | float):
             continue
         limit = bound.run(env)
         if (value - limit) * beyond > 0:
-            return [Diagnostic("E062", Mark(file, 1, 1), f"'{param.name}' must be at {word} {bound.source}")]
+            text = f"'{param.name}' must be at {word} {bound.source}"
+            return [Diagnostic("E062", Mark(file, 1, 1, 1, len(raw) + 1), text)]
     if param.choices and str(value) not in param.choices:
-        return [Diagnostic("E014", Mark(file, 1, 1), f"'{param.name}' must be one of {', '.join(param.choices)}")]
+        text = f"'{param.name}' must be one of {', '.join(param.choices)}"
+        return [Diagnostic("E014", Mark(file, 1, 1, 1, len(raw) + 1), text)]
     return []
