@@ -188,13 +188,16 @@ class AgentSide:
         return msgspec.structs.replace(record.event, cancel_refused=True)
 
     def on_query(self, goal_ids: Sequence[str]) -> tuple[GoalEvent, ...]:
-        """Return the recorded state of each asked goal, "unknown" for those this start of the agent never had."""
+        """Return the recorded state of each asked goal, "unknown" for those this start of the agent never had.
+
+        None asked: every goal that has not ended.
+        """
         unknown = GoalEvent(goal_id="", agent=self.card.id, state="unknown")
         return tuple(
             self._answer(self._goals[goal].event)
             if goal in self._goals
             else msgspec.structs.replace(unknown, goal_id=goal)
-            for goal in goal_ids
+            for goal in goal_ids or tuple(self._running)
         )
 
     def on_clock(self, beat: ClockBeat) -> None:

@@ -1,0 +1,314 @@
+"""Agents (execution: agents; safety: who is in command): liveness, bad news, quarantine and the way back."""
+
+import math
+from typing import Any
+
+import pytest
+
+from formiga_bt.engine.inputs import CancelGoal, Operator, QueryGoal, SendGoal, WallDue
+from formiga_bt.errors import TaskError
+from formiga_bt.geo import Position
+from formiga_bt.testing import alarms, effects
+from tests.unit.engine.conftest import Make
+from tests.unit.engine.yard import CART, Yard
+
+MOVE = CART + "steps: [{do: cart.Move}]"
+RISE = CART + "steps: [{do: cart.Rise}, {do: cart.Move}, {do: cart.Park}]"
+
+
+def up(make: Make) -> tuple[Yard, str]:
+    """Let c1 be in the air, moving."""
+    yard = make(RISE)
+    task = yard.start()
+    yard.cart.succeed()
+    yard.run_for(0.2)
+    return yard, task
+
+
+@pytest.mark.parametrize(
+    "lie",
+    [
+        {"battery": math.nan},
+        {"battery": 300.0},
+        {"battery": -1.0},
+        {"position": Position(math.inf, 0.0, 0.0)},
+        {"position": Position(5000.0, 0.0, 0.0)},
+        {"id": "c2"},
+        {"type": "person"},
+    ],
+)
+def test_a_status_that_lies_is_counted_and_changes_nothing_else(make: Make, lie: dict[str, Any]) -> None:
+    yard = make(MOVE)
+    yard.cart.silent = True
+    yard.run_for(1)
+    before = yard.record("c1")
+
+    yard.cart.tell(**lie)
+    yard.run_for(0.1)
+
+    after = yard.record("c1")
+    assert after.bad == before.bad + 1
+    assert (after.position, after.battery, after.heard_at) == (before.position, before.battery, before.heard_at)
+
+
+def test_too_many_lies_quarantine_a_machine_and_end_its_goal(make: Make) -> None:
+    yard = make(MOVE)
+    task = yard.start()
+    yard.cart.silent = True
+
+    for _ in range(5):
+        yard.cart.tell(battery=300.0)
+        yard.run_for(0.1)
+
+    assert yard.outcome(task) == ("FAILED", "agent_lost")
+    assert yard.record("c1").pool == "QUARANTINED"
+    assert alarms(yard) == ["bad_status"]
+
+
+def test_a_true_status_between_lies_starts_the_count_again(make: Make) -> None:
+    yard = make(MOVE)
+    for _ in range(8):
+        yard.cart.tell(battery=300.0)
+        yard.cart.side.publish_status()
+        yard.run_for(1)
+
+    assert yard.record("c1").pool == "STANDBY"
+
+
+def test_an_older_status_that_comes_late_is_ignored(make: Make) -> None:
+    yard = make(MOVE)
+    yard.run_for(3)
+
+    yard.cart.tell(seq=1, battery=5.0)
+    yard.run_for(0.1)
+
+    assert yard.record("c1").battery == 100.0
+    assert yard.record("c1").bad == 0
+
+
+def test_a_late_status_of_a_former_process_is_no_restart(make: Make) -> None:
+    yard = make(MOVE)
+    old = yard.cart.side.status.boot_id
+    yard.cart.boot()
+    yard.run_for(2)
+    task = yard.start()
+
+    yard.cart.tell(boot_id=old, stamp=1)
+    yard.run_for(0.1)
+
+    assert yard.task(task).status == "ACTIVE"
+    yard.abort(task)
+
+
+def test_a_result_carries_the_status_that_the_next_step_reads(make: Make) -> None:
+    yard = make(CART + "steps: [{do: cart.Move}, {check: cart.battery < 50 %}]")
+    yard.cart.silent = True
+    task = yard.start()
+
+    yard.cart.succeed({"n": 1}, battery=40.0)
+
+    assert yard.end(task) == ("SUCCEEDED", "")
+
+
+def test_the_catalogues_effect_is_applied_with_the_success(make: Make) -> None:
+    yard, task = up(make)
+
+    assert yard.record("c1").landed == "airborne"
+    yard.abort(task, how="abandon")
+
+
+def test_an_accept_that_does_not_come_is_asked_for(make: Make) -> None:
+    yard = make(MOVE)
+    yard.hub.set_delay("c1", 30_000_000)  # the goal is under way for half a minute
+    task = yard.submit("Try")
+    yard.run_for(20)
+
+    assert any(q.goal_ids == (f"{task}/1/steps/steps[0]",) for q in effects(yard, QueryGoal))
+    yard.abort(task, how="abandon")
+
+
+def test_no_query_follows_a_result_that_came(make: Make) -> None:
+    yard = make(MOVE)
+    task = yard.start()
+    yard.cart.succeed({"n": 1})
+
+    yard.end(task)
+
+    assert effects(yard, QueryGoal) == []
+
+
+def test_suspect_is_back_before_lost_and_nothing_happened(make: Make) -> None:
+    yard = make(MOVE)
+    task = yard.start()
+    yard.cart.silent = True
+    yard.run_for(10)
+    assert yard.record("c1").liveness == "SUSPECT"
+
+    yard.cart.silent = False
+    yard.run_for(2)
+
+    assert yard.record("c1").liveness == "ALIVE"
+    assert any(q.goal_ids for q in effects(yard, QueryGoal))
+    yard.cart.succeed({"n": 1})
+    assert yard.end(task) == ("SUCCEEDED", "")
+
+
+def test_a_goal_for_a_suspect_waits_until_it_is_back(make: Make) -> None:
+    yard = make(CART + "steps: [{wait: 10 s}, {do: cart.Home}]")
+    task = yard.start()
+    yard.cart.silent = True
+    yard.run_for(12)
+
+    goal = yard.engine.state.goals["Try-1/1/steps/steps[1]"]
+    assert (goal.state, goal.code) == ("gated", "suspect")
+    yard.cart.silent = False
+    yard.run_for(2)
+    yard.cart.succeed()
+    assert yard.end(task) == ("SUCCEEDED", "")
+
+
+def test_a_machine_in_quarantine_gets_nothing_but_queries(make: Make) -> None:
+    yard, task = up(make)
+    yard.abort(task, how="abandon")
+    sent = len(effects(yard, SendGoal)) + len(effects(yard, CancelGoal))
+
+    yard.run_for(120)
+
+    assert len(effects(yard, SendGoal)) + len(effects(yard, CancelGoal)) == sent
+    assert yard.record("c1").pool == "QUARANTINED"
+
+
+def test_a_cleared_machine_is_asked_for_its_goals_which_are_canceled_before_it_comes_home(make: Make) -> None:
+    yard, task = up(make)
+    yard.cart.takes_cancel = False  # its Move goes on
+    yard.abort(task, how="abandon")
+    yard.run_for(5)
+
+    yard.cart.takes_cancel = True
+    yard.ask(Operator("clear", "c1"))
+    yard.run_for(1)
+
+    assert yard.cart.cancels[-1] == f"{task}/1/steps/steps[1]"
+    assert yard.cart.goal.action == "Home"
+    yard.cart.succeed()
+    yard.run_for(0.2)
+    assert yard.record("c1").pool == "STANDBY"
+
+
+def test_a_query_that_gets_no_answer_is_asked_again(make: Make) -> None:
+    yard = make(MOVE)
+    yard.cart.kill()
+    yard.run_for(60)
+    yard.hub.set_faults("c1", __import__("formiga_bt.transport.memory", fromlist=["Faults"]).Faults(drop=0.6))
+
+    yard.cart.boot()
+    yard.run_for(120)
+
+    assert yard.record("c1").pool == "STANDBY"
+
+
+@pytest.mark.parametrize(("agent", "code"), [("c1", "not_quarantined"), ("x", "unknown_agent")])
+def test_clear_is_for_quarantined_machines_only(make: Make, agent: str, code: str) -> None:
+    yard = make(MOVE)
+
+    with pytest.raises(TaskError) as caught:
+        yard.ask(Operator("clear", agent))
+
+    assert caught.value.code == code
+
+
+def test_clear_of_one_that_cannot_be_reached_is_refused(make: Make) -> None:
+    yard = make(MOVE)
+    yard.cart.kill()
+    yard.run_for(60)
+
+    with pytest.raises(TaskError) as caught:
+        yard.ask(Operator("clear", "c1"))
+
+    assert caught.value.code == "not_alive"
+
+
+def test_people_are_never_lost_and_never_quarantined(make: Make) -> None:
+    yard = make(MOVE)
+    yard.ann.kill()
+
+    yard.run_for(3600)
+
+    assert yard.record("ann").liveness == "SUSPECT"
+    assert yard.record("ann").pool == "STANDBY"
+
+
+def test_while_a_pilot_has_the_machine_timers_stand_still(make: Make) -> None:
+    yard = make("timeout: 2 min\n" + CART + "steps: [{do: cart.Home, timeout: 1 min}]")
+    task = yard.start()
+    yard.run_for(30)
+
+    yard.cart.side.take_control("pilot")
+    yard.run_for(1000)
+
+    assert yard.task(task).held == ("take-over:c1",)
+    yard.cart.side.take_control("engine")
+    yard.run_for(1)
+    yard.ask(Operator("handback_end", "c1"))
+    assert yard.outcome(task) == ("FAILED", "taken_over")
+
+
+def test_a_wait_goes_on_after_the_hand_back_with_what_was_left(make: Make) -> None:
+    yard = make(CART + "steps: [{wait: 60 s}]")
+    task = yard.start()
+    yard.run_for(19.8)
+    yard.cart.side.take_control("pilot")
+    yard.run_for(100)
+    yard.cart.side.take_control("engine")
+    yard.run_for(1)
+
+    yard.ask(Operator("handback_end", "c1"))
+    handed = yard.now
+    yard.end(task)
+
+    left = ((yard.task(task).ended_at or 0) - handed) / 1e6
+    assert left == pytest.approx(40, abs=0.1)
+
+
+def test_a_goal_refused_because_a_pilot_just_took_over_counts_as_taken_over(make: Make) -> None:
+    yard = make(CART + "steps: [{wait: 10 s}, {do: cart.Home}]")
+    task = yard.start()
+    yard.cart.silent = True
+    yard.run_for(9.81)
+    yard.cart.side.take_control("pilot")  # its status is under way when the goal leaves
+    yard.run_for(2)
+
+    assert yard.task(task).held == ("take-over:c1",)
+    yard.abort(task)
+
+
+def test_a_cancel_is_sent_again_each_two_seconds_of_wall_time_until_its_grace_is_over(make: Make) -> None:
+    yard, task = up(make)
+    yard.cart.confirms_cancel = False
+    yard.abort(task)
+    asked = yard.now
+
+    yard.run_for(40)
+
+    times = [round((s.at - asked) / 1e6) for s in yard.steps for e in s.effects if isinstance(e, CancelGoal)]
+    assert times == list(range(0, 30, 2))
+    assert yard.record("c1").quarantine == "cancel_unconfirmed"
+    assert yard.outcome(task) == ("CANCELED", "aborted")
+
+
+def test_a_timeout_whose_cancel_is_never_confirmed_fails_so(make: Make) -> None:
+    yard = make(CART + "steps: [{do: cart.Home, timeout: 5 s, retry: {attempts: 3}}]")
+    yard.cart.confirms_cancel = False
+    task = yard.start()
+
+    assert yard.end(task) == ("FAILED", "cancel_unconfirmed")
+    assert "cancel_unconfirmed" in alarms(yard)
+    assert len(yard.cart.requests) == 1
+
+
+def test_a_wall_timer_for_what_is_gone_changes_nothing(make: Make) -> None:
+    yard = make(MOVE)
+
+    for key in ("accept|x", "cancel|x", "grace|x", "live|x"):
+        step = yard.driver.feed(WallDue(key, yard.now))
+        assert (step.changes, step.effects) == ((), ())
