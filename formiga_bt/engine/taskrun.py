@@ -96,6 +96,15 @@ class TaskRun:
         self._core.due.discard((self.task_id, path))
         self._core.clear_deadline(node_deadline(self.task_id, path))
 
+    def deadline(self, path: str) -> Micros | None:
+        """Return a node's deadline; of one that stands still, as if it ran from now."""
+        key = node_deadline(self.task_id, path)
+        left = self._core.task(self.task_id).paused.get(key)
+        if left is not None:
+            return self.now + left
+        found = self._core.state.deadlines.get(key)
+        return found.at if found else None
+
     def is_due(self, path: str) -> bool:
         """Return whether a node's deadline fired in this step."""
         return (self.task_id, path) in self._core.due

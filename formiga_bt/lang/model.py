@@ -14,14 +14,14 @@ from formiga_bt.diagnostics import Mark
 from formiga_bt.lang.types import AgentRef, Type, Value
 
 
-class Unset(Exception):  # noqa: N818 - a signal of the expression, mapped to a failure with a reason at its one caller
-    """A name was read that has no value (the checker refuses most such trees; at run time the step fails)."""
+class Unset(Exception):  # noqa: N818 - a signal of the expression: an absent optional key, else the task ends with `exception`
+    """A name was read that has no value (the checker refuses such trees; at run time it is an `exception`)."""
 
 
 class EvalError(Exception):
     """An expression has no result: division by zero, an index beyond the list, a number that is too large.
 
-    At run time the step fails; the checker reports it where the expression is constant.
+    At run time the task ends with `exception`; the checker reports it where the expression is constant.
     """
 
     def __init__(self, reason: str) -> None:

@@ -18,6 +18,11 @@ from formiga_bt.nodes.memory import CallMem, FallbackMem, IfMem, Mem, SequenceMe
 from formiga_bt.nodes.run import Failure, Run
 
 
+def skipped_before(path: str) -> Failure:
+    """Return what `error` is in a fallback's child when all children before it were skipped."""
+    return Failure("nothing_applied", "every child before was skipped", path)
+
+
 def adopt_children(parent: Node, children: Seq[Node]) -> None:
     """Make `children` the children of `parent`."""
     for child in children:
@@ -156,8 +161,8 @@ class FallbackNode(Chain, composites.Selector):
         return FallbackMem(self.index, self.last)
 
     def error_for_children(self) -> Failure | None:
-        """Return the failure of the child before the running one."""
-        return self.last
+        """Return the failure of the child before the running one; there is one for the later children."""
+        return self.last or (skipped_before(self.path) if self.index else None)
 
     def on_enter(self, run: Run) -> Status:
         """Start the first child."""

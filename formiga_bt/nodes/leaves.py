@@ -9,7 +9,7 @@ from typing import Any, ClassVar, TypeVar
 
 from py_trees.common import Status
 
-from formiga_bt.clock import micros
+from formiga_bt.clock import Micros, micros
 from formiga_bt.lang import model
 from formiga_bt.lang.model import UnknownState
 from formiga_bt.lang.types import AgentRef
@@ -140,7 +140,7 @@ class AskNode(Leaf):
             tiers=tuple(tuple(p for p in tier if not (p in seen or seen.add(p))) for tier in tiers),  # type: ignore[func-returns-value]
             policy=step.policy,
             escalate_us=None if escalate is None else micros(escalate),
-            expires_at=run.now + micros(step.timeout.run(env)) if step.timeout else None,
+            expires_at=self._expires(run),
             if_no_answer=str(step.if_no_answer.run(env)) if step.if_no_answer else "",
             clears=step.clears.agent.run(env).id if step.clears and step.clears.agent else "",
             clears_on=step.clears_on,
@@ -150,6 +150,11 @@ class AskNode(Leaf):
         self.remember(run, AskMem(order.id))
         run.ask(order)
         return RUNNING
+
+    def _expires(self, run: Run) -> Micros | None:
+        """Return when the whole step's timeout ends; it counts from the step's start, earlier attempts included."""
+        start = self.path.rpartition("@")[0] if self.step.retry else self.path
+        return run.deadline(f"{start}:timeout")
 
     @staticmethod
     def _people(run: Run, env: model.Env, who: model.Who) -> tuple[str, ...]:

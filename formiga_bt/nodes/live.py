@@ -13,7 +13,7 @@ from formiga_bt.lang import model
 from formiga_bt.lang.model import UnknownState
 from formiga_bt.nodes import draining
 from formiga_bt.nodes.base import RUNNING, SUCCESS, Node
-from formiga_bt.nodes.composites import Chain, adopt_children
+from formiga_bt.nodes.composites import Chain, adopt_children, skipped_before
 from formiga_bt.nodes.leaves import InstantNode, Leaf
 from formiga_bt.nodes.memory import LiveMem, Mem, PassMem
 from formiga_bt.nodes.run import Failure, Run
@@ -208,7 +208,7 @@ class ReactiveNode(Watcher):
 
     def error_for_children(self) -> Failure | None:
         """Return the failure of the child before the running one of a fallback."""
-        return self.last
+        return self.last or (skipped_before(self.path) if self.is_fallback and self.index else None)
 
     def _child_ended(self, child: Node) -> Status | None:
         if not self.is_fallback:

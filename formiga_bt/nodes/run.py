@@ -161,6 +161,10 @@ class Run(Protocol):
         """Forget the deadline of `path`."""
         ...
 
+    def deadline(self, path: str) -> Micros | None:
+        """Return the deadline of the node at `path`, or None if it has none."""
+        ...
+
     def is_due(self, path: str) -> bool:
         """Return whether the deadline of `path` has fired and was not cleared."""
         ...
