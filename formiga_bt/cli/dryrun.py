@@ -66,7 +66,9 @@ def command(
     log = RunLog()
     for step in rehearsal.steps:
         log.feed(step)
-    report = _report(rehearsal, log, task_id, in_time, answers)
+    report = _report(rehearsal, log, task_id, answers)
+    if not in_time:
+        report |= {"status": "UNFINISHED", "reason": f"given up after {limit:g} h", "duration_s": limit * 3600.0}
     typer.echo(json.dumps(report, indent=2) if as_json else _text(report))
     rehearsal.close()
     if report["status"] != "SUCCEEDED" or any(report[name] for name in ("crashes", *RULES)):
@@ -146,15 +148,13 @@ def _bound(task: "Task", raw: dict[str, str], site: "Site") -> dict[str, Any]:
     return values
 
 
-def _report(
-    rehearsal: "Rehearsal", log: "RunLog", task_id: str, in_time: bool, answers: dict[str, list[str]]
-) -> dict[str, Any]:
+def _report(rehearsal: "Rehearsal", log: "RunLog", task_id: str, answers: dict[str, list[str]]) -> dict[str, Any]:
     task = log.state.tasks[task_id]
     verdict: Findings = rehearsal.referee.verdict(rehearsal.now)
     zero = task.submitted_at
     return {
         "task": task_id,
-        "status": task.status if in_time else "UNFINISHED",
+        "status": task.status,
         "code": task.code,
         "reason": task.reason,
         "duration_s": round(((task.ended_at or rehearsal.now) - zero) / 1e6, 1),
@@ -186,8 +186,8 @@ def _text(report: dict[str, Any]) -> str:
     battery = ", ".join(f"{agent} {left:g} %" for agent, left in report["least_battery"].items())
     near = report["closest_pass_m"]
     verdict = f"{report['task']} {report['status']} after {report['duration_s']:g} s"
-    if report["code"]:
-        verdict += f": {report['code']} {report['reason']}".rstrip()
+    if report["code"] or report["reason"]:
+        verdict += f": {report['code']} {report['reason']}".replace("  ", " ").rstrip()
     flew = [
         f"least battery: {battery}",
         ", ".join(

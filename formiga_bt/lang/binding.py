@@ -95,9 +95,13 @@ def _unknown(task: Task, name: str, file: str, names: list[str]) -> Diagnostic:
 
 
 def _read(param: Param, text: str, file: str, site: Site) -> tuple[Any, list[Diagnostic]]:
+    if param.type.name == "text":
+        return text, []  # as it is: what a person types is no YAML
     degrees = _LAT_LNG.fullmatch(text) if param.type.name == "place" else None
     yaml = f"{{lat: {degrees[1]}, lng: {degrees[2]}}}" if degrees else text
     node, problems = parse(yaml, file)
+    if node is None and not problems:
+        problems = [Diagnostic("E008", Mark(file, 1, 1), f"'{param.name}' is empty, it needs a value ({param.type})")]
     if node is None or problems:
         return None, problems
     expr, problems = compile_value(node, Scope({}, site=site), param.type)

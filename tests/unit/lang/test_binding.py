@@ -1,0 +1,114 @@
+"""Parameters from texts: read as the language reads literals, all problems at once."""
+
+from collections.abc import Callable
+
+import pytest
+
+from formiga_bt.diagnostics import render
+from formiga_bt.geo import Place
+from formiga_bt.lang.binding import bind_params
+from formiga_bt.lang.model import Site, Task
+from formiga_bt.lang.types import AgentRef
+
+TEXT = """\
+params:
+  target: {type: place, aliases: [where]}
+  user: {type: agent, of: [picker]}
+  height: {type: distance, default: 60 m, min: 10 m, max: 120 m}
+  alarm: {type: enum, values: [sos, geofence], optional: true}
+  rounds: {type: int, optional: true, min: 1}
+  note: {type: text, optional: true}
+agents:
+  watcher: {type: watcher}
+steps:
+  - notify: ${target} ${user} ${height}
+    to: [watcher]
+"""
+
+Bind = Callable[..., tuple[dict[str, object], list[str]]]
+
+
+@pytest.fixture
+def bind(load: Callable[[str], object], demo_site: Site) -> Bind:
+    task: Task | None = load(TEXT).task  # type: ignore[attr-defined]
+    assert task is not None
+
+    def bound(**raw: str) -> tuple[dict[str, object], list[str]]:
+        values, problems, sources = bind_params(task, raw, demo_site)
+        return values, [render(problem, sources) for problem in problems]
+
+    return bound
+
+
+def test_names_units_and_agents_become_values(bind: Bind, demo_site: Site) -> None:
+    values, problems = bind(target="camp", user="picker_1", height="45 m", alarm="sos", rounds="3", note="on: 1, ${x}")
+    assert problems == []
+    assert values == {
+        "target": demo_site.places["camp"],
+        "user": AgentRef("picker_1"),
+        "height": 45.0,
+        "alarm": "sos",
+        "rounds": 3,
+        "note": "on: 1, ${x}",
+    }
+
+
+@pytest.mark.parametrize("text", ["66.5, 25.7", "66.5,25.7", "{lat: 66.5, lng: 25.7}", "{east: 0 m, north: 0 m}"])
+def test_a_place_may_be_degrees_or_metres(bind: Bind, text: str) -> None:
+    values, problems = bind(target=text, user="picker_1")
+    assert problems == []
+    assert values["target"] == Place(0.0, 0.0)
+
+
+def test_an_alias_is_its_parameter(bind: Bind, demo_site: Site) -> None:
+    values, problems = bind(where="camp", user="picker_1")
+    assert (values["target"], problems) == (demo_site.places["camp"], [])
+
+
+def test_a_parameter_and_its_alias_cannot_both_be_given(bind: Bind) -> None:
+    _, problems = bind(target="camp", where="camp", user="picker_1")
+    assert len(problems) == 1
+    assert "E018: 'where' and 'target' are the same parameter" in problems[0]
+
+
+def test_what_is_left_out_keeps_its_default(bind: Bind) -> None:
+    values, problems = bind(target="camp", user="picker_1")
+    assert problems == []
+    assert set(values) == {"target", "user"}
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "said"),
+    [
+        ("target", "kamp", "E010: the site has no place 'kamp'; did you mean 'camp'?"),
+        ("target", "", "E008: 'target' is empty, it needs a value (place)"),
+        ("target", "[camp", "parameter target:1:"),
+        ("user", "hwd_1", "E013: expected a picker agent, 'hwd_1' is a hwd agent"),
+        ("height", "45", "E017: 45 needs a unit: 45 m?"),
+        ("height", "45 kg", "parameter height:1:1: E"),
+        ("height", "121 m", "E062: 'height' must be at most 120 m\n    1 | 121 m\n      | ^^^^^"),
+        ("height", "9 m", "E062: 'height' must be at least 10 m"),
+        ("rounds", "0", "E062: 'rounds' must be at least 1"),
+        ("alarm", "fire", "E014: 'fire' is never possible here"),
+        ("rounds", "two", "parameter rounds:1:1: E"),
+        ("nope", "1", "E010: Example has no parameter 'nope'"),
+        ("hieght", "50 m", "E010: Example has no parameter 'hieght'; did you mean 'height'?"),
+    ],
+)
+def test_what_cannot_be_read_is_said_in_words(bind: Bind, name: str, text: str, said: str) -> None:
+    _, problems = bind(**{"target": "camp", "user": "picker_1", name: text})
+    assert len(problems) == 1
+    assert said in problems[0]
+
+
+def test_all_problems_are_reported_at_once(bind: Bind) -> None:
+    values, problems = bind(tagret="camp", height="500 m")
+    assert values == {}
+    assert [p.splitlines()[0].split(": ", 2)[1] for p in problems] == ["E010", "E062", "E051", "E051"]
+    assert "needs the parameter 'target' (place)" in problems[2]
+    assert "needs the parameter 'user' (picker agent)" in problems[3]
+
+
+def test_one_that_is_wrong_is_not_called_missing_as_well(bind: Bind) -> None:
+    _, problems = bind(target="kamp", user="picker_1")
+    assert len(problems) == 1
