@@ -1,0 +1,72 @@
+"""Keeping apart (safety 5): a leg waits while another is in the way, and goes on when it is free."""
+
+from agents_sim.world import AgentSpec
+from formiga_bt.geo import Place, Position
+from formiga_bt.lang.types import AgentRef
+from formiga_bt.testing import packaged_world, task_of
+from tests.missions.conftest import Fly
+from tests.missions.test_shipped import SITE, pick_up
+
+BLOCK = """
+imports: [lib/flying.yaml]
+params: {robot: {type: agent, of: [lwd]}, spot: place}
+agents: {drone: {type: lwd, id: "${robot}"}}
+steps:
+  - call: FlyTo
+    with: {drone: "${drone}", to: "${spot}", height: 60 m}
+  - wait: 2 min
+  - call: ReturnHome
+    with: {drone: "${drone}"}
+"""
+
+
+def test_a_leg_waits_for_a_drone_that_hovers_in_its_way_and_says_for_whom(fly: Fly) -> None:
+    rehearsal = fly(task_of(BLOCK, *packaged_world(), name="Block"))
+    block = rehearsal.submit("Block", {"robot": AgentRef("lwd_1"), "spot": SITE.places["north_field"]})
+    rehearsal.run_for(70)
+
+    task = pick_up(rehearsal)
+    rehearsal.run_for(100)
+
+    waiting = [(g.code, g.text) for g in rehearsal.engine.state.goals.values() if g.state == "gated"]
+    assert waiting == [("leg_busy", "lwd_1")]
+    assert rehearsal.run_until_ended(block, task, limit_s=1800)
+    assert {rehearsal.task(t).status for t in (block, task)} == {"SUCCEEDED"}
+
+
+def test_an_idle_hovering_drone_is_in_the_way_too(fly: Fly) -> None:
+    field = SITE.places["north_field"]
+    there = Position(field.east_m, field.north_m, 60.0)
+    rehearsal = fly(change={"lwd_1": {"at": there}})
+    task = pick_up(rehearsal)
+    rehearsal.run_for(200)
+    assert any(g.code == "leg_busy" and g.text == "lwd_1" for g in rehearsal.engine.state.goals.values())
+
+    moved = rehearsal.submit("MoveTask", {"robot": AgentRef("lwd_1")})
+
+    assert rehearsal.run_until_ended(task, moved, limit_s=1800)
+    assert rehearsal.task(task).status == "SUCCEEDED"
+
+
+def test_nobody_lands_on_a_drone_that_is_parked_there(fly: Fly) -> None:
+    field = SITE.places["north_field"]
+    parked = AgentSpec(id="lwd_9", type="lwd", at=Place(field.east_m, field.north_m + 1.0))
+    rehearsal = fly(more=[parked])
+    task = pick_up(rehearsal)
+    rehearsal.run_for(300)
+
+    assert any(g.code == "spot_busy" and g.text == "lwd_9" for g in rehearsal.engine.state.goals.values())
+    rehearsal.abort(task)
+    assert rehearsal.run_until_ended(task)
+    assert rehearsal.engine.state.agents["hwd_1"].landed == "grounded"
+
+
+def test_flights_of_several_tasks_cross_in_layers_of_their_own(fly: Fly) -> None:
+    rehearsal = fly()
+    tasks = [pick_up(rehearsal, "east_field"), pick_up(rehearsal, "west_field", "picker_2")]
+    rehearsal.run_for(10)
+
+    layers = [rehearsal.engine.state.agents[a].layer_m for a in ("hwd_1", "hwd_2")]
+
+    assert sorted(layers) == [60.0, 75.0]  # type: ignore[type-var]
+    assert rehearsal.run_until_ended(*tasks)

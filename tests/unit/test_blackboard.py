@@ -1,0 +1,76 @@
+"""The blackboard: versions, readers, and what is shown to others."""
+
+import pytest
+from py_trees.blackboard import Blackboard as PyTreesBlackboard
+
+from formiga_bt.blackboard import Blackboard
+
+
+def test_a_write_that_changes_nothing_is_no_change() -> None:
+    board = Blackboard()
+
+    assert board.put("/a", 1)
+    assert not board.put("/a", 1)
+    assert board.put("/a", 2)
+    assert (board.get("/a"), board.version("/a")) == (2, 2)
+
+
+def test_a_key_never_written_has_the_default_and_version_zero() -> None:
+    board = Blackboard()
+
+    assert (board.get("/a"), board.get("/a", 5), board.version("/a")) == (None, 5, 0)
+
+
+def test_readers_of_a_changed_key_are_told_once_in_the_order_of_the_writes() -> None:
+    board = Blackboard()
+    board.watch("/b", "second")
+    board.watch("/a", "first")
+    board.watch("/a", "second")
+
+    board.put("/b", 1)
+    board.put("/a", 1)
+    board.put("/a", 1)
+
+    assert board.take_hits() == ("second", "first")
+    assert board.take_hits() == ()
+
+
+def test_who_unwatched_is_not_told() -> None:
+    board = Blackboard()
+    board.watch("/a", "x")
+    board.unwatch("/a", "x")
+    board.unwatch("/never", "x")
+
+    board.put("/a", 1)
+
+    assert board.take_hits() == ()
+
+
+def test_keys_below_a_prefix_come_in_the_order_of_first_writing() -> None:
+    board = Blackboard()
+    for key in ("/t/b", "/u/x", "/t/a", "/t/b"):
+        board.put(key, key)
+
+    assert [key for key, _ in board.under("/t/")] == ["/t/b", "/t/a"]
+    board.drop("/t/b")
+    board.drop("/t/b")
+    assert [key for key, _ in board.under("/t/")] == ["/t/a"]
+
+
+def test_the_mirror_is_read_only_and_live() -> None:
+    board = Blackboard()
+    mirror = board.mirror()
+    board.put("/a", 1)
+
+    assert mirror["/a"] == 1
+    with pytest.raises(TypeError):
+        mirror["/a"] = 2  # type: ignore[index]
+
+
+def test_py_trees_tools_can_be_shown_all_keys() -> None:
+    board = Blackboard()
+    board.put("/fleet/hwd/hwd_1/battery", 80.0)
+
+    board.show_in_py_trees()
+
+    assert PyTreesBlackboard.storage.pop("/fleet/hwd/hwd_1/battery") == 80.0
