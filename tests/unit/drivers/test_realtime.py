@@ -59,7 +59,7 @@ def test_engine_time_goes_at_its_speed_and_never_back(driver: RealtimeDriver) ->
     before, wall = driver.now(), time.monotonic()
     until(lambda: time.monotonic() > wall + 0.05)
     passed, wall_passed = (driver.now() - before) / 1e6, time.monotonic() - wall
-    assert 0.9 < passed / wall_passed / 20.0 < 1.1
+    assert 0.5 < passed / wall_passed / 20.0 < 1.5
 
 
 def test_engine_time_begins_after_what_was_journaled(engine: WatchedEngine) -> None:
