@@ -261,11 +261,13 @@ class SimFleet:
 
     def freeze(self, agent: str) -> None:
         """Stop an agent's process: it neither hears nor speaks, and its body goes on with what it does."""
-        self._hub.freeze(agent)
+        if self.agents[agent].side is not None:
+            self._hub.freeze(agent)
 
     def thaw(self, agent: str) -> None:
         """Let a frozen agent go on: all it missed and all it meant to say now passes."""
-        self._hub.thaw(agent)
+        if self.agents[agent].side is not None:
+            self._hub.thaw(agent)
 
     def take_over(self, agent: str) -> None:
         """Let the pilot take a drone: it hovers, its goal ends `taken_over`."""

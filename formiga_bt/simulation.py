@@ -1,0 +1,244 @@
+"""Scenarios come alive: simulated agents, tasks at their times, and faults, in virtual time or as processes.
+
+`VirtualRun` is a whole scenario in this process on the virtual clock. `FaultPlayer` plays the faults of one on any fleet;
+`sim` and `demo` use it for fleets of processes. `fleet_site` makes a site for a fleet of any size.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, Protocol
+
+from agents_sim.faults import Order
+from agents_sim.referee import Verdict
+from agents_sim.world import AgentSpec, is_person
+from formiga_bt.clock import Micros
+from formiga_bt.engine.inputs import Step, Submit
+from formiga_bt.errors import TaskError
+from formiga_bt.geo import Place, Position
+from formiga_bt.lang.model import Port, Site, SiteAgent
+from formiga_bt.lang.scenario import Scenario, ScenarioFault, ScenarioTask
+from formiga_bt.rehearsal import Rehearsal
+
+SETTLE_S = 1.0
+"""Virtual time that agents have to announce themselves before the scenario's clock begins."""
+LIMIT_S = 4 * 3600.0
+
+
+def specs_of(scenario: Scenario, *, with_base: bool = False) -> list[AgentSpec]:
+    """Return the scenario's agents as simulated ones; `with_base`: they report latitude and longitude too."""
+    base = (scenario.site.lat, scenario.site.lng) if with_base else None
+    return [
+        AgentSpec(
+            id=agent.id,
+            type=agent.type,
+            at=agent.at,
+            battery=agent.battery,
+            home=agent.home,
+            script=agent.answers,
+            kind="person" if agent.human else "drone",
+            walk=agent.walk,
+            base=base,
+        )
+        for agent in scenario.agents
+    ]
+
+
+def site_of(scenario: Scenario) -> Site:
+    """Return the scenario's site with the agents listed that only the scenario has, at the ports where they begin."""
+    ports = {port.at: name for name, port in scenario.site.ports.items()}
+    agents = dict(scenario.site.agents)
+    for agent in scenario.agents:
+        home = ports.get(agent.home, "") if agent.home is not None else ""
+        if agent.id not in agents and (agent.human or home):
+            agents[agent.id] = SiteAgent(agent.id, agent.type, home)
+    return replace(scenario.site, agents=agents)
+
+
+def request_of(task: ScenarioTask) -> Submit:
+    """Return the request for a task of a scenario."""
+    return Submit(task.task, dict(task.params), priority=task.priority, requester="scenario")
+
+
+class Fleet(Protocol):
+    """Agents that faults befall: `SimFleet` or `FleetProcesses`."""
+
+    def kill(self, agent: str) -> None:
+        """End an agent's process at once."""
+        ...
+
+    def restart(self, agent: str) -> None:
+        """Start it again."""
+        ...
+
+    def freeze(self, agent: str) -> None:
+        """Stop it."""
+        ...
+
+    def thaw(self, agent: str) -> None:
+        """Let it go on."""
+        ...
+
+    def order(self, agent: str, order: Order) -> None:
+        """Let it play a fault."""
+        ...
+
+
+def play(fault: ScenarioFault, fleet: Fleet) -> None:
+    """Let a fault befall its agent now."""
+    match fault.kind:
+        case "kill":
+            fleet.kill(fault.agent)
+        case "restart":
+            fleet.restart(fault.agent)
+        case "freeze":
+            fleet.freeze(fault.agent)
+        case "thaw":
+            fleet.thaw(fault.agent)
+        case kind:
+            order = Order(
+                kind=kind,
+                count=fault.count,
+                as_id=fault.as_id,
+                code=fault.code,
+                delay_s=fault.delay_s,
+                on=fault.on,
+            )
+            fleet.order(fault.agent, order)
+
+
+def describe(fault: ScenarioFault) -> str:
+    """Return a fault in words, for people: `hwd_1: kill`."""
+    more = {
+        "slow": f" {fault.delay_s:g} s" if fault.delay_s else " no more",
+        "wrong_id": f" {fault.as_id}",
+        "refuse": f" {fault.code}",
+        "never_confirm": "" if fault.on else " no more",
+    }.get(fault.kind, "")
+    times = f" x{fault.count}" if fault.count > 1 else ""
+    return f"{fault.agent}: {fault.kind}{more}{times}"
+
+
+class Timetable:
+    """What a scenario still has to do: requests and faults in order of time, from the instant `begin`.
+
+    `due(now)` hands out, in order, what is due by `now`; a request goes before a fault of the same instant.
+    """
+
+    def __init__(self, scenario: Scenario) -> None:
+        entries: list[ScenarioTask | ScenarioFault] = [*scenario.requests, *scenario.faults]
+        self._left = sorted(entries, key=lambda entry: entry.at)
+        self._begin: Micros | None = None
+
+    def begin(self, now: Micros) -> None:
+        """Start the scenario's clock."""
+        self._begin = now
+
+    def next_time(self) -> Micros | None:
+        """Return when the next entry is due, None if none is left or the clock does not run."""
+        return self._begin + self._left[0].at if self._left and self._begin is not None else None
+
+    def due(self, now: Micros) -> list[ScenarioTask | ScenarioFault]:
+        """Return what is due by `now` and has not been handed out."""
+        found: list[ScenarioTask | ScenarioFault] = []
+        while (at := self.next_time()) is not None and at <= now:
+            found.append(self._left.pop(0))
+        return found
+
+    @property
+    def is_done(self) -> bool:
+        """Return whether everything was handed out."""
+        return not self._left
+
+
+@dataclass(slots=True)
+class Played:
+    """What a run did of its timetable: what happened when (engine time), which tasks came of it, what was refused."""
+
+    task_ids: list[str] = field(default_factory=list)
+    refused: list[tuple[str, str]] = field(default_factory=list)
+    """Task and reason."""
+    faults: list[tuple[Micros, ScenarioFault]] = field(default_factory=list)
+
+    def carry_out(
+        self, entry: ScenarioTask | ScenarioFault, now: Micros, fleet: Fleet, ask: Callable[[Submit], str]
+    ) -> None:
+        """Submit the task or play the fault, and note it."""
+        if isinstance(entry, ScenarioFault):
+            play(entry, fleet)
+            self.faults.append((now, entry))
+            return
+        try:
+            self.task_ids.append(ask(request_of(entry)))
+        except TaskError as error:
+            self.refused.append((entry.task, str(error)))
+
+
+class VirtualRun:
+    """A scenario on the virtual clock. `run` it, then read `played`, `rehearsal.steps` and `verdict()`."""
+
+    def __init__(self, scenario: Scenario, *, seed: int | None = None) -> None:
+        self.scenario = scenario
+        self.rehearsal = Rehearsal(
+            site_of(scenario),
+            scenario.catalogue,
+            scenario.tasks.values(),
+            specs_of(scenario),
+            seed=scenario.seed if seed is None else seed,
+        )
+        self.played = Played()
+        self.began: Micros = 0
+        self._table = Timetable(scenario)
+
+    @property
+    def steps(self) -> Sequence[Step]:
+        """Return all that the engine did."""
+        return self.rehearsal.steps
+
+    def run(self, limit_s: float = LIMIT_S) -> bool:
+        """Run until everything was done and every task has ended; return whether it was in time."""
+        world = self.rehearsal
+        world.run_for(SETTLE_S)
+        self.began = world.now
+        self._table.begin(world.now)
+        self._next()
+        return world.run_until(lambda: self._table.is_done and world.ended(), limit_s)
+
+    def verdict(self) -> Verdict:
+        """Return what the referee found until now."""
+        return self.rehearsal.referee.verdict(self.rehearsal.now)
+
+    def close(self) -> None:
+        """Stop the simulated fleet."""
+        self.rehearsal.close()
+
+    def _next(self) -> None:
+        world = self.rehearsal
+        for entry in self._table.due(world.now):
+            self.played.carry_out(entry, world.now, world.sim, world.ask)
+        at = self._table.next_time()
+        if at is not None:
+            world.scheduler.call_at(at, self._next)
+
+
+def fleet_site(specs: Sequence[AgentSpec], name: str = "grid", **changes: Any) -> Site:
+    """Return a site for a fleet: a port of its own for each drone where it stands, a place where each person stands.
+
+    Args:
+        specs: the fleet, for example `agents_sim.world.grid_fleet(100, 80, 20, 2)`; drones stand at their homes.
+        name: of the site.
+        changes: other fields of `Site`.
+    """
+    ports, places, agents = dict[str, Port](), dict[str, Any](), dict[str, SiteAgent]()
+    for spec in specs:
+        at = spec.at.ground if isinstance(spec.at, Position) else spec.at
+        if is_person(spec):
+            places[f"at_{spec.id}"] = at
+            agents[spec.id] = SiteAgent(spec.id, spec.type)
+            continue
+        port = f"port_{spec.id}"
+        home = spec.home or at
+        ports[port] = Port(port, home, Position(home.east_m, home.north_m + 8.0, 45.0))
+        agents[spec.id] = SiteAgent(spec.id, spec.type, port)
+    watchers = tuple(spec.id for spec in specs if spec.type == "watcher")
+    fields: dict[str, Any] = {"places": {**places, "camp": Place(0.0, -40.0)}, "people": {"watchers": watchers}}
+    return Site(name, 66.5, 25.7, ports=ports, agents=agents, **{**fields, **changes})

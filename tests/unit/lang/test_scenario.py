@@ -1,0 +1,192 @@
+"""Scenario files are checked like tasks: every problem located, named, and with the nearest right word."""
+
+from pathlib import Path
+
+import pytest
+
+from formiga_bt.clock import SECOND
+from formiga_bt.diagnostics import Diagnostic
+from formiga_bt.geo import Place, Position
+from formiga_bt.lang.loader import load_catalogue
+from formiga_bt.lang.model import Catalogue
+from formiga_bt.lang.scenario import FAULTS, Scenario, load_scenario, load_scenario_text
+from formiga_bt.lang.types import AgentRef
+from formiga_bt.packaged import files, folder
+
+SHIPPED = sorted((folder("trees") / "scenarios").glob("*.yaml"))
+HEAD = "scenario: try\nsite: demo-site.yaml\n"
+FLEET = """agents:
+  - {id: hwd_1, type: hwd, at: p5}
+  - {id: picker_1, at: camp}
+"""
+
+
+@pytest.fixture(scope="module")
+def catalogue() -> Catalogue:
+    catalogue, problems, _ = load_catalogue(files("actions"))
+    assert not problems
+    return catalogue
+
+
+def read(text: str, catalogue: Catalogue) -> Scenario:
+    loaded = load_scenario_text(text, "x.yaml", catalogue=catalogue)
+    assert loaded.scenario is not None, loaded.diagnostics
+    return loaded.scenario
+
+
+def problems(text: str, catalogue: Catalogue) -> list[tuple[int, str, str]]:
+    loaded = load_scenario_text(text, "x.yaml", catalogue=catalogue)
+    assert loaded.scenario is None
+    return [short(problem) for problem in loaded.diagnostics]
+
+
+def short(problem: Diagnostic) -> tuple[int, str, str]:
+    return problem.mark.line, problem.code, problem.message
+
+
+@pytest.mark.parametrize("path", SHIPPED, ids=lambda path: path.stem)
+def test_shipped_scenarios_are_right_and_named_as_their_file(path: Path, catalogue: Catalogue) -> None:
+    loaded = load_scenario(path, catalogue=catalogue)
+    assert loaded.diagnostics == []
+    assert loaded.scenario is not None
+    assert loaded.scenario.name == path.stem
+
+
+def test_a_scenario_has_agents_tasks_and_faults_in_order_of_time(catalogue: Catalogue) -> None:
+    scenario = read(
+        HEAD
+        + """speed: 10
+seed: 3
+agents:
+  - {id: hwd_1, type: hwd, at: {east: 5 m, north: 6 m, height: 40 m}, battery: 90 %}
+  - {id: hwd_2, type: hwd}
+  - {id: hwd_9, type: hwd, at: p8}
+  - id: picker_1
+    at: 66.5,25.7
+    person: {answers: [{match: loaded, options: [not_yet, loaded], after: 4 s}, {never: true}], walk: [camp, p1]}
+tasks:
+  - {at: 2 min, task: PickUp, params: {target: "66.5,25.7", user: picker_1}, priority: high}
+  - {task: MoveTask}
+faults:
+  - {at: 40 s, agent: hwd_2, kind: freeze, for: 10 s}
+  - {at: 45 s, agent: hwd_2, kind: wrong_id, as: hwd_1, count: 3}
+""",
+        catalogue,
+    )
+    flying, home, unlisted, picker = scenario.agents
+    assert (scenario.speed, scenario.seed) == (10.0, 3)
+    assert (flying.at, flying.battery, flying.home) == (Position(5.0, 6.0, 40.0), 90.0, Place(15.0, 40.0))
+    assert home.at == Place(45.0, 40.0) == home.home
+    assert unlisted.home == Place(105.0, 40.0)
+    assert (picker.type, picker.human, picker.walk) == ("picker", True, (Place(30.0, -40.0), Place(-105.0, 40.0)))
+    assert picker.answers[0] == {"match": "loaded", "options": ["not_yet", "loaded"], "after": 4.0, "never": False}
+    assert [(task.at, task.task, task.priority) for task in scenario.requests] == [
+        (0, "MoveTask", None),
+        (120 * SECOND, "PickUp", "high"),
+    ]
+    assert scenario.requests[1].params == {"target": Place(0.0, 0.0), "user": AgentRef("picker_1")}
+    assert [(fault.at, fault.kind) for fault in scenario.faults] == [
+        (40 * SECOND, "freeze"),
+        (45 * SECOND, "wrong_id"),
+        (50 * SECOND, "thaw"),
+    ]
+    assert sorted(scenario.tasks) == ["MoveTask", "PickUp"]
+
+
+def test_every_kind_of_fault_can_be_written(catalogue: Catalogue) -> None:
+    lines = [
+        f"  - {{at: 1 s, agent: hwd_1, kind: {kind}{', delay: 2 s' if kind == 'slow' else ''}}}\n" for kind in FAULTS
+    ]
+    scenario = read(HEAD + FLEET + "faults:\n" + "".join(lines), catalogue)
+    assert [fault.kind for fault in scenario.faults] == list(FAULTS)
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("", [(1, "E008", "the file is empty")]),
+        ("scenario: x\nsite: demo-sit.yaml\nagents: []\n",
+         [(2, "E008", "no site file 'demo-sit.yaml'; did you mean 'demo-site.yaml'?")]),
+        ("site: demo-site.yaml\n" + FLEET, [(1, "E008", "a scenario needs 'scenario'")]),
+        (HEAD + "agents: []\n", [(3, "E044", "'agents' is an empty list")]),
+        (HEAD + "sped: 3\n" + FLEET, [(3, "E004", "a scenario has no option 'sped'; did you mean 'speed'?")]),
+        (HEAD + "speed: 40\n" + FLEET, [(3, "E062", "'speed' must lie between 0.1 and 20")]),
+        (HEAD + "seed: 1.5\n" + FLEET, [(3, "E062", "'seed' must be a whole number from 0 on")]),
+    ],
+)  # fmt: skip
+def test_a_wrong_head_is_named(text: str, expected: list[tuple[int, str, str]], catalogue: Catalogue) -> None:
+    assert problems(text, catalogue) == expected
+
+
+@pytest.mark.parametrize(
+    ("agent", "expected"),
+    [
+        ("{id: hwd_2, type: hvd}", "E020 no agent type is called 'hvd'"),
+        ("{id: hwd_1, type: hwd, at: p4}", "E018 there is an agent 'hwd_1' already"),
+        ("{id: hwd_7, type: hwd, at: p5}", "E018 'hwd_7' stands where 'hwd_1' stands"),
+        ("{id: hwd_7, type: hwd}", "E008 'hwd_7' has no port of its own: it needs 'at'"),
+        ("{id: hwd_7, at: p4}", "E008 'hwd_7' needs 'type': the site does not list it; did you mean 'hwd_2'?"),
+        ("{id: lwd_1, type: hwd}", "E013 'lwd_1' is a lwd at this site, not a hwd"),
+        ("{id: hwd_2, at: nort_field}", "E010 no port or place is called 'nort_field'; did you mean 'north_field'?"),
+        ("{id: hwd_2, battery: 130 %}", "E062 'battery' must lie between 0 % and 100 %"),
+        ("{id: hwd_2, battery: 90}", "E017 'battery' needs a unit: 90 %?"),
+        ("{id: hwd_2, person: {}}", "E008 'hwd_2' is a hwd: only people have 'person'"),
+        ("{id: picker_2, at: camp, person: {answers: [{match: x}]}}", "E008 an answer needs 'options' or 'never: true'"),
+        ("{id: picker_2, at: camp, person: {awnsers: []}}", "E004 a person has no option 'awnsers'; did you mean 'answers'?"),
+        ("{id: picker_2, at: {east: 3, north: 4 m}}", "E017 east needs a unit: 3 m?"),
+    ],
+)  # fmt: skip
+def test_a_wrong_agent_is_named(agent: str, expected: str, catalogue: Catalogue) -> None:
+    found = problems(f"{HEAD}{FLEET}  - {agent}\n", catalogue)
+    assert [(line, f"{code} {text}") for line, code, text in found] == [(6, expected)]
+
+
+@pytest.mark.parametrize(
+    ("task", "expected"),
+    [
+        ("{task: PickUpp}", "E010 no task is called 'PickUpp'; did you mean 'PickUp'?"),
+        ("{at: 3 s}", "E008 a task needs 'task'"),
+        ("{task: MoveTask, at: 5}", "E017 'at' needs a unit: 5 s?"),
+        ("{task: MoveTask, at: -5 s}", "E062 'at' must not be negative"),
+        ("{task: MoveTask, priority: urgent}", "E008 'priority' cannot be 'urgent'"),
+        ("{task: MoveTask, params: {robt: hwd_1}}", "E010 MoveTask has no parameter 'robt'; did you mean 'robot'?"),
+        ("{task: MoveTask, params: {robot: hwd_3}}", "E010 no agent of this scenario is called 'hwd_3'; did you mean 'hwd_1'?"),
+        ("{task: MoveTask, params: {robot: picker_1}}", "E013 'robot' is a hwd or lwd, 'picker_1' is a picker"),
+        ("{task: PickUp, params: {target: camp}}", "E051 PickUp needs the parameter 'user' (picker agent)"),
+        ("{task: PickUp, params: {target: camp, user: picker_1, height: 300 m}}", "E062 'height' must be at most 120 m"),
+    ],
+)  # fmt: skip
+def test_a_wrong_task_is_named(task: str, expected: str, catalogue: Catalogue) -> None:
+    found = problems(f"{HEAD}{FLEET}tasks:\n  - {task}\n", catalogue)
+    assert [(line, f"{code} {text}") for line, code, text in found] == [(7, expected)]
+
+
+@pytest.mark.parametrize(
+    ("fault", "expected"),
+    [
+        ("{at: 1 s, agent: hwd_1}", "E008 a fault needs 'kind'"),
+        ("{agent: hwd_1, kind: kill}", "E008 the fault 'kill' needs 'at'"),
+        ("{at: 1 s, agent: hwd_1, kind: frezee}", "E008 'kind' cannot be 'frezee'; did you mean 'freeze'?"),
+        ("{at: 1 s, agent: hwd_8, kind: kill}", "E010 no agent of this scenario is called 'hwd_8'; did you mean 'hwd_1'?"),
+        ("{at: 1 s, agent: picker_1, kind: take_over}", "E013 'picker_1' is a person: nobody can take over"),
+        ("{at: 1 s, agent: hwd_1, kind: slow}", "E008 the fault 'slow' needs 'delay'"),
+        ("{at: 1 s, agent: hwd_1, kind: nan, count: 0}", "E062 'count' must be a whole number from 1 on"),
+        ("{at: 1 s, agent: hwd_1, kind: thaw, for: 2 s}", "E004 the fault 'thaw' has no option 'for'"),
+    ],
+)  # fmt: skip
+def test_a_wrong_fault_is_named(fault: str, expected: str, catalogue: Catalogue) -> None:
+    found = problems(f"{HEAD}{FLEET}faults:\n  - {fault}\n", catalogue)
+    assert [(line, f"{code} {text}") for line, code, text in found] == [(7, expected)]
+
+
+def test_problems_of_the_site_and_of_a_task_are_told_with_the_scenario(tmp_path: Path, catalogue: Catalogue) -> None:
+    (tmp_path / "mine.yaml").write_text("formiga: 1\ntask: Mine\nsteps:\n  - do: nobody.TakeOff\n")
+    (tmp_path / "try.yaml").write_text(f"{HEAD}{FLEET}tasks:\n  - {{task: Mine}}\n")
+    loaded = load_scenario(tmp_path / "try.yaml", catalogue=catalogue)
+    assert loaded.scenario is None
+    assert {Path(problem.mark.file).name for problem in loaded.diagnostics} == {"mine.yaml", "try.yaml"}
+    (tmp_path / "site.yaml").write_text("formiga_site: 1\nname: x\nbase: {lat: 100, lng: 3}\n")
+    (tmp_path / "try.yaml").write_text(f"scenario: try\nsite: site.yaml\n{FLEET}")
+    loaded = load_scenario(tmp_path / "try.yaml", catalogue=catalogue)
+    assert [short(problem)[1] for problem in loaded.diagnostics] == ["E062"]
+    assert load_scenario(tmp_path / "none.yaml", catalogue=catalogue).diagnostics[0].code == "E008"
