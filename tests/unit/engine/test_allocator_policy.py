@@ -1,0 +1,86 @@
+"""The policy `closest` on its own: teams of least cost, reservation, what no agent could ever serve. Pure functions."""
+
+from typing import Any
+
+from formiga_bt.engine.allocator.candidate import Candidate
+from formiga_bt.engine.allocator.filters import hopeless
+from formiga_bt.engine.allocator.policy import closest
+from formiga_bt.engine.records import Request, RoleRequest
+from formiga_bt.geo import Place, Position
+
+
+def drone(name: str, east_m: float, **fields: Any) -> Candidate:
+    values: dict[str, Any] = {
+        "id": name, "type": "lwd", "order": int(name[1:]), "human": False, "actions": ("GoTo",), "refused": "",
+        "pool": "STANDBY", "liveness": "ALIVE", "control": "engine", "task": "", "goal": "", "word": "STANDBY",
+        "landed": "grounded", "at_port": True, "battery": 90.0, "position": Position(east_m, 0.0, 0.0),
+    }  # fmt: skip
+    return Candidate(**(values | fields))
+
+
+def role(**fields: Any) -> RoleRequest:
+    values: dict[str, Any] = {"role": "drone", "types": ("lwd",), "human": False, "near": (Place(0.0, 0.0),)}
+    return RoleRequest(**(values | fields))
+
+
+def request(task: str, *roles: RoleRequest, order: int = 1, **fields: Any) -> Request:
+    return Request(task=task, priority="medium", order=order, at=0, roles=roles or (role(),), **fields)
+
+
+def test_a_team_gets_the_assignment_of_least_total_distance() -> None:
+    """Not each place its nearest: d1 is nearest to both, but only the pair (d1 to 100, d2 to 0) is short."""
+    places = (Place(0.0, 0.0), Place(100.0, 0.0))
+    agents = [drone("d1", 45.0), drone("d2", -10.0), drone("d3", 500.0)]
+
+    decision = closest([request("T-1", role(near=places, count=2, is_list=True))], agents)
+
+    assert decision.grants[0].roles == {"drone": ("d2", "d1")}
+
+
+def test_equal_distances_go_to_the_agent_known_first() -> None:
+    decision = closest([request("T-1")], [drone("d2", 10.0), drone("d1", -10.0)])
+
+    assert decision.grants[0].roles == {"drone": ("d1",)}
+
+
+def test_a_team_that_is_not_complete_gets_nobody_and_others_may_go_on() -> None:
+    team = request("Team-1", role(count=2, is_list=True))
+
+    decision = closest([team, request("One-2", order=2)], [drone("d1", 10.0)])
+
+    assert [grant.task for grant in decision.grants] == ["One-2"]
+
+
+def test_a_team_that_reserves_keeps_what_fits_from_later_requests() -> None:
+    team = request("Team-1", role(count=2, is_list=True), reserves=True)
+
+    decision = closest([team, request("One-2", order=2)], [drone("d1", 10.0)])
+
+    assert decision.grants == ()
+    assert [(v.code, v.detail) for v in decision.verdicts["One-2"]] == [("busy", "Team-1")]
+
+
+def test_the_first_of_two_reserving_teams_is_served_when_it_is_complete() -> None:
+    """Reservations are made anew at each look, so two teams never hold half each for ever."""
+    first = request("Team-1", role(count=2, is_list=True), reserves=True)
+    second = request("Team-2", role(count=2, is_list=True), order=2, reserves=True)
+
+    decision = closest([first, second], [drone("d1", 10.0), drone("d2", 20.0)])
+
+    assert [grant.task for grant in decision.grants] == ["Team-1"]
+
+
+def test_hopeless_says_which_role_and_what_the_near_misses_lack() -> None:
+    wish = request("T-1", role(actions=("Winch",)))
+    agents = [drone("d1", 0.0), drone("d2", 0.0, type="hwd")]
+
+    reason = hopeless(wish, closest([wish], agents).verdicts["T-1"])
+
+    assert reason == "role 'drone' needs an agent (lwd), this fleet has 0 that could ever serve (d1: no_action Winch)"
+
+
+def test_a_busy_or_empty_agent_is_no_reason_to_give_up() -> None:
+    wish = request("T-1", role(battery_min=50.0))
+    agents = [drone("d1", 0.0, task="Other-1"), drone("d2", 0.0, battery=3.0)]
+
+    assert hopeless(wish, closest([wish], agents).verdicts["T-1"]) == ""
