@@ -68,10 +68,11 @@ class Clearances:
             )
         )
         hold(core, goal.task, f"clearance:{goal.agent}")
-        core.set_deadline(f"clear|{goal.agent}", core.now + self._patience_us(core.state.agents[goal.agent]))
+        core.set_deadline(f"clear|{goal.agent}", core.now + self.patience_us(core.state.agents[goal.agent]))
         self._ask(goal.agent)
 
-    def _patience_us(self, agent: AgentRecord) -> int:
+    def patience_us(self, agent: AgentRecord) -> int:
+        """Return how long a machine may wait where it is: 5 min on the ground, until reserve and 3 min in the air."""
         if agent.landed == "grounded":
             return ANSWER_US
         limits = self._core.agent_type(agent).limits

@@ -175,6 +175,8 @@ class Engine:
             case "recover":
                 task, _, agent = rest.partition("|")
                 self.tasks.recovery.overdue(task, agent)
+            case "busy":
+                self.gatekeeper.waited_enough(rest)
             case "escalate":
                 self.people.escalate(rest)
             case "clear" | "clearwait":

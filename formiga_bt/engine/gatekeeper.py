@@ -15,6 +15,9 @@ from formiga_bt.transport.messages import to_wire
 TTL_BEATS = 10
 """A goal that reaches its agent later than so many heartbeats (wall seconds) is refused by it."""
 
+BUSY = ("spot_busy", "leg_busy")
+"""Codes of waits for another machine."""
+
 
 class Gatekeeper:
     """Between goals and transports."""
@@ -36,12 +39,31 @@ class Gatekeeper:
                 core.put_goal(goal_id, code=code, text=whom)
                 if code == "clearance":
                     self.clearances.need(goal)
+                elif code in BUSY:
+                    self._bound(goal)
             case Refuse(code, text):
                 core.put_goal(goal_id, state="gate_refused", code=code, text=text)
+
+    def _bound(self, goal: GoalRecord) -> None:
+        # One that waits in the air for a spot or a way must still come home: its step fails in time. Recover waits on.
+        core = self._core
+        agent = core.state.agents[goal.agent]
+        key = f"busy|{goal.id}"
+        if agent.landed == "airborne" and goal.section != "recover" and key not in core.state.deadlines:
+            core.set_deadline(key, core.now + self.clearances.patience_us(agent), goal.task)
+
+    def waited_enough(self, goal_id: str) -> None:
+        """A goal that waits for a spot or a way may wait no longer."""
+        core = self._core
+        goal = core.state.goals.get(goal_id)
+        if goal is not None and goal.state == "gated" and goal.code in BUSY:
+            core.put_goal(goal_id, state="gate_refused", text=f"{goal.text} was in the way until the reserve was near")
+            core.wake(goal.task, goal.owner)
 
     def _send(self, goal: GoalRecord, leg: tuple[Position, Position] | None) -> None:
         core = self._core
         clearance = self.clearances.take(goal)
+        core.clear_deadline(f"busy|{goal.id}")
         goal = core.put_goal(goal.id, state="sent", code="", text="", leg=leg, sent_at=core.now, clearance=clearance)
         agent = core.state.agents[goal.agent]
         if not agent.human:
@@ -81,6 +103,7 @@ class Gatekeeper:
     def forget(self, goal: GoalRecord) -> None:
         """A waiting goal was withdrawn."""
         self.clearances.withdraw(goal)
+        self._core.clear_deadline(f"busy|{goal.id}")
         self._core.gate_stale = True
 
     def _priority(self, goal: GoalRecord) -> str:

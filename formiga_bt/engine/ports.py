@@ -67,6 +67,10 @@ class ClearancePort(Protocol):
         """The goal that waits for a word is gone."""
         ...
 
+    def patience_us(self, agent: AgentRecord) -> int:
+        """Return how long a machine may wait where it is."""
+        ...
+
 
 class TaskPort(Protocol):
     """`Tasks`, for the fleet, the clearances and the recovery."""

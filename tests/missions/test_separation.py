@@ -56,9 +56,11 @@ def test_nobody_lands_on_a_drone_that_is_parked_there(fly: Fly) -> None:
     rehearsal.run_for(300)
 
     assert any(g.code == "spot_busy" and g.text == "lwd_9" for g in rehearsal.engine.state.goals.values())
-    rehearsal.abort(task)
     assert rehearsal.run_until_ended(task)
-    assert rehearsal.engine.state.agents["hwd_1"].landed == "grounded"
+    assert (rehearsal.task(task).status, rehearsal.task(task).code) == ("FAILED", "spot_busy")
+    drone = rehearsal.engine.state.agents["hwd_1"]
+    assert (drone.pool, drone.landed) == ("STANDBY", "grounded")
+    assert (drone.battery or 0.0) > 25.0
 
 
 def test_flights_of_several_tasks_cross_in_layers_of_their_own(fly: Fly) -> None:
