@@ -8,7 +8,7 @@ and tested, without the ones above it.
 from collections.abc import Mapping
 from typing import Any, Protocol
 
-from formiga_bt.engine.records import GoalRecord, Request, TaskRecord
+from formiga_bt.engine.records import AgentRecord, GoalRecord, Request, TaskRecord
 from formiga_bt.lang.model import Step
 from formiga_bt.nodes.run import Failure, GoalOrder
 from formiga_bt.transport.messages import Clearance, GoalEvent
