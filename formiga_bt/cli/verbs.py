@@ -24,10 +24,20 @@ class Verb:
 
 
 _TABLE = (
+    Verb("init", "init", "Make a folder to start from: a site, and a first task that flies."),
     Verb("check", "check", "Check task files and report all problems at once."),
     Verb("show", "show", "Print a task as a tree."),
     Verb("dryrun", "dryrun", "Run a task against simulated agents in virtual time."),
     Verb("demo", "demo", "See a small fleet work through missions in simulation."),
+    Verb("up", "up", "Start the engine of a site as a service."),
+    Verb("run", "run", "Request a task; with --follow, watch it to its end."),
+    Verb("tasks", "tasks", "List tasks."),
+    Verb("why", "why", "Explain why a task waits, is held, or failed."),
+    Verb("abort", "abort", "End a task."),
+    Verb("agents", "agents", "List machines and people; clear one, or hand one back."),
+    Verb("inbox", "inbox", "List the questions that wait for a person."),
+    Verb("answer", "answer", "Answer a question."),
+    Verb("down", "down", "End the engine, at once or when its tasks have ended."),
 )
 
 

@@ -1,0 +1,39 @@
+"""`formiga abort`: end a task."""
+
+import sys
+from typing import Annotated
+
+import typer
+
+from formiga_bt.cli.client import JsonOption, SiteOption, connect, print_json, segment, show_next, user
+from formiga_bt.cli.inputs import UnusableFile
+
+
+def command(
+    task: Annotated[str, typer.Argument(help="The task's id, for example PickUp-12.", metavar="ID")],
+    now: Annotated[bool, typer.Option("--now", help="Skip its cleanup; its machines come home at once.")] = False,
+    abandon: Annotated[
+        bool, typer.Option("--abandon", help="Leave its machines where they are, quarantined. Asks for confirmation.")
+    ] = False,
+    yes: Annotated[bool, typer.Option("--yes", "-y", help="Do not ask.")] = False,
+    as_json: JsonOption = False,
+    site: SiteOption = None,
+) -> None:
+    """End a task: its steps stop, its cleanup runs, its machines come home."""
+    if now and abandon:
+        raise UnusableFile("--now and --abandon exclude each other")
+    client = connect(site)
+    if abandon and not yes:
+        agents = ", ".join(client.get(f"/v1/tasks/{segment(task)}")["agents"]) or "no agents"
+        if not sys.stdin.isatty():
+            raise UnusableFile(f"--abandon leaves {agents} where they are, also in the air; confirm it with --yes")
+        typer.confirm(
+            f"{agents} will stay where they are, also in the air, until you clear them. Abandon {task}?", abort=True
+        )
+    how = "now" if now else "abandon" if abandon else ""
+    reply = client.post(f"/v1/tasks/{segment(task)}/abort", {"how": how, "confirmed": abandon, "by": user()})
+    if as_json:
+        print_json(reply)
+        return
+    typer.echo(reply["text"])
+    show_next("formiga agents" if abandon else "formiga tasks", f"formiga why {task}")

@@ -1,0 +1,57 @@
+"""`formiga agents`: list machines and people; `agents clear ID` and `agents handback ID` give orders about one."""
+
+from typing import Annotated, Any
+
+import typer
+
+from formiga_bt.cli.client import JsonOption, SiteOption, connect, print_json, print_table, segment, show_next, user
+from formiga_bt.cli.inputs import UnusableFile
+
+ORDERS = ("clear", "handback")
+
+
+def command(
+    order: Annotated[str, typer.Argument(help="clear or handback; without it the agents are listed.")] = "",
+    agent: Annotated[str, typer.Argument(help="The agent of the order.", metavar="[ID]")] = "",
+    as_json: JsonOption = False,
+    site: SiteOption = None,
+) -> None:
+    """List machines and people, or order `clear ID` or `handback ID`.
+
+    clear: you have looked at a quarantined machine and trust it again; it comes home if it may be airborne.
+    handback: its pilot has given a machine back; the step that was interrupted fails, and its task goes on from there.
+    """
+    if order and (order not in ORDERS or not agent):
+        raise UnusableFile(f"say `formiga agents`, or one of: {', '.join(f'formiga agents {o} ID' for o in ORDERS)}")
+    client = connect(site)
+    if order:
+        reply = client.post(f"/v1/agents/{segment(agent)}/{order}", {"by": user()})
+        if as_json:
+            print_json(reply)
+            return
+        typer.echo(reply["text"])
+        show_next("formiga agents", "formiga tasks")
+        return
+    found = client.get("/v1/agents")
+    if as_json:
+        print_json(found)
+        return
+    if not found["agents"]:
+        typer.echo(f"no agents yet; they connect at {client.address.endpoint}")
+        show_next("formiga up --sim starts simulated ones with the engine")
+        return
+    print_table([("AGENT", "TYPE", "STATE", "BATTERY", "WHERE", "TASK", "ACTION", ""), *map(_row, found["agents"])])
+    bad = [a["id"] for a in found["agents"] if a["quarantine"]]
+    show_next(*([f"formiga agents clear {bad[0]}"] if bad else ["formiga run TASK --follow"]))
+
+
+def _row(agent: dict[str, Any]) -> tuple[str, ...]:
+    where = agent["position"]
+    place = "" if where is None else f"{where['east_m']:.0f} E {where['north_m']:.0f} N {where['up_m']:.0f} up"
+    state = agent["pool"] if not agent["human"] else "here" if agent["at_desk"] else "person"
+    notes = [agent["quarantine"], agent["refused"] and f"not admitted: {agent['refused']}"]
+    notes.append("" if agent["liveness"] == "ALIVE" else agent["liveness"])
+    notes.append("" if agent["control"] == "engine" else f"control: {agent['control']}")
+    battery = "" if agent["battery"] is None or agent["human"] else f"{agent['battery']:.0f} %"
+    note = ", ".join(n for n in notes if n)
+    return agent["id"], agent["type"], state, battery, place, agent["task"], agent["action"], note

@@ -1,0 +1,42 @@
+"""`formiga inbox`: the questions that wait for a person."""
+
+from typing import Annotated, Any
+
+import typer
+
+from formiga_bt.cli.client import JsonOption, SiteOption, connect, print_json, show_next
+
+
+def command(
+    person: Annotated[str, typer.Option("--of", help="Only what this person is asked.", metavar="PERSON")] = "",
+    as_json: JsonOption = False,
+    site: SiteOption = None,
+) -> None:
+    """List open questions, oldest first, with their options and who may answer."""
+    found = connect(site).get("/v1/inbox", person=person)
+    if as_json:
+        print_json(found)
+        return
+    if not found["questions"]:
+        typer.echo("nobody is asked anything now")
+        show_next("formiga tasks")
+        return
+    for question in found["questions"]:
+        typer.echo(in_words(question))
+    mine = [q for q in found["questions"] if q["here"]] or found["questions"]
+    show_next(f"formiga answer {mine[0]['number']} {mine[0]['options'][0]}")
+
+
+def in_words(question: dict[str, Any]) -> str:
+    """Return a question as people read it."""
+    lines = [f"{question['number']}  {question['text']}"]
+    lines.append(
+        f"    options: {', '.join(question['options'])}" + (f"   ({question['note']})" if question["note"] else "")
+    )
+    who = ", ".join(question["asked"]) or "nobody"
+    here = "" if question["here"] else ", with their own apps"
+    lapses = question["lapses_in_s"]
+    end = "" if lapses is None else f"; lapses in {lapses:.0f} s"
+    then = f", then: {question['if_no_answer']}" if question["if_no_answer"] and lapses is not None else ""
+    lines.append(f"    asked: {who}{here}; for {question['task']}, since {question['waiting_s']:.0f} s{end}{then}")
+    return "\n".join(lines)

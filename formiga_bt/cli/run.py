@@ -1,0 +1,160 @@
+"""`formiga run`: request a task of a running engine, and with --follow watch it to its end."""
+
+import sys
+import time
+import uuid
+from typing import Annotated, Any, Literal
+
+import typer
+
+from formiga_bt.cli.client import (
+    ApiError,
+    Client,
+    JsonOption,
+    SiteOption,
+    connect,
+    interrupts,
+    print_json,
+    segment,
+    show_next,
+    user,
+)
+from formiga_bt.cli.params import read_params
+from formiga_bt.cli.why import OVER, in_words
+
+WHY_AFTER_S = 5.0
+EXIT_INTERRUPTED = 130
+
+
+def command(
+    task: Annotated[str, typer.Argument(help="The task's name, for example PickUp.", metavar="TASK")],
+    param: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--param", "-p", metavar="NAME=VALUE",
+            help="A parameter; may be repeated. camp, 66.50,25.73, 60 m, @area.geojson",
+        ),
+    ] = None,
+    priority: Annotated[str, typer.Option(help="low, medium or high. Default: the task's own.")] = "",
+    follow: Annotated[bool, typer.Option("--follow", "-f", help="Watch it to its end.")] = False,
+    as_json: JsonOption = False,
+    site: SiteOption = None,
+) -> None:  # fmt: skip
+    """Request a task; print its id.
+
+    With --follow: prints what happens, and why when it waits longer than 5 s. Exit code 0 if it succeeded, 1 if not. Ctrl-C
+    aborts the task and waits until its machines are home; a second one stops watching.
+    """
+    params = read_params(param or [])
+    client = connect(site)
+    body = {"task": task, "params": params, "priority": _priority(priority), "requester": user()}
+    task_id = client.post("/v1/tasks", body, key=uuid.uuid4().hex)["id"]
+    if not follow:
+        if as_json:
+            print_json({"id": task_id})
+        else:
+            typer.echo(task_id)
+            show_next(f"formiga why {task_id}", "formiga tasks", f"formiga abort {task_id}")
+        return
+    interrupted = _Follow(client, task_id, quiet=as_json).run()
+    end = client.get(f"/v1/tasks/{segment(task_id)}")
+    if as_json:
+        print_json(end)
+    else:
+        _closing(end)
+    if interrupted:
+        raise typer.Exit(EXIT_INTERRUPTED)
+    if end["status"] != "SUCCEEDED":
+        raise typer.Exit(1)
+
+
+def _priority(word: str) -> Literal["low", "medium", "high"] | None:
+    if word not in ("", "low", "medium", "high"):
+        raise typer.BadParameter(f"'{word}' is not low, medium or high", param_hint="--priority")
+    return word or None  # type: ignore[return-value]
+
+
+class _Follow:
+    """Prints the events of one task until it has ended."""
+
+    def __init__(self, client: Client, task_id: str, *, quiet: bool) -> None:
+        self._client = client
+        self._quiet = quiet
+        self._task = task_id
+        self._path = f"/v1/tasks/{segment(task_id)}"
+        self._waits_since = time.monotonic()
+        self._told = False
+        self._began: int | None = None
+
+    def run(self) -> bool:
+        """Watch; return whether a person broke it off."""
+        with interrupts() as seen:
+            aborted = False
+            task = self._client.get(self._path)
+            self._began = task["unix_millis_submitted"]
+            self._say(f"{self._task} {task['status']}")
+            if task["status"] in OVER:
+                return False
+            # From its beginning: what happened between the request and this line is not missed.
+            for event in self._client.events(after=f"{self._client.address.epoch}.0", task=self._task):
+                if seen and not aborted:
+                    aborted = True
+                    self._abort()
+                if event.type and event.type != "gap":
+                    self._print(event.data)
+                if event.data.get("section") == "done" or (event.type in ("", "gap") and self._is_over()):
+                    return aborted
+                self._explain()
+            return aborted
+
+    def _say(self, text: str) -> None:
+        if not self._quiet:
+            typer.echo(text)
+
+    def _is_over(self) -> bool:
+        return self._client.get(self._path)["status"] in OVER
+
+    def _abort(self) -> None:
+        self._say(f"aborting {self._task}; waiting until its machines are home. Ctrl-C again: stop watching")
+        try:
+            self._client.post(f"{self._path}/abort", {"by": user()})
+        except ApiError as error:
+            self._say(str(error))
+
+    def _print(self, data: dict[str, Any]) -> None:
+        if data["type"] == "task" and data.get("status") == "ASSIGNED":
+            self._told = True  # it got its agents
+        if not _telling(data):
+            return
+        at = (data["unix_millis"] - (self._began or 0)) / 1000
+        mark = "ALARM " if data["type"] == "alarm" else ""
+        self._say(f"{at:8.1f} s  {mark}{data['text']}")
+        if data["type"] == "question" and data.get("state") == "open":
+            self._say(f"            answer: formiga answer {data['question']} {'|'.join(data['options'])}")
+        sys.stdout.flush()
+
+    def _explain(self) -> None:
+        if not self._told and time.monotonic() - self._waits_since > WHY_AFTER_S:
+            self._told = True
+            self._say(in_words(self._client.get(f"{self._path}/why")))
+
+
+def _telling(data: dict[str, Any]) -> bool:
+    """Return whether an event is worth a line."""
+    if data["type"] == "task":
+        return data["section"] != "done" and data["status"] not in ("PENDING", "ASSIGNED")
+    if data["type"] == "goal":
+        return data["state"] not in ("sent", "accepted") and bool(data["state"] != "gated" or data["code"])
+    if data["type"] == "agent":
+        return (
+            data["pool"] in ("QUARANTINED", "PARKED_AWAY") or data["control"] != "engine" or data["liveness"] != "ALIVE"
+        )
+    return True
+
+
+def _closing(end: dict[str, Any]) -> None:
+    why = f": {end['code']} {end['reason']}".rstrip() if end["code"] else ""
+    done = sum(action["state"] == "succeeded" for action in end["actions"])
+    agents = ", ".join(end["agents"]) or "nobody"
+    typer.echo(f"{end['id']} {end['status']} after {end['duration_s']:.0f} s, {done} actions by {agents}{why}")
+    show_next("formiga tasks" if end["status"] == "SUCCEEDED" else f"formiga why {end['id']}")

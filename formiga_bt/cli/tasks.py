@@ -1,0 +1,62 @@
+"""`formiga tasks`: list the tasks of a running engine."""
+
+from datetime import datetime
+from typing import Annotated, Any
+
+import typer
+
+from formiga_bt.cli.client import JsonOption, SiteOption, connect, print_json, print_table, show_next
+
+
+def command(
+    status: Annotated[
+        str, typer.Option(help="Only: open, held, or one status, for example FAILED.", metavar="STATUS")
+    ] = "",
+    limit: Annotated[int, typer.Option(help="At most so many, newest first.", min=1, max=10_000)] = 30,
+    library: Annotated[bool, typer.Option("--library", help="List what can be requested instead.")] = False,
+    as_json: JsonOption = False,
+    site: SiteOption = None,
+) -> None:
+    """List tasks, newest first: id, status, agents, what became of it."""
+    client = connect(site)
+    if library:
+        _library(client.get("/v1/library"), as_json)
+        return
+    found = client.get("/v1/tasks", status=status, limit=limit)
+    if as_json:
+        print_json(found)
+        return
+    rows: list[tuple[str, ...]] = [("TASK", "STATUS", "PRIORITY", "REQUESTED", "TOOK", "AGENTS", "")]
+    rows += [_row(task) for task in found["tasks"]]
+    if len(rows) == 1:
+        typer.echo("no tasks" + (f" that are {status}" if status else ""))
+        show_next("formiga run TASK --follow", "formiga tasks --library")
+        return
+    print_table(rows)
+    if found["total"] > len(found["tasks"]):
+        typer.echo(f"... and {found['total'] - len(found['tasks'])} older ones: --limit {found['total']}")
+    show_next(f"formiga why {found['tasks'][0]['id']}")
+
+
+def _row(task: dict[str, Any]) -> tuple[str, ...]:
+    at = datetime.fromtimestamp(task["unix_millis_submitted"] / 1000).astimezone()
+    status = task["status"] + (" HELD" if task["held"] else "")
+    why = ", ".join(task["held"]) if task["held"] else f"{task['code']} {task['reason']}".strip()
+    took = f"{task['duration_s']:.0f} s"
+    return task["id"], status, task["priority"], f"{at:%H:%M:%S}", took, " ".join(task["agents"]), why
+
+
+def _library(found: dict[str, Any], as_json: bool) -> None:
+    if as_json:
+        print_json(found)
+        return
+    for task in found["tasks"]:
+        typer.echo(f"{task['task']}  {task['description']}")
+        for param in task["params"]:
+            need = "" if param["required"] else f" = {param['default']}" if param["default"] else " (optional)"
+            typer.echo(
+                f"    --param {param['name']}=<{param['type']}>{need}  {param['label'] or param['help']}".rstrip()
+            )
+    for text in found["refused"]:
+        typer.echo(f"not served: {text}")
+    show_next("formiga run TASK --param NAME=VALUE --follow")

@@ -1,0 +1,203 @@
+"""`formiga up`: start the engine of a site as a service, and keep it until it is told to end."""
+
+import signal
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from formiga_bt.cli.inputs import UnusableFile, World, read_task, read_world, rendered, task_files
+from formiga_bt.errors import FormigaError, TreeError
+from formiga_bt.packaged import folder
+
+if TYPE_CHECKING:
+    from formiga_bt.lang.model import Task
+    from formiga_bt.services.host import EngineHost
+
+TOLD = frozenset({"alarm", "question", "notice", "task"})
+"""Events that are printed."""
+
+
+def command(
+    site: Annotated[Path, typer.Option(help="Site file.", metavar="FILE")] = Path("site.yaml"),
+    tasks: Annotated[
+        list[Path] | None,
+        typer.Option(help="Task file or folder; may be repeated. Default: trees/ beside the site file.", metavar="DIR"),
+    ] = None,
+    actions: Annotated[
+        list[Path] | None,
+        typer.Option(help="Catalogue file; may be repeated. Default: the one that ships with formiga.", metavar="FILE"),
+    ] = None,
+    speed: Annotated[
+        float, typer.Option(help="Engine seconds per wall second, up to 20.", metavar="X", min=0.1, max=20.0)
+    ] = 1.0,
+    http: Annotated[str, typer.Option(help="Where the API is served; port 0 takes a free one.")] = "127.0.0.1:8420",
+    listen: Annotated[
+        str, typer.Option(help="Where agents connect. Default: what the site file says.", metavar="ENDPOINT")
+    ] = "",
+    desk: Annotated[
+        list[str] | None,
+        typer.Option(help="Somebody who answers by `formiga answer`; may be repeated.", metavar="PERSON[:TYPE]"),
+    ] = None,
+    sim: Annotated[
+        bool, typer.Option("--sim", help="Start the site's agents too, simulated, each in a process of its own.")
+    ] = False,
+    token: Annotated[
+        bool, typer.Option("--token", help="Ask every caller for the site's token, also on this machine.")
+    ] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Do not print what happens.")] = False,
+) -> None:
+    """Start the engine of a site as a service: it takes tasks over HTTP and from the other verbs.
+
+    Ctrl-C aborts all tasks and ends when their machines have landed; a second one ends at once. `formiga down` and SIGTERM
+    end at once: agents go on with the goals they have. Exit code 0 if it ended on request.
+    """
+    world = _world(actions or [], site)
+    assert world.site is not None
+    served, refused = _library(tasks, site, world)
+    people = _people(desk or [], world)
+    from formiga_bt.services.host import EngineHost
+
+    host = EngineHost(
+        world.site, world.catalogue, served,
+        beside=site.parent, speed=speed, http=http, desk=people, listen=listen, refused=refused, needs_token=token,
+    )  # fmt: skip
+    with host, _fleet(host, world, people, sim):
+        _banner(host, sorted(served), people, sim)
+        _serve(host, quiet=quiet)
+        left = host.open_tasks()
+    host.check()
+    if left:
+        typer.echo(f"the engine has ended; not ended: {', '.join(left)}. Their agents go on with the goals they have")
+    else:
+        typer.echo("the engine has ended")
+
+
+def _world(actions: list[Path], site: Path) -> World:
+    if not site.exists():
+        raise UnusableFile(
+            f"there is no {site}\n  help: make a site with `formiga init`, or name its file: formiga up --site FILE"
+        )
+    world = read_world(actions, site)
+    errors = [d for d in world.diagnostics if d.severity == "error"]
+    if errors or world.site is None:
+        typer.echo("\n\n".join(rendered(errors, world.sources)), err=True)
+        raise TreeError("the site or its catalogue has errors; nothing was started")
+    return world
+
+
+def _library(tasks: list[Path] | None, site: Path, world: World) -> "tuple[dict[str, Task], list[str]]":
+    """Return the tasks to serve, and what is not served and why. A file of the site goes before a shipped one."""
+    own = site.parent / "trees"
+    mine = task_files(tasks if tasks is not None else [own] if own.is_dir() and any(own.rglob("*.yaml")) else [])
+    shipped = task_files([folder("trees")])
+    served: dict[str, Task] = {}
+    refused: list[str] = []
+    for path in (*mine, *(p for p in shipped if p not in mine)):
+        read = read_task(path, world)
+        errors = [d for d in read.diagnostics if d.severity == "error"]
+        if read.task is None or errors:
+            refused.append(
+                f"{path}: {len(errors)} errors, first: {errors[0].message}" if errors else f"{path}: no task"
+            )
+            if path in mine:
+                typer.echo("\n\n".join(rendered(errors, read.sources)) + f"\n\n{path} is not served\n", err=True)
+        elif read.task.name in served:
+            if path in mine:
+                refused.append(f"{path}: another file has the task {read.task.name}")
+                typer.echo(
+                    f"{path} is not served: {served[read.task.name].mark.file} has {read.task.name} too", err=True
+                )
+        else:
+            served[read.task.name] = read.task
+    return served, refused
+
+
+def _people(words: list[str], world: World) -> dict[str, str]:
+    assert world.site is not None
+    found: dict[str, str] = {}
+    for word in words:
+        person, _, kind = word.partition(":")
+        listed = world.site.agents.get(person)
+        kind = kind or (listed.type if listed else "")
+        known = world.catalogue.types.get(kind)
+        if not person or known is None or not known.human:
+            humans = ", ".join(name for name, t in world.catalogue.types.items() if t.human)
+            raise UnusableFile(f"--desk {word}: say PERSON:TYPE, with one of the types {humans}")
+        found[person] = kind
+    return found
+
+
+def _fleet(host: "EngineHost", world: World, people: dict[str, str], sim: bool) -> Any:
+    from contextlib import nullcontext
+
+    if not sim:
+        return nullcontext()
+    assert world.site is not None
+    if world.site.mode != "simulation":
+        raise FormigaError(f"--sim is for sites in mode simulation; {world.site.name} is in mode {world.site.mode}")
+    from formiga_bt.services.simulated import Simulated
+
+    return Simulated(host, world.site, world.catalogue, without=people)
+
+
+def _banner(host: "EngineHost", served: list[str], people: dict[str, str], sim: bool) -> None:
+    refused = f"   ({len(host.refused)} files are not served)" if host.refused else ""
+    where = f"they connect at {host.endpoint}"
+    rows = [
+        f"site {host.site.name} ({host.site.mode}), start {host.epoch} of its engine",
+        f"  tasks   {', '.join(served) or 'none'}{refused}",
+        f"  agents  {'simulated ones, each a process of its own; ' if sim else ''}{where}",
+        f"  people  {', '.join(people) + ' answer here: formiga inbox' if people else 'answer with their own apps'}",
+        f"  API     {host.address.url}/v1   (OpenAPI: {host.address.url}/v1/openapi.json)",
+    ]
+    first = "Hello" if "Hello" in served else "TASK"
+    rows.append(f"next, in another terminal in this folder: formiga run {first} --follow    or: formiga agents")
+    typer.echo("\n".join(rows))
+    sys.stdout.flush()
+
+
+def _serve(host: "EngineHost", *, quiet: bool) -> None:
+    asked: list[int] = []
+
+    def note(number: int, frame: Any) -> None:  # noqa: ARG001
+        asked.append(number)
+
+    before = {number: signal.signal(number, note) for number in (signal.SIGINT, signal.SIGTERM)}
+    handled, seen = 0, 0
+    try:
+        while not host.is_over():
+            host.wait(0.2)
+            seen = seen if quiet else _print_news(host, seen)
+            for number in asked[handled:]:
+                handled += 1
+                if number == signal.SIGTERM or handled > 1 or not host.open_tasks():
+                    host.request_stop()
+                else:
+                    told = host.abort_all("Ctrl-C")
+                    typer.echo(
+                        f"\n{told} tasks are aborted; waiting until their machines have landed. Ctrl-C again: end now"
+                    )
+        if not quiet:
+            _print_news(host, seen)
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+def _print_news(host: "EngineHost", seen: int) -> int:
+    events, _ = host.feed.after(seen)
+    for event in events:
+        seen = event.n
+        if event.type in TOLD:
+            typer.echo(f"{_clock(event.at)}  {'ALARM ' if event.type == 'alarm' else ''}{event.text}")
+    if events:
+        sys.stdout.flush()
+    return seen
+
+
+def _clock(at: int) -> str:
+    from datetime import datetime
+
+    return f"{datetime.fromtimestamp(at / 1e6).astimezone():%H:%M:%S}"

@@ -1,0 +1,259 @@
+"""Everything of one running engine: its site's folder, driver, wires, desk, view and API. `formiga up` is a shell around it.
+
+Start and end are in one order: what others rely on comes first and goes last. Ending leaves agents flying: their goals go on,
+as they would if the process were killed.
+"""
+
+import os
+import threading
+import time
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from formiga_bt import __version__
+from formiga_bt.engine import changes as ch
+from formiga_bt.engine.drivers.realtime import RealtimeDriver
+from formiga_bt.engine.engine import Engine
+from formiga_bt.engine.inputs import Abort, Step
+from formiga_bt.engine.state import EngineState
+from formiga_bt.errors import FormigaError, TaskError
+from formiga_bt.lang.model import Catalogue, Site, Task
+from formiga_bt.services import api, server, shown
+from formiga_bt.services import models as m
+from formiga_bt.services.door import is_loopback
+from formiga_bt.services.feed import Feed
+from formiga_bt.services.orders import Orders
+from formiga_bt.services.view import View
+from formiga_bt.site_folder import SiteFolder
+from formiga_bt.transport.base import AgentTransport
+from formiga_bt.transport.desk import DeskTransport
+from formiga_bt.transport.zenoh import ZenohTransport
+from formiga_bt.transport.zenoh_session import DEFAULT_ENDPOINT
+
+
+class EngineHost:
+    """One engine as a service; a context manager.
+
+    Args:
+        site, catalogue, tasks: what the engine is made of.
+        beside: the folder of the site file; the runtime folder lies in it.
+        speed: engine seconds per wall second.
+        http: `host:port` of the API; port 0 takes a free one.
+        desk: people who answer at this engine: id -> agent type.
+        listen: where agents connect; default: what the site says.
+        refused: task files that are not served, one text each.
+        needs_token: ask for the token on the loopback too.
+        wires: other transports instead of Zenoh, for tests.
+
+    Raises:
+        SiteError: another engine has the site, a port is taken, or the runtime folder cannot be used.
+        TransportError: the agents' wire cannot be opened.
+    """
+
+    def __init__(
+        self,
+        site: Site,
+        catalogue: Catalogue,
+        tasks: Mapping[str, Task],
+        *,
+        beside: Path,
+        speed: float = 1.0,
+        http: str = server.DEFAULT_HTTP,
+        desk: Mapping[str, str] | None = None,
+        listen: str = "",
+        refused: Sequence[str] = (),
+        needs_token: bool = False,
+        wires: Sequence[AgentTransport] | None = None,
+    ) -> None:
+        self.site = site
+        self.refused = tuple(refused)
+        self.error: BaseException | None = None
+        self._catalogue = catalogue
+        self._tasks = dict(tasks)
+        self._speed = speed
+        self._http = http
+        self._needs_token = needs_token or not is_loopback(server.read_address(http)[0])
+        self._desk_types = dict(desk or {})
+        self._desk = DeskTransport(now=lambda: time.monotonic_ns() // 1000, boot_id=f"desk-{time.time_ns()}")
+        self._zenoh = None
+        if wires is None:
+            self._zenoh = ZenohTransport(site.name, listen=listen or listen_of(site))
+        self._wires = list(wires) if wires is not None else [self._zenoh]
+        self._folder = SiteFolder(beside, site.name)
+        self._stop = threading.Event()
+        self._opened: list[Any] = []
+        self.draining = False
+
+    def __enter__(self) -> "EngineHost":
+        try:
+            self._start()
+        except BaseException:
+            self.close()
+            raise
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    # -- start and end ---------------------------------------------------------------------------------------------
+    def _start(self) -> None:
+        self._folder.take()
+        self._opened.append(self._folder.release)
+        sock = server.listen(self._http)
+        self._opened.append(sock.close)
+        token = self._folder.token()
+        now_us, counters = self._folder.marks()
+        self.epoch = self._folder.next_epoch()
+        self.view = View(self.epoch)
+        state = EngineState(now=now_us, counters={name: n for name, n in counters.items() if n})
+        engine = Engine(self.site, self._catalogue, self._tasks, state=state)
+        self.driver = RealtimeDriver(
+            engine,
+            [self._desk, *(wire for wire in self._wires if wire is not None)],
+            speed=self._speed,
+            epoch=self.epoch,
+            listeners=[self.view.feed_step],
+            persist=self._keep_marks,
+        )
+        self.orders = Orders(self.driver, self.view, self._desk, self.site, self._tasks)
+        for person, kind in self._desk_types.items():
+            self._desk.add_person(person, kind)
+            self.orders.desk_people.add(person)
+        self.view.start()
+        self._opened.append(self.view.stop)
+        self._opened.append(self._stop_driver)
+        self.driver.start()
+        self._server = server.HttpServer(api.build(self, token=token, needs_token=self._needs_token), sock)
+        self._opened.append(self._stop_server)
+        self._server.start()
+        self.address = self._folder.publish(epoch=self.epoch, url=self._server.url, endpoint=self.endpoint)
+
+    def _keep_marks(self, step: Step) -> None:
+        for change in step.changes:
+            if isinstance(change, ch.CounterSet):
+                self._folder.counted(change.name, change.value, step.at)
+
+    def _stop_driver(self) -> None:
+        self.driver.stop()
+        self.error = self.driver.error
+        self._folder.settle(self.driver.now())
+
+    def _stop_server(self) -> None:
+        self.view.feed.close()  # readers of the event stream would keep the server waiting
+        self._server.stop()
+
+    def close(self) -> None:
+        """End; may be called twice. Agents go on with the goals they have."""
+        if hasattr(self, "orders"):
+            self.orders.closed_for = "stopping"
+        self._stop.set()
+        while self._opened:
+            self._opened.pop()()
+
+    # -- while it runs ---------------------------------------------------------------------------------------------
+    @property
+    def feed(self) -> Feed:
+        """Return the feed of events."""
+        return self.view.feed
+
+    @property
+    def endpoint(self) -> str:
+        """Return where agents connect."""
+        return self._zenoh.endpoint if self._zenoh is not None else ""
+
+    @property
+    def runtime_folder(self) -> Path:
+        """Return the site's runtime folder."""
+        return self._folder.path
+
+    def open_tasks(self) -> list[str]:
+        """Return the tasks that have not ended."""
+        with self.view.reading() as state:
+            return [task.id for task in state.tasks.values() if task.section != "done"]
+
+    def is_over(self) -> bool:
+        """Return whether to end: asked to, drained, or the engine met a bug."""
+        if self.driver.error is not None:
+            return True
+        return self._stop.is_set() or (self.draining and not self.open_tasks())
+
+    def wait(self, seconds: float) -> None:
+        """Sleep, but no longer than until a stop is asked for."""
+        self._stop.wait(seconds)
+
+    def check(self) -> None:
+        """Tell of a bug that ended the engine.
+
+        Raises:
+            FormigaError: there was one.
+        """
+        error = self.driver.error or self.error
+        if error is not None:
+            raise FormigaError(f"the engine stopped by a bug: {error!r}") from error
+
+    def abort_all(self, by: str) -> int:
+        """Abort every task that is not ending yet; return how many were told to end."""
+        self.orders.closed_for = "stopping"
+        told = 0
+        for task_id in self.open_tasks():
+            try:
+                self.driver.ask(Abort(task_id, by=by))
+                told += 1
+            except TaskError:
+                continue  # it is ending already, which is what was wanted
+        self.draining = True
+        return told
+
+    # -- what the API orders -----------------------------------------------------------------------------------------
+    def drain(self) -> str:
+        """Admit nothing more; end when all tasks have."""
+        self.draining = True
+        self.orders.closed_for = self.orders.closed_for or "draining"
+        left = len(self.open_tasks())
+        return f"no more tasks are admitted; the engine ends with the last of {left}" if left else "the engine ends"
+
+    def request_stop(self) -> str:
+        """End now; agents go on with what they do."""
+        self.orders.closed_for = "stopping"
+        left = len(self.open_tasks())
+        self._stop.set()
+        return "the engine ends" + (
+            f"; {left} tasks are left, their agents go on with the goals they have" if left else ""
+        )
+
+    def health(self) -> m.Health:
+        """Return how the engine is."""
+        failed = self.driver.error is not None
+        status = "failed" if failed else "stopping" if self._stop.is_set() else "draining" if self.draining else "ok"
+        with self.view.reading() as state:
+            tasks: dict[str, int] = {}
+            for task in state.tasks.values():
+                tasks[task.status] = tasks.get(task.status, 0) + 1
+            agents: dict[str, int] = {}
+            for agent in state.agents.values():
+                word = "people" if agent.human else agent.pool
+                agents[word] = agents.get(word, 0) + 1
+            return m.Health(
+                status=status,  # type: ignore[arg-type]
+                site=self.site.name,
+                mode=self.site.mode,
+                version=__version__,
+                epoch=self.epoch,
+                pid=os.getpid(),
+                speed=self._speed,
+                endpoint=self.endpoint,
+                unix_millis_now=shown.millis(self.driver.now()),
+                steps=state.seq,
+                tasks=tasks,
+                agents=agents,
+                questions=sum(q.reply is None for q in state.questions.values()),
+                alarms=[shown.line_out(line) for line in list(self.view.alarms)[-10:]],
+                text=repr(self.driver.error) if failed else "",
+            )
+
+
+def listen_of(site: Site) -> str:
+    """Return the endpoint that the site file names, or the default."""
+    zenoh = site.transports.get("zenoh")
+    return str(zenoh.get("listen", DEFAULT_ENDPOINT)) if isinstance(zenoh, Mapping) else DEFAULT_ENDPOINT

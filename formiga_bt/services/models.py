@@ -1,0 +1,313 @@
+"""What crosses the HTTP API, as pydantic models: they validate requests and make the OpenAPI document.
+
+Words and units as everywhere: percent 0..100, metres, seconds in `_s`, instants of engine time in `unix_millis_*`.
+"""
+
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+Id = Annotated[str, Field(min_length=1, max_length=200)]
+Name = Annotated[str, Field(max_length=200)]
+
+
+class Body(BaseModel):
+    """A request; a key that nobody reads is a mistake of its writer."""
+
+    model_config = ConfigDict(extra="forbid")
+
+
+class SubmitBody(Body):
+    """Start a task. Each parameter is a text as on the command line ("60 m", "camp", "66.50,25.73") or JSON."""
+
+    task: Id
+    params: dict[str, Any] = {}
+    priority: Literal["low", "medium", "high"] | None = None
+    requester: Name = ""
+
+
+class AbortBody(Body):
+    """End a task. `now` skips its cleanup; `abandon` leaves its agents quarantined where they are, and must be confirmed."""
+
+    how: Literal["", "now", "abandon"] = ""
+    confirmed: bool = False
+    by: Name = ""
+
+
+class ByBody(Body):
+    """Who gives the order."""
+
+    by: Name = ""
+
+
+class HandbackBody(ByBody):
+    """Give a machine back that a pilot had taken over. `end`: its interrupted step fails with `taken_over`."""
+
+    how: Literal["end"] = "end"
+
+
+class AnswerBody(Body):
+    """An answer to a question; `by` is the person's agent id, needed if several people of this desk are asked."""
+
+    option: Id
+    by: Name = ""
+
+
+class Problem(BaseModel):
+    """An error (application/problem+json)."""
+
+    type: str = "about:blank"
+    title: str
+    status: int
+    code: str
+    text: str
+    hint: str = ""
+    problems: list[str] = []
+
+
+class Reply(BaseModel):
+    """An order was taken."""
+
+    ok: Literal[True] = True
+    text: str = ""
+
+
+class Submitted(BaseModel):
+    """A task was taken; follow it at `/v1/tasks/{id}`."""
+
+    id: str
+
+
+class FailureOut(BaseModel):
+    """The step that failed first, and why."""
+
+    code: str
+    reason: str
+    step: str
+    place: str
+    agent: str
+
+
+class TaskOut(BaseModel):
+    """A task."""
+
+    id: str
+    task: str
+    status: Literal["PENDING", "ASSIGNED", "ACTIVE", "ENDING", "SUCCEEDED", "FAILED", "CANCELED"]
+    held: list[str]
+    """Causes of HELD: operator, clearance:<agent>, take-over:<agent>, lockdown, resume. Empty: not held."""
+    section: str
+    priority: str
+    requester: str
+    run: int
+    outcome: str
+    code: str
+    reason: str
+    roles: dict[str, list[str]]
+    agents: list[str]
+    """Every agent it was granted, in order."""
+    unix_millis_submitted: int
+    unix_millis_active: int | None
+    unix_millis_ended: int | None
+    duration_s: float
+    """Since its request, engine time."""
+
+
+class NodeOut(BaseModel):
+    """A step that runs now."""
+
+    node: str
+    title: str
+    place: str
+
+
+class GoalOut(BaseModel):
+    """A goal under way, or waiting at the gate (`gated`, with a code)."""
+
+    id: str
+    agent: str
+    action: str
+    state: str
+    code: str
+    text: str
+    progress: float | None
+    phase: str
+    since_s: float
+
+
+class ActionOut(BaseModel):
+    """A goal that was sent."""
+
+    agent: str
+    action: str
+    state: str
+    code: str
+    unix_millis_start: int
+    unix_millis_end: int | None
+    duration_s: float
+
+
+class LineOut(BaseModel):
+    """A notice or an alarm."""
+
+    unix_millis: int
+    severity: str
+    text: str
+
+
+class TaskDetail(TaskOut):
+    """A task with what it does and did."""
+
+    failure: FailureOut | None
+    notes: list[str]
+    running: list[NodeOut]
+    goals: list[GoalOut]
+    questions: list[str]
+    actions: list[ActionOut]
+    lines: list[LineOut]
+
+
+class TasksOut(BaseModel):
+    """Tasks, newest first."""
+
+    tasks: list[TaskOut]
+    total: int
+    """So many fit the filter."""
+
+
+class BecauseOut(BaseModel):
+    """One line of an explanation."""
+
+    code: str
+    text: str
+    hint: str = ""
+    agent: str = ""
+    role: str = ""
+
+
+class WhyOut(BaseModel):
+    """Why a task waits, is held, chose its agents, or failed."""
+
+    task: str
+    status: str
+    held: list[str]
+    because: list[BecauseOut]
+
+
+class PointOut(BaseModel):
+    """Where an agent is: metres from the base station, and degrees."""
+
+    east_m: float
+    north_m: float
+    up_m: float
+    lat: float
+    lng: float
+
+
+class AgentOut(BaseModel):
+    """An agent: a machine or a person."""
+
+    id: str
+    type: str
+    human: bool
+    pool: str
+    liveness: str
+    control: str
+    landed: str
+    battery: float | None
+    position: PointOut | None
+    task: str
+    role: str
+    action: str
+    home: str
+    layer_m: float | None
+    at_desk: bool
+    word: str
+    """Its own status word."""
+    quarantine: str
+    refused: str
+    bad: int
+    """Unreadable or untrue messages in a row."""
+
+
+class AgentsOut(BaseModel):
+    """All agents, in the order in which they came."""
+
+    agents: list[AgentOut]
+
+
+class QuestionOut(BaseModel):
+    """An open question."""
+
+    number: str
+    task: str
+    kind: str
+    text: str
+    note: str
+    options: list[str]
+    asked: list[str]
+    """People who may answer now."""
+    shown: list[str]
+    """People to whom it is shown."""
+    here: list[str]
+    """People who answer by `formiga answer` or POST /v1/inbox/{number}/answer."""
+    answers: dict[str, str]
+    waiting_s: float
+    lapses_in_s: float | None
+    if_no_answer: str
+
+
+class InboxOut(BaseModel):
+    """Open questions, oldest first."""
+
+    questions: list[QuestionOut]
+
+
+class ParamOut(BaseModel):
+    """A parameter of a task."""
+
+    name: str
+    type: str
+    required: bool
+    default: str
+    label: str
+    help: str
+
+
+class LibraryTask(BaseModel):
+    """A task that can be requested."""
+
+    task: str
+    description: str
+    file: str
+    params: list[ParamOut]
+
+
+class LibraryOut(BaseModel):
+    """The tasks that this engine serves, and the files that it does not for their errors."""
+
+    tasks: list[LibraryTask]
+    refused: list[str]
+
+
+class Health(BaseModel):
+    """How the engine is."""
+
+    status: Literal["ok", "draining", "stopping", "failed"]
+    site: str
+    mode: str
+    version: str
+    epoch: int
+    pid: int
+    speed: float
+    endpoint: str
+    """Where agents connect."""
+    unix_millis_now: int
+    steps: int
+    tasks: dict[str, int]
+    """Number by status."""
+    agents: dict[str, int]
+    """Number by pool; people under `people`."""
+    questions: int
+    alarms: list[LineOut]
+    text: str = ""

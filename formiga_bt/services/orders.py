@@ -1,0 +1,342 @@
+"""What callers may order and ask: answered from the view, or handed to the driver's inbox.
+
+The engine itself is never touched, and its thread never waits for a caller.
+
+Every refusal is a `Refused` with a code, a text and what helps; `api` makes a problem document of it.
+"""
+
+import hashlib
+import json
+import threading
+from collections import OrderedDict
+from collections.abc import Mapping, Sequence
+from typing import Any, Final, Protocol
+
+from formiga_bt.clock import Micros
+from formiga_bt.diagnostics import render
+from formiga_bt.engine.inputs import Abort, Input, Operator, Submit
+from formiga_bt.engine.records import Priority, Question, TaskRecord
+from formiga_bt.errors import FormigaError, TaskError
+from formiga_bt.geo import Frame
+from formiga_bt.lang.binding import bind_params
+from formiga_bt.lang.model import Site, Task
+from formiga_bt.services import models as out
+from formiga_bt.services import shown
+from formiga_bt.services.places import StepPlaces
+from formiga_bt.services.view import TaskLog, View
+from formiga_bt.services.why import why
+from formiga_bt.transport.desk import DeskTransport
+
+KEYS_KEPT: Final = 10_000
+"""Idempotency keys remembered."""
+
+
+class Refused(TaskError):  # noqa: N818 - it names what happened
+    """An order or question that cannot be served."""
+
+    def __init__(self, code: str, text: str, hint: str = "", problems: Sequence[str] = ()) -> None:
+        super().__init__(code, text)
+        self.hint = hint
+        self.problems = tuple(problems)
+
+
+class Driver(Protocol):
+    """What is needed of the realtime driver."""
+
+    def ask(self, given: Input, timeout_s: float = 10.0) -> str:
+        """Hand in an order and wait for the reply."""
+        ...
+
+    def now(self) -> Micros:
+        """Return the engine time."""
+        ...
+
+
+class _Keyed:
+    """A request with an idempotency key: what it was, and what became of it."""
+
+    def __init__(self, digest: str) -> None:
+        self.digest = digest
+        self.lock = threading.Lock()
+        self.task_id = ""
+
+
+class Orders:
+    """Everything behind the API but the HTTP.
+
+    Args:
+        driver: of the running engine.
+        view: its read-only copy.
+        desk: the people of this process.
+        site, tasks: what the engine was made of.
+    """
+
+    def __init__(self, driver: Driver, view: View, desk: DeskTransport, site: Site, tasks: Mapping[str, Task]) -> None:
+        self._driver = driver
+        self._view = view
+        self._desk = desk
+        self._site = site
+        self._tasks = dict(tasks)
+        self._frame = Frame(site.lat, site.lng, site.ground_msl_m)
+        self._places: dict[str, StepPlaces] = {}
+        self._keys: OrderedDict[str, _Keyed] = OrderedDict()
+        self._keys_lock = threading.Lock()
+        self.desk_people: set[str] = set()
+        self.closed_for = ""
+        """Why no task is admitted any more, or empty."""
+
+    # -- tasks -----------------------------------------------------------------------------------------------------
+    def submit(
+        self,
+        name: str,
+        params: Mapping[str, Any],
+        priority: Priority | None = None,
+        requester: str = "",
+        key: str = "",
+    ) -> str:
+        """Request a task; return its id. The same `key` again returns the same id, and starts nothing.
+
+        Raises:
+            Refused: unknown task, bad parameters, busy, draining, or the key came with another request.
+        """
+        if not key:
+            return self._submit(name, params, priority, requester)
+        asked = json.dumps([name, params, priority, requester], sort_keys=True, default=str)
+        digest = hashlib.sha256(asked.encode()).hexdigest()
+        with self._keys_lock:
+            entry = self._keys.setdefault(key, _Keyed(digest))
+            if len(self._keys) > KEYS_KEPT:
+                self._keys.popitem(last=False)
+        if entry.digest != digest:
+            raise Refused(
+                "idempotency_conflict",
+                f"the Idempotency-Key {key!r} came with another request before",
+                "use a new key for each new request",
+            )
+        with entry.lock:
+            if not entry.task_id:
+                entry.task_id = self._submit(name, params, priority, requester)
+            return entry.task_id
+
+    def _submit(self, name: str, params: Mapping[str, Any], priority: Priority | None, requester: str) -> str:
+        if self.closed_for:
+            raise Refused(
+                "closed", f"no task is admitted: the engine is {self.closed_for}", "formiga up starts it again"
+            )
+        task = self._tasks.get(name)
+        if task is None:
+            from difflib import get_close_matches
+
+            close = get_close_matches(name, self._tasks, n=1, cutoff=0.5)
+            hint = f"did you mean '{close[0]}'? " if close else ""
+            raise Refused(
+                "unknown_task",
+                f"there is no task '{name}'",
+                f"{hint}tasks: {', '.join(sorted(self._tasks)) or 'none'}",
+            )
+        raw = {key: text_of(value) for key, value in params.items() if value is not None}
+        values, problems, sources = bind_params(task, raw, self._site)
+        if problems:
+            first = problems[0]
+            raise Refused(
+                "bad_params",
+                f"{name}: {first.message}",
+                first.help or "",
+                [render(problem, sources) for problem in problems],
+            )
+        task_id = self._ask(Submit(name, values, priority, requester))
+        self._view.catch_up()
+        return task_id
+
+    def _ask(self, given: Input) -> str:
+        try:
+            return self._driver.ask(given)
+        except TaskError as error:
+            raise Refused(error.code, str(error), HINTS.get(error.code, "")) from error
+        except FormigaError as error:
+            raise Refused("stopped", str(error), "formiga up starts it again") from error
+
+    def abort(self, task_id: str, how: str = "", by: str = "", *, confirmed: bool = False) -> str:
+        """End a task; return what happens now.
+
+        Raises:
+            Refused: unknown, ended, already ending, or `abandon` without a confirmation.
+        """
+        if how == "abandon" and not confirmed:
+            raise Refused(
+                "not_confirmed",
+                "abandon leaves the task's machines where they are, also in the air, until a person clears them",
+                'confirm it: {"how": "abandon", "confirmed": true}; formiga abort --abandon asks',
+            )
+        self._ask(Abort(task_id, how, by))  # type: ignore[arg-type]
+        self._view.catch_up()
+        if how == "abandon":
+            return f"{task_id} is abandoned; its machines are quarantined: formiga agents"
+        return f"{task_id} ends: " + (
+            "its machines come home" if how == "now" else "it tidies up, its machines come home"
+        )
+
+    def tasks(self, status: str = "", limit: int = 100) -> out.TasksOut:
+        """Return tasks, newest first. `status`: one of them, or `open` for all that have not ended."""
+        now = self._driver.now()
+        with self._view.reading() as state:
+            fit = [t for t in state.tasks.values() if _fits(t, status)]
+            fit.sort(key=lambda t: -t.order)
+            return out.TasksOut(tasks=[shown.task_out(t, now) for t in fit[:limit]], total=len(fit))
+
+    def task(self, task_id: str) -> out.TaskDetail:
+        """Return everything about a task.
+
+        Raises:
+            Refused: unknown.
+        """
+        now = self._driver.now()
+        with self._view.reading() as state:
+            task = self._known(state.tasks, task_id)
+            log = self._view.logs.get(task_id) or TaskLog()
+            return shown.task_detail(state, task, log, now, self._places_of(task.name))
+
+    def why(self, task_id: str) -> out.WhyOut:
+        """Explain a task.
+
+        Raises:
+            Refused: unknown.
+        """
+        now = self._driver.now()
+        with self._view.reading() as state:
+            task = self._known(state.tasks, task_id)
+            lines = why(state, task, now, self._places_of(task.name))
+        because = [
+            out.BecauseOut(code=line.code, text=line.text, hint=line.hint, agent=line.agent, role=line.role)
+            for line in lines
+        ]
+        return out.WhyOut(task=task.id, status=task.status, held=list(task.held), because=because)
+
+    def _known(self, tasks: Mapping[str, TaskRecord], task_id: str) -> TaskRecord:
+        task = tasks.get(task_id)
+        if task is None:
+            raise Refused("unknown_task", f"there is no task '{task_id}' (any more)", "formiga tasks lists them")
+        return task
+
+    def _places_of(self, name: str) -> StepPlaces | None:
+        if name not in self._places and name in self._tasks:
+            self._places[name] = StepPlaces(self._tasks[name])
+        return self._places.get(name)
+
+    # -- agents ----------------------------------------------------------------------------------------------------
+    def agents(self) -> out.AgentsOut:
+        """Return all agents."""
+        with self._view.reading() as state:
+            records = sorted(state.agents.values(), key=lambda a: a.order)
+        return out.AgentsOut(agents=[shown.agent_out(a, self._frame, self.desk_people) for a in records])
+
+    def clear(self, agent: str, by: str = "") -> str:
+        """Take a quarantined agent back.
+
+        Raises:
+            Refused: unknown, not quarantined, or not alive.
+        """
+        self._ask(Operator("clear", agent, by))
+        self._view.catch_up()
+        return f"{agent} is asked what it still does, and comes home if it may be airborne"
+
+    def hand_back(self, agent: str, by: str = "") -> str:
+        """Give a machine back to the engine; its interrupted step fails.
+
+        Raises:
+            Refused: unknown, or its pilot still has it.
+        """
+        self._ask(Operator("handback_end", agent, by))
+        self._view.catch_up()
+        return f"{agent} is the engine's again; its interrupted step fails (taken_over)"
+
+    # -- people ----------------------------------------------------------------------------------------------------
+    def inbox(self, person: str = "") -> out.InboxOut:
+        """Return the open questions, oldest first; of one person if given."""
+        now = self._driver.now()
+        with self._view.reading() as state:
+            questions = [q for q in state.questions.values() if q.reply is None and (not person or person in q.asked)]
+            questions.sort(key=lambda q: q.order)
+            return out.InboxOut(questions=[shown.question_out(state, q, now, self.desk_people) for q in questions])
+
+    def answer(self, number: str, option: str, by: str = "") -> str:
+        """Answer a question for a person who works at this desk; return a text that says so.
+
+        Raises:
+            Refused: closed or unknown, no such option, somebody else answers it, or several people here could.
+        """
+        question = self._question(number)
+        here = [person for person in question.asked if person in self.desk_people]
+        if by and by not in question.asked:
+            raise Refused("not_asked", f"{question.number} does not ask {by}", f"it asks {_names(question.asked)}")
+        if not here or (by and by not in here):
+            who = by or _names(question.asked) or "nobody"
+            raise Refused(
+                "not_here",
+                f"{question.number} is answered by {who}, with their own app and not here",
+                "let people answer at this engine: formiga up --desk PERSON:TYPE",
+            )
+        waiting = [p for p in ([by] if by else here) if not any(a.by == p for a in question.answers)]
+        if len(waiting) > 1:
+            raise Refused("who", f"{question.number} asks {_names(waiting)}", "say who answers: --by PERSON")
+        if not waiting:
+            raise Refused("already_answered", f"{by or _names(here)} answered {question.number} already")
+        open_ = self._desk.find(question.number, waiting[0])
+        if open_ is None:
+            before = ", ".join(q.ask.number for q in self._desk.open_questions(waiting[0]))
+            raise Refused(
+                "not_shown",
+                f"{question.number} is not shown to {waiting[0]} yet",
+                f"answer {before} first" if before else "try again in a moment",
+            )
+        problem = self._desk.answer(open_.goal_id, option)
+        if problem:
+            code, _, text = problem.partition(": ")
+            raise Refused(code, text)
+        return f"{question.number} is answered: {option} by {waiting[0]}"
+
+    def _question(self, number: str) -> Question:
+        with self._view.reading() as state:
+            for question in state.questions.values():
+                if question.number.lower() == number.lower() or question.id == number:
+                    return question
+            asked = state.counters.get("question", 0)
+        digits = number[1:] if number[:1] in "qQ" else ""
+        if digits.isdigit() and 0 < int(digits) <= asked:
+            raise Refused(
+                "answer_late", f"{number} is closed: it was answered, withdrawn or has lapsed", "formiga inbox"
+            )
+        raise Refused("unknown_question", f"there is no question '{number}'", "formiga inbox lists the open ones")
+
+    # -- the library -------------------------------------------------------------------------------------------------
+    def library(self, refused: Sequence[str] = ()) -> out.LibraryOut:
+        """Return the tasks that can be requested."""
+        tasks = [shown.library_task(self._tasks[name]) for name in sorted(self._tasks)]
+        return out.LibraryOut(tasks=tasks, refused=list(refused))
+
+
+HINTS: Final[Mapping[str, str]] = {
+    "unknown_task": "formiga tasks lists them",
+    "unknown_agent": "formiga agents lists them",
+    "already_ended": "formiga why tells how",
+    "already_ending": "abort --now skips the rest of its cleanup",
+    "busy": "try again when some of the waiting tasks have started",
+    "not_alive": "is its process running, and connected to this engine?",
+}
+
+
+def _fits(task: TaskRecord, status: str) -> bool:
+    if status == "open":
+        return task.section != "done"
+    if status == "held":
+        return bool(task.held)
+    return not status or task.status == status.upper()
+
+
+def _names(people: Sequence[str]) -> str:
+    return " or ".join(people)
+
+
+def text_of(value: Any) -> str:
+    """Return a parameter as the text that `bind_params` reads: texts as they are, other JSON as JSON, which is YAML."""
+    return value if isinstance(value, str) else json.dumps(value, ensure_ascii=False)

@@ -1,0 +1,179 @@
+"""From the view's records to what the API shows. Pure functions; called with the view held still."""
+
+from collections.abc import Collection
+
+from formiga_bt.clock import Micros
+from formiga_bt.engine.records import AgentRecord, GoalRecord, Question, TaskRecord
+from formiga_bt.engine.state import EngineState
+from formiga_bt.geo import Frame
+from formiga_bt.lang.model import Task
+from formiga_bt.services import models as out
+from formiga_bt.services.places import StepPlaces, running_leaves, title
+from formiga_bt.services.view import Line, TaskLog
+from formiga_bt.services.why import place
+
+
+def millis(at: Micros) -> int:
+    """Return milliseconds."""
+    return at // 1000
+
+
+def seconds(span: Micros) -> float:
+    """Return seconds, to a tenth."""
+    return round(span / 1e6, 1)
+
+
+def task_out(task: TaskRecord, now: Micros) -> out.TaskOut:
+    """Return a task as lists show it."""
+    return out.TaskOut(
+        id=task.id,
+        task=task.name,
+        status=task.status,
+        held=list(task.held),
+        section=task.section,
+        priority=task.priority,
+        requester=task.requester,
+        run=task.run,
+        outcome=task.outcome,
+        code=task.code,
+        reason=task.reason,
+        roles={role: list(agents) for role, agents in task.roles.items()},
+        agents=list(task.granted),
+        unix_millis_submitted=millis(task.submitted_at),
+        unix_millis_active=None if task.active_at is None else millis(task.active_at),
+        unix_millis_ended=None if task.ended_at is None else millis(task.ended_at),
+        duration_s=seconds((task.ended_at if task.ended_at is not None else now) - task.submitted_at),
+    )
+
+
+def task_detail(
+    state: EngineState, task: TaskRecord, log: TaskLog, now: Micros, places: StepPlaces | None
+) -> out.TaskDetail:
+    """Return everything about a task."""
+    failure = task.failure
+    nodes = []
+    for key in running_leaves(state.memory.get(task.id, {})):
+        step = places.of(key) if places is not None else None
+        mark = f"{step.mark.file}:{step.mark.line}" if step is not None else ""
+        nodes.append(out.NodeOut(node=key, title=title(step) if step is not None else "", place=mark))
+    return out.TaskDetail(
+        **task_out(task, now).model_dump(),
+        failure=None
+        if failure is None
+        else out.FailureOut(
+            code=failure.code,
+            reason=failure.reason,
+            step=failure.step,
+            place=place(failure.step, places) if failure.step else "",
+            agent=failure.agent,
+        ),
+        notes=list(task.notes),
+        running=nodes,
+        goals=[goal_out(goal, now) for goal in state.goals.values() if goal.task == task.id and not goal.ended],
+        questions=[q.number for q in state.questions.values() if q.task == task.id and q.reply is None],
+        actions=[
+            out.ActionOut(
+                agent=row.agent,
+                action=row.action,
+                state=row.state,
+                code=row.code,
+                unix_millis_start=millis(row.start),
+                unix_millis_end=None if row.end is None else millis(row.end),
+                duration_s=seconds((now if row.end is None else row.end) - row.start),
+            )
+            for row in log.rows
+        ],
+        lines=[line_out(line) for line in log.lines],
+    )
+
+
+def line_out(line: Line) -> out.LineOut:
+    """Return a notice or alarm."""
+    return out.LineOut(unix_millis=millis(line.at), severity=line.severity, text=line.text)
+
+
+def goal_out(goal: GoalRecord, now: Micros) -> out.GoalOut:
+    """Return a goal."""
+    return out.GoalOut(
+        id=goal.id,
+        agent=goal.agent,
+        action=goal.action,
+        state=goal.state,
+        code=goal.code,
+        text=goal.text,
+        progress=goal.progress,
+        phase=goal.phase,
+        since_s=seconds(now - goal.at),
+    )
+
+
+def agent_out(agent: AgentRecord, frame: Frame, desk: Collection[str]) -> out.AgentOut:
+    """Return an agent."""
+    point = None
+    if agent.position is not None:
+        lat, lng = frame.lat_lng(agent.position)
+        where = agent.position
+        point = out.PointOut(
+            east_m=where.east_m, north_m=where.north_m, up_m=where.up_m, lat=round(lat, 7), lng=round(lng, 7)
+        )
+    return out.AgentOut(
+        id=agent.id,
+        type=agent.type,
+        human=agent.human,
+        pool=agent.pool,
+        liveness=agent.liveness,
+        control=agent.control,
+        landed=agent.landed,
+        battery=None if agent.battery is None else round(agent.battery, 1),
+        position=point,
+        task=agent.task,
+        role=agent.role,
+        action=agent.action,
+        home=agent.home,
+        layer_m=agent.layer_m,
+        at_desk=agent.id in desk,
+        word=agent.word,
+        quarantine=agent.quarantine,
+        refused=agent.refused,
+        bad=agent.bad,
+    )
+
+
+def question_out(state: EngineState, question: Question, now: Micros, desk: Collection[str]) -> out.QuestionOut:
+    """Return an open question."""
+    asked = question.asked
+    return out.QuestionOut(
+        number=question.number,
+        task=question.task,
+        kind=question.kind,
+        text=question.text,
+        note=question.note,
+        options=list(question.options),
+        asked=list(asked),
+        shown=[person for person in asked if f"{question.id}~{person}" in state.goals],
+        here=[person for person in asked if person in desk],
+        answers={answer.by: answer.answer for answer in question.answers},
+        waiting_s=seconds(now - question.asked_at),
+        lapses_in_s=None if question.expires_at is None else seconds(question.expires_at - now),
+        if_no_answer=question.if_no_answer,
+    )
+
+
+def library_task(task: Task) -> out.LibraryTask:
+    """Return a task as the library shows it."""
+    return out.LibraryTask(
+        task=task.name,
+        description=task.description,
+        file=task.mark.file,
+        params=[
+            out.ParamOut(
+                name=param.name,
+                type=str(param.type),
+                required=param.default is None and not param.optional,
+                default=param.default.source if param.default is not None else "",
+                label=param.label,
+                help=param.help,
+            )
+            for param in task.params.values()
+        ],
+    )

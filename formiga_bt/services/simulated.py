@@ -1,0 +1,40 @@
+"""The site's agents as simulated ones, each in a process of its own, beside a running engine: `formiga up --sim`."""
+
+import shutil
+from collections.abc import Container
+from types import TracebackType
+
+from agents_sim.launch import FleetProcesses
+from formiga_bt.lang.model import Catalogue, Site
+from formiga_bt.rehearsal import fleet_of
+from formiga_bt.services.host import EngineHost
+
+
+class Simulated:
+    """A context manager: the agents run inside, none is left after.
+
+    Args:
+        host: the engine they connect to; entered already when this is.
+        site, catalogue: which agents there are.
+        without: people who answer at the desk.
+    """
+
+    def __init__(self, host: EngineHost, site: Site, catalogue: Catalogue, *, without: Container[str] = ()) -> None:
+        self._host = host
+        self._specs = [spec for spec in fleet_of(site, catalogue) if spec.id not in without]
+        self._site = site.name
+        self._fleet: FleetProcesses | None = None
+
+    def __enter__(self) -> "Simulated":
+        # Afresh at each start: this engine would know nothing of goals that an old body still flies.
+        state_dir = self._host.runtime_folder / "sim"
+        shutil.rmtree(state_dir, ignore_errors=True)
+        self._fleet = FleetProcesses(self._specs, site=self._site, connect=self._host.endpoint, state_dir=state_dir)
+        self._fleet.__enter__()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if self._fleet is not None:
+            self._fleet.close()

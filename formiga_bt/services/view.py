@@ -1,0 +1,239 @@
+"""A read-only copy of the engine's state for everyone who asks, folded from its steps in a thread of its own.
+
+The driver's thread only puts its steps into a queue. HTTP threads read here, under one lock, and never touch the engine.
+Ended tasks are kept up to a number; their rows and lines with them.
+"""
+
+import logging
+import threading
+from collections import deque
+from collections.abc import Iterator
+from contextlib import contextmanager
+from queue import SimpleQueue
+from typing import Final
+
+from msgspec import Struct, field
+
+from formiga_bt.blackboard import Blackboard
+from formiga_bt.clock import Micros
+from formiga_bt.engine import changes as ch
+from formiga_bt.engine.inputs import Alarm, Notify, Step
+from formiga_bt.engine.records import AgentRecord, GoalRecord, Question, TaskRecord
+from formiga_bt.engine.state import EngineState, apply
+from formiga_bt.services.feed import Feed
+
+ENDED_KEPT: Final = 2000
+ROWS_KEPT: Final = 500
+"""Of the actions of one task."""
+log = logging.getLogger("formiga.view")
+
+
+class Row(Struct):
+    """One goal of one agent, from its sending to its end."""
+
+    goal: str
+    agent: str
+    action: str
+    start: Micros
+    end: Micros | None = None
+    state: str = ""
+    code: str = ""
+
+
+class Line(Struct, frozen=True):
+    """A notice or alarm."""
+
+    at: Micros
+    severity: str
+    text: str
+
+
+class TaskLog(Struct):
+    """What is kept of one task besides the engine's record."""
+
+    rows: deque[Row] = field(default_factory=lambda: deque(maxlen=ROWS_KEPT))
+    lines: deque[Line] = field(default_factory=lambda: deque(maxlen=50))
+
+
+class View:
+    """The copy. `feed_step` may be called from the driver's thread; everything else reads."""
+
+    def __init__(self, epoch: int, *, ended_kept: int = ENDED_KEPT) -> None:
+        self.feed = Feed(epoch)
+        self.state = EngineState()
+        self.logs: dict[str, TaskLog] = {}
+        self.alarms: deque[Line] = deque(maxlen=100)
+        self._board = Blackboard()
+        self._open: dict[str, Row] = {}
+        self._ended: deque[str] = deque()
+        self._ended_kept = ended_kept
+        self._queue: SimpleQueue[Step | threading.Event | None] = SimpleQueue()
+        self._lock = threading.RLock()
+        self._thread: threading.Thread | None = None
+
+    # -- the thread --------------------------------------------------------------------------------------------------
+    def start(self) -> None:
+        """Start to fold."""
+        self._thread = threading.Thread(target=self._run, name="formiga-view", daemon=True)
+        self._thread.start()
+
+    def stop(self) -> None:
+        """Fold what is queued, then end; readers of the feed are told."""
+        self._queue.put(None)
+        if self._thread is not None:
+            self._thread.join(5.0)
+        self.feed.close()
+
+    def feed_step(self, step: Step) -> None:
+        """Take a step; returns at once."""
+        self._queue.put(step)
+
+    def catch_up(self, within_s: float = 2.0) -> None:
+        """Wait until everything that was fed before is folded."""
+        mark = threading.Event()
+        self._queue.put(mark)
+        mark.wait(within_s)
+
+    @contextmanager
+    def reading(self) -> Iterator[EngineState]:
+        """Hold the state still while it is read."""
+        with self._lock:
+            yield self.state
+
+    def _run(self) -> None:
+        while (item := self._queue.get()) is not None:
+            if isinstance(item, threading.Event):
+                item.set()
+                continue
+            try:
+                with self._lock:
+                    self._fold(item)
+            except Exception:  # a bug here must not end the view of everything else
+                log.exception("step %s could not be folded", item.seq)
+            self.feed.announce()
+
+    # -- folding -----------------------------------------------------------------------------------------------------
+    def _fold(self, step: Step) -> None:
+        state = self.state
+        state.now, state.seq = step.at, step.seq
+        for change in step.changes:
+            match change:
+                case ch.TaskPut(task):
+                    before = state.tasks.get(task.id)
+                    apply(state, self._board, change)
+                    self._task(step.at, task, before)
+                case ch.GoalPut(goal):
+                    old = state.goals.get(goal.id)
+                    apply(state, self._board, change)
+                    self._goal(step.at, goal, old)
+                case ch.GoalDrop(goal_id):
+                    apply(state, self._board, change)
+                    self._withdrawn(step.at, goal_id)
+                case ch.AgentPut(agent):
+                    known = state.agents.get(agent.id)
+                    apply(state, self._board, change)
+                    self._agent(step.at, agent, known)
+                case ch.QuestionPut(question):
+                    asked = state.questions.get(question.id)
+                    apply(state, self._board, change)
+                    self._question(step.at, question, asked)
+                case ch.QuestionDrop(question_id):
+                    dropped = state.questions.get(question_id)
+                    apply(state, self._board, change)
+                    if dropped is not None and dropped.reply is None:
+                        self._tell_question(step.at, dropped, "withdrawn", f"{dropped.number} is withdrawn")
+                case _:
+                    apply(state, self._board, change)
+        for effect in step.effects:
+            match effect:
+                case Notify(text, to, severity, task_id):
+                    self._line(step.at, severity, f"to {', '.join(to) or 'nobody'}: {text}", task_id, "")
+                case Alarm(code, text, task_id, agent_id):
+                    self._line(step.at, "alarm", f"{text} ({code})", task_id, agent_id)
+
+    def _log(self, task_id: str) -> TaskLog:
+        found = self.logs.get(task_id)
+        if found is None:
+            found = TaskLog()
+            if task_id in self.state.tasks:
+                self.logs[task_id] = found
+        return found
+
+    def _line(self, at: Micros, severity: str, text: str, task: str, agent: str) -> None:
+        line = Line(at, severity, text)
+        if severity == "alarm":
+            self.alarms.append(line)
+        if task:
+            self._log(task).lines.append(line)
+        self.feed.add(
+            "alarm" if severity == "alarm" else "notice", at, text, task=task, agent=agent, data={"severity": severity}
+        )
+
+    def _task(self, at: Micros, task: TaskRecord, before: TaskRecord | None) -> None:
+        if before is None or task.status != before.status:
+            why = f": {task.code} {task.reason}".rstrip() if task.code else ""
+            text = f"{task.id} {task.status}{why}"
+        elif task.held != before.held:
+            text = f"{task.id} " + (f"HELD ({', '.join(task.held)})" if task.held else "goes on")
+        elif task.section != before.section:
+            text = f"{task.id}: {task.section}"
+        else:
+            return
+        data = {"status": task.status, "held": list(task.held), "section": task.section, "code": task.code}
+        self.feed.add("task", at, text, task=task.id, data={**data, "reason": task.reason})
+        if task.section == "done" and (before is None or before.section != "done"):
+            self._ended.append(task.id)
+            while len(self._ended) > self._ended_kept:
+                self._forget(self._ended.popleft())
+
+    def _forget(self, task_id: str) -> None:
+        state = self.state
+        for table in (state.tasks, state.explanations, state.memory, state.scopes, self.logs):
+            table.pop(task_id, None)
+        self._board.drop(f"/tasks/{task_id}/status")
+
+    def _goal(self, at: Micros, goal: GoalRecord, old: GoalRecord | None) -> None:
+        row = self._open.get(goal.id)
+        if row is None and goal.in_flight:
+            row = self._open[goal.id] = Row(goal.id, goal.agent, goal.action, at)
+            self._log(goal.task).rows.append(row)
+        if row is not None:
+            row.state, row.code = goal.state, goal.code
+            if goal.ended:
+                row.end = at
+                del self._open[goal.id]
+        if old is None or (goal.state, goal.code) != (old.state, old.code):
+            word = f"{goal.state} {goal.code}".rstrip()
+            text = f"{goal.agent}.{goal.action} {word}" + (f" ({goal.text})" if goal.text else "")
+            data = {"goal": goal.id, "action": goal.action, "state": goal.state, "code": goal.code}
+            self.feed.add("goal", at, text, task=goal.task, agent=goal.agent, data=data)
+
+    def _withdrawn(self, at: Micros, goal_id: str) -> None:
+        row = self._open.pop(goal_id, None)
+        if row is not None:
+            row.end, row.state = at, "withdrawn"
+
+    def _agent(self, at: Micros, agent: AgentRecord, before: AgentRecord | None) -> None:
+        news = [
+            f"{name} {getattr(agent, name) or 'none'}"
+            for name in ("liveness", "pool", "control", "task", "refused")
+            if before is None or getattr(agent, name) != getattr(before, name)
+            if before is not None or getattr(agent, name)
+        ]
+        if news:
+            first = "is here: " if before is None else ""
+            data = {"pool": agent.pool, "liveness": agent.liveness, "control": agent.control}
+            self.feed.add(
+                "agent", at, f"{agent.id} {first}{', '.join(news)}", task=agent.task, agent=agent.id, data=data
+            )
+
+    def _question(self, at: Micros, question: Question, before: Question | None) -> None:
+        if before is None:
+            self._tell_question(at, question, "open", f"{question.number}: {question.text}")
+        elif question.reply is not None and before.reply is None:
+            said = f"{question.reply['answer']} by {question.reply['by']}"
+            self._tell_question(at, question, "answered", f"{question.number} is answered: {said}")
+
+    def _tell_question(self, at: Micros, question: Question, state: str, text: str) -> None:
+        data = {"question": question.number, "state": state, "options": list(question.options)}
+        self.feed.add("question", at, text, task=question.task, data={**data, "people": list(question.asked)})

@@ -1,0 +1,191 @@
+"""Why a task waits, is held, chose its agents or failed: a chain of lines with codes, in plain words.
+
+Pure functions over the view's copy of the state. The codes are the engine's; the words are in `words.py`.
+"""
+
+from collections.abc import Iterator, Sequence
+
+from msgspec import Struct
+
+from formiga_bt.clock import Micros
+from formiga_bt.engine.records import PRIORITIES, GoalRecord, Question, Request, RoleRequest, TaskRecord, Verdict
+from formiga_bt.engine.state import EngineState
+from formiga_bt.nodes.memory import WaitMem
+from formiga_bt.services.places import StepPlaces, running_leaves, title
+from formiga_bt.services.words import GATE, HOLDS, REASONS, VERDICT_HINTS, VERDICTS, say
+
+OTHER_ROLE = frozenset({"wrong_type", "not_this_one"})
+"""Refusals that say nothing about the agent; left out where others remain."""
+
+
+class Because(Struct, frozen=True, omit_defaults=True):
+    """One line of the chain."""
+
+    code: str
+    text: str
+    hint: str = ""
+    agent: str = ""
+    role: str = ""
+
+
+def why(state: EngineState, task: TaskRecord, now: Micros, places: StepPlaces | None) -> list[Because]:
+    """Return the chain of a task, most important first."""
+    if task.status == "PENDING":
+        return list(_waiting(state, task, now))
+    lines = [*_outcome(task, places)] if task.outcome else []
+    if task.section != "done":
+        lines += _running(state, task, now, places)
+    return [*lines, *_chosen(state, task)]
+
+
+# -- waiting for agents ------------------------------------------------------------------------------------------------
+def _waiting(state: EngineState, task: TaskRecord, now: Micros) -> Iterator[Because]:
+    request = state.requests.get(task.id)
+    waited = span(now - task.submitted_at)
+    if request is None:
+        yield Because("pending", f"it was requested {waited} ago and is about to start")
+        return
+    yield Because("pending", f"it waits for agents since {waited}; all of its roles are granted together")
+    ahead = [r for r in state.requests.values() if _rank(r) < _rank(request)]
+    if ahead:
+        names = ", ".join(sorted((r.task for r in ahead), key=str)[:3])
+        yield Because("queue", f"{len(ahead)} of the same or a higher priority wait before it ({names})")
+    verdicts = state.explanations.get(task.id)
+    if verdicts is None:
+        yield Because("not_looked", "the allocator has not looked at it yet")
+        return
+    for role in request.roles:
+        yield from _role(role, [v for v in verdicts if v.role == role.role])
+    waits = [role.wait_until for role in request.roles if role.wait_until is not None]
+    if waits:
+        yield Because("no_agent", f"it gives up in {span(min(waits) - now)} (the roles' `wait`)")
+    if request.expires is not None:
+        yield Because("task_expired", f"it expires in {span(request.expires - now)}")
+
+
+def _rank(request: Request) -> tuple[int, int]:
+    return PRIORITIES[request.priority], request.order
+
+
+def _role(role: RoleRequest, verdicts: Sequence[Verdict]) -> Iterator[Because]:
+    fit = [v.agent for v in verdicts if v.code in ("fits", "chosen")]
+    need = f"{role.count} of " if role.count > 1 else ""
+    if len(fit) >= role.count:
+        yield Because("role_ready", f"{role.role}: {', '.join(fit)} could do it", role=role.role)
+        return
+    types = "/".join(role.types) or "any type"
+    yield Because("role_open", f"{role.role}: no {need}{types} that fits is free", role=role.role)
+    telling = [v for v in verdicts if v.code not in OTHER_ROLE]
+    if not telling:
+        what = f"'{role.id}'" if role.id else types
+        hint = "is it running, and connected to this engine? formiga agents"
+        yield Because("no_such_agent", f"no agent {what} is known to this engine", hint, role=role.role)
+    for verdict in telling:
+        text = f"{verdict.agent} {say(VERDICTS, verdict.code, detail=verdict.detail)}"
+        hint = VERDICT_HINTS.get(verdict.code, "").format(agent=verdict.agent)
+        yield Because(verdict.code, text, hint, verdict.agent, role.role)
+
+
+# -- running -----------------------------------------------------------------------------------------------------------
+def _running(state: EngineState, task: TaskRecord, now: Micros, places: StepPlaces | None) -> Iterator[Because]:
+    for cause in task.held:
+        word, _, agent = cause.partition(":")
+        yield Because(f"held.{word}", f"HELD: {say(HOLDS, word, agent=agent)}", agent=agent)
+    mine = [goal for goal in state.goals.values() if goal.task == task.id and goal.action != "Confirm"]
+    for goal in mine:
+        if goal.state == "gated":
+            words = say(GATE, goal.code, text=goal.text or "another machine", agent=goal.agent)
+            yield Because(f"gate.{goal.code or 'open'}", f"{goal.agent}.{goal.action} {words}", agent=goal.agent)
+        elif goal.in_flight:
+            yield Because(f"goal.{goal.state}", _flight(goal, now), agent=goal.agent)
+    for question in state.questions.values():
+        if question.task == task.id and question.reply is None:
+            yield _question(state, question, now)
+    memory = state.memory.get(task.id, {})
+    for key in running_leaves(memory):
+        mem = memory[key]
+        if isinstance(mem, WaitMem):
+            yield Because("waits", f"{place(key, places)} waits since {span(now - mem.since)}")
+    if task.section in ("on_failure", "on_abort", "finally", "recover") and not task.outcome:
+        yield Because("section", f"it is in its section {task.section}")
+    if task.section == "recover":
+        home = [f"{r.agent} ({r.state})" for r in task.recovering]
+        yield Because("recover", f"its machines are brought home: {', '.join(home) or 'none left'}")
+
+
+def _flight(goal: GoalRecord, now: Micros) -> str:
+    since = span(now - (goal.sent_at if goal.sent_at is not None else goal.at))
+    more = [goal.phase] if goal.phase else []
+    if goal.progress is not None:
+        more.append(f"{goal.progress * 100:.0f} %" if goal.progress <= 1 else f"{goal.progress:.0f} %")
+    tail = f" ({', '.join(more)})" if more else ""
+    return f"{goal.agent} does {goal.action} since {since}{tail}"
+
+
+def _question(state: EngineState, question: Question, now: Micros) -> Because:
+    shown = [p for p in question.asked if f"{question.id}~{p}" in state.goals]
+    who = ", ".join(question.asked) or "nobody"
+    queued = "" if shown else "; it is not shown to anyone yet"
+    end = f"; lapses in {span(question.expires_at - now)}" if question.expires_at is not None else ""
+    text = f"{question.number} waits for an answer of {who} since {span(now - question.asked_at)}{queued}{end}"
+    hint = f"formiga answer {question.number} {'|'.join(question.options)}"
+    return Because("question", f"{text}: {question.text}", hint)
+
+
+# -- ended -------------------------------------------------------------------------------------------------------------
+def _outcome(task: TaskRecord, places: StepPlaces | None) -> Iterator[Because]:
+    if task.outcome == "SUCCEEDED":
+        yield Because("succeeded", "it succeeded" if task.section == "done" else "its steps succeeded")
+    else:
+        words = say(REASONS, task.code)
+        reason = f": {task.reason}" if task.reason else ""
+        yield Because(task.code or "ended", f"{task.outcome} ({task.code}): {words}{reason}")
+    failure = task.failure
+    if failure is not None and failure.step:
+        agent = f" with {failure.agent}" if failure.agent else ""
+        yield Because("where", f"first failed: {place(failure.step, places)}{agent}", agent=failure.agent)
+    for note in task.notes:
+        yield Because("note", f"while it cleaned up: {note}")
+
+
+def _chosen(state: EngineState, task: TaskRecord) -> Iterator[Because]:
+    verdicts = state.explanations.get(task.id, ())
+    for role in dict.fromkeys(v.role for v in verdicts):
+        of_role = [v for v in verdicts if v.role == role]
+        chosen = [v for v in of_role if v.code == "chosen"]
+        others = [v for v in of_role if v.code == "fits"]
+        if not chosen:
+            if task.status != "SUCCEEDED":
+                for v in of_role:
+                    if v.code not in OTHER_ROLE:
+                        yield Because(
+                            v.code, f"{role}: {v.agent} {say(VERDICTS, v.code, detail=v.detail)}", "", v.agent
+                        )
+            continue
+        names = ", ".join(_with_cost(v) for v in chosen)
+        rest = f"; others that fitted: {', '.join(_with_cost(v) for v in others)}" if others else ""
+        yield Because("chosen", f"{role} = {names}{rest}", role=role)
+
+
+def _with_cost(verdict: Verdict) -> str:
+    if verdict.cost is None or verdict.cost == 0.0:
+        return verdict.agent
+    if verdict.cost < 0.0:
+        return f"{verdict.agent} (preferred)"
+    return f"{verdict.agent} (unreachable)" if verdict.cost >= 1e5 else f"{verdict.agent} ({verdict.cost:.0f} m)"
+
+
+def place(key: str, places: StepPlaces | None) -> str:
+    """Return what people call the node with this key, and where it stands."""
+    step = places.of(key) if places is not None else None
+    return f"{title(step)} at {step.mark.file}:{step.mark.line}" if step is not None else key
+
+
+def span(micros: Micros) -> str:
+    """Return a time span in words."""
+    seconds = max(0, micros) / 1e6
+    if seconds < 90:
+        return f"{seconds:.0f} s"
+    if seconds < 5400:
+        return f"{seconds / 60:.0f} min"
+    return f"{seconds / 3600:.1f} h"
