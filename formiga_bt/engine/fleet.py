@@ -132,6 +132,7 @@ class Fleet:
             position=status.position,
             initial=status.initial_deployment or agent.initial or status.position,
             landed=status.landed,
+            lost_leg=None if status.landed == "grounded" else agent.lost_leg,
             control=status.control,
             word=status.status,
             payload_kg=status.payload_kg,
@@ -274,6 +275,7 @@ class Fleet:
         """Its process is another one: what it did before ended unknown."""
         self._core.put_agent(agent.id, boot_id=boot_id, seq=-1)
         self.goals.lose(agent.id, "in_doubt", "in_doubt")
+        self._core.put_agent(agent.id, lost_leg=None)  # a machine whose process starts anew hovers where it says
 
     # -- quarantine ----------------------------------------------------------------------------------------------
     def quarantine(self, agent_id: str, why: str) -> None:
@@ -335,10 +337,11 @@ class Fleet:
     def _returned(self, agent_id: str) -> None:
         agent = self._core.state.agents[agent_id]
         if agent.landed == "grounded":
-            self._core.put_agent(agent_id, layer_m=None)
+            self._core.put_agent(agent_id, layer_m=None, lost_leg=None)
             self._rest(agent_id)
             self.tasks.poke_allocator()
         else:
+            self._core.put_agent(agent_id, lost_leg=None)  # it is where it says; what it did is canceled
             self.tasks.start_recover(agent_id)
 
     # -- command -------------------------------------------------------------------------------------------------

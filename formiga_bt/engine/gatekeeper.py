@@ -67,7 +67,8 @@ class Gatekeeper:
         goal = core.put_goal(goal.id, state="sent", code="", text="", leg=leg, sent_at=core.now, clearance=clearance)
         agent = core.state.agents[goal.agent]
         if not agent.human:
-            core.put_agent(agent.id, goal=goal.id, action=goal.action, pool="EXECUTING ACTION")
+            kept = agent.lost_leg if leg is None else None
+            core.put_agent(agent.id, goal=goal.id, action=goal.action, pool="EXECUTING ACTION", lost_leg=kept)
         core.effect(self._effect(goal))
         core.set_wall(f"accept|{goal.id}", core.action(goal.action).accept_timeout_us)
 
@@ -157,7 +158,7 @@ class Gatekeeper:
 
     def _leg(self, agent: AgentRecord) -> tuple[Position, Position] | None:
         goal = self._core.state.goals.get(agent.goal) if agent.goal else None
-        return goal.leg if goal is not None and goal.in_flight else None
+        return goal.leg if goal is not None and goal.in_flight and goal.leg is not None else agent.lost_leg
 
 
 def _holds(held: tuple[str, ...], agent: str, section: str) -> bool:

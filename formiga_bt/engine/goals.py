@@ -225,6 +225,8 @@ class Goals:
             if goal.in_flight or state == "lost":
                 if goal.state == "gated":
                     self._gate.forget(goal)
+                elif goal.leg is not None:
+                    self._core.put_agent(agent_id, lost_leg=goal.leg)
                 self.end(goal.id, state, code)
 
 

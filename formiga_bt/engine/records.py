@@ -105,6 +105,8 @@ class AgentRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
     home: str = ""
     """Its own port's name."""
     layer_m: float | None = None
+    lost_leg: tuple[Position, Position] | None = None
+    """The way that it was on when it was lost: it may have gone on, so all of it stays reserved until it flies another."""
     battery: float | None = None
     position: Position | None = None
     initial: Position | None = None

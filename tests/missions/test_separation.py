@@ -72,3 +72,23 @@ def test_flights_of_several_tasks_cross_in_layers_of_their_own(fly: Fly) -> None
 
     assert sorted(layers) == [60.0, 75.0]  # type: ignore[type-var]
     assert rehearsal.run_until_ended(*tasks)
+
+
+def test_the_whole_way_of_a_lost_drone_stays_reserved_for_it_may_have_gone_on(fly: Fly) -> None:
+    rehearsal = fly()
+    lost = pick_up(rehearsal)
+    rehearsal.run_for(24)
+    rehearsal.sim.freeze("hwd_1")  # its body flies on, and hovers over the field
+    rehearsal.run_for(60)
+    assert rehearsal.task(lost).code == "agent_lost"
+
+    task = pick_up(rehearsal)
+    rehearsal.run_for(200)
+
+    assert [(g.code, g.text) for g in rehearsal.engine.state.goals.values() if g.state == "gated"] == [
+        ("leg_busy", "hwd_1")
+    ]
+    rehearsal.sim.thaw("hwd_1")
+    assert rehearsal.run_until_ended(task)
+    assert rehearsal.task(task).status == "SUCCEEDED"
+    assert rehearsal.engine.state.agents["hwd_1"].lost_leg is None

@@ -119,7 +119,7 @@ def test_after_any_storm_everything_ends_and_nobody_is_left_in_the_air(fly: Fly,
     ]
     for agent in DRONES:
         storm.try_order(lambda a=agent: rehearsal.ask(Operator("clear", a)))
-    rehearsal.run_for(5)
+    rehearsal.run_for(90)  # lost replies are asked for again, lies come to an end
     assert rehearsal.run_until_ended(limit_s=1800)
     rehearsal.run_for(5)
     for agent in DRONES:
