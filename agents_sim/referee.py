@@ -5,9 +5,11 @@ counted once per time they come so near. A low flight is a cruise below 2 m. An 
 of a person without a clearance that is at most 60 s old. The closest pass is of two drones that both fly.
 
 It gets every segment as a `Recorder` (from `world.SimFleet`, or read from ledgers), and computes the closest approach
-of segments, never of samples. Memory stays small: what is judged is forgotten but for its verdict.
+of segments, never of samples. Memory stays small: what is judged is forgotten but for its verdict. With many drones ask for
+the verdict now and then: only pairs that come near each other meanwhile are looked at closely.
 """
 
+import math
 from itertools import combinations
 from typing import Final
 
@@ -155,13 +157,32 @@ class Referee:
         since = min(starts) if self._judged is None else self._judged
         if now < since:
             return
-        for a, b in combinations(sorted(self._tracks), 2):
+        pairs = self._near_pairs(now)
+        for apart in self._touching.keys() - pairs.keys():
+            del self._touching[apart]
+        for a, b in sorted(pairs):
             self._judge_pair(a, b, since, now)
         for track in self._tracks.values():
             # A motion that ended is judged for good.
             while len(track) > 1 and track[1].since <= now:
                 track.pop(0)
         self._judged = now
+
+    def _near_pairs(self, now: Micros) -> dict[tuple[str, str], None]:
+        """Return the pairs whose boxes over ground come so near that they may matter: for a crash, or as closest pass."""
+        near_m = self._crash_m if self._closest is None else max(self._crash_m, self._closest.distance_m)
+        boxes = [_Box(agent, track, now) for agent, track in self._tracks.items() if track]
+        if self._closest is None:
+            return {_pair(a, b): None for a, b in combinations(boxes, 2) if a.flies or b.flies}
+        boxes.sort(key=lambda box: (box.west, box.agent))
+        found: dict[tuple[str, str], None] = {}
+        for i, a in enumerate(boxes):
+            for b in boxes[i + 1 :]:
+                if b.west - a.east > near_m:
+                    break
+                if (a.flies or b.flies) and b.south - a.north <= near_m and a.south - b.north <= near_m:
+                    found[_pair(a, b)] = None
+        return found
 
     def _judge_pair(self, a: str, b: str, since: Micros, now: Micros) -> None:
         mine, other = self._tracks[a], self._tracks[b]
@@ -208,6 +229,29 @@ class Referee:
             self._crashes[index] = crash
         if distance_m(m.at(end), o.at(end)) >= self._crash_m:
             del self._touching[pair]
+
+
+class _Box:
+    """Where a drone is over ground in all its motions that began by `now`."""
+
+    __slots__ = ("agent", "east", "flies", "north", "south", "west")
+
+    def __init__(self, agent: str, track: list[_Motion], now: Micros) -> None:
+        self.agent = agent
+        self.flies = False
+        self.west = self.south = math.inf
+        self.east = self.north = -math.inf
+        for motion in track:
+            if motion.since > now:
+                break
+            self.flies = self.flies or motion.kind != "rest"
+            for point in (motion.segment.p0, motion.segment.p1):
+                self.west, self.east = min(self.west, point.east_m), max(self.east, point.east_m)
+                self.south, self.north = min(self.south, point.north_m), max(self.north, point.north_m)
+
+
+def _pair(a: _Box, b: _Box) -> tuple[str, str]:
+    return (a.agent, b.agent) if a.agent < b.agent else (b.agent, a.agent)
 
 
 def _end(motion: _Motion, now: Micros) -> Micros:

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from agents_sim.referee import Referee
-from agents_sim.world import AgentSpec, SimFleet
+from agents_sim.world import STATUS_EVERY_US, AgentSpec, SimFleet
 from formiga_bt.clock import SECOND, Micros, VirtualScheduler
 from formiga_bt.engine.allocator.policy import Policy, closest
 from formiga_bt.engine.drivers.virtual import VirtualDriver
@@ -34,6 +34,9 @@ class Rehearsal:
         specs: the agents; `fleet_of` makes them from a site.
         seed: of the wire's faults.
         trees, policy: as `Engine`.
+        start: engine time at the start.
+        status_every_us: how often each agent publishes its status besides changes.
+        keep_steps: whether `steps` holds all that the engine did; a long run of many agents has many of them.
     """
 
     def __init__(
@@ -47,14 +50,17 @@ class Rehearsal:
         trees: TreesFactory = CompiledTrees,
         policy: Policy = closest,
         start: Micros = START,
+        status_every_us: Micros = STATUS_EVERY_US,
+        keep_steps: bool = True,
     ) -> None:
         self.scheduler = VirtualScheduler(start)
         self.hub = MemoryHub(self.scheduler, seed=seed)
         self.referee = Referee()
-        self.sim = SimFleet(self.scheduler, self.hub, recorder=self.referee)
+        self.sim = SimFleet(self.scheduler, self.hub, recorder=self.referee, status_every_us=status_every_us)
         self.engine = Engine(site, catalogue, {task.name: task for task in tasks}, policy=policy, trees=trees)
         self.steps: list[Step] = []
-        self.driver = VirtualDriver(self.engine, [self.hub.transport], self.scheduler, listeners=[self.steps.append])
+        listeners = [self.steps.append] if keep_steps else []
+        self.driver = VirtualDriver(self.engine, [self.hub.transport], self.scheduler, listeners=listeners)
         self.driver.start()
         for spec in specs:
             self.sim.add(spec)
