@@ -1,7 +1,7 @@
 """`TaskRun`: the services of one running task, between its trees and the parts of the engine."""
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 from formiga_bt.clock import Micros
 from formiga_bt.engine import changes as ch
@@ -21,6 +21,14 @@ BUDGET = 10_000
 """Nodes that a task may visit in one input."""
 
 
+class Watched(NamedTuple):
+    """What a node with live conditions is woken by: blackboard keys, and instants at which a comparison with `now` turns."""
+
+    keys: tuple[str, ...]
+    conditions: tuple[Expr, ...]
+    instants: tuple[Micros, ...]
+
+
 class TaskRun:
     """Implements `nodes.run.Run` for one task."""
 
@@ -32,7 +40,7 @@ class TaskRun:
         self._fresh: dict[str, Mem | None] = {}
         self._spent = 0
         self._spent_seq = -1
-        self._watched: dict[str, tuple[str, ...]] = {}
+        self._watched: dict[str, Watched] = {}
         self.trees: TaskTrees = factory(self)
 
     @property
@@ -111,21 +119,27 @@ class TaskRun:
 
     def watch(self, path: str, conditions: tuple[Expr, ...], scope: str) -> None:
         """Wake a node when what its live conditions read changes, or a comparison with `now` does."""
-        self.unwatch(path)
-        env = self.env(scope)
+        env, old = self.env(scope), self._watched.get(path)
         keys = tuple(
             dict.fromkeys(key for cond in conditions for key in watch_keys(self._core, env, cond, self.task_id, scope))
         )
-        for key in keys:
-            self._core.board.watch(key, f"{self.task_id}|{path}")
-        self._watched[path] = keys
-        instants = [at for cond in conditions for instant in cond.deadlines if (at := instant(env)) > self.now]
-        if instants:
-            self.set_deadline(path, min(instants))
+        if old is None or old.keys != keys:
+            self.unwatch(path)
+            for key in keys:
+                self._core.board.watch(key, f"{self.task_id}|{path}")
+        if old is None or old.conditions != conditions:
+            instants = tuple(instant(env) for cond in conditions for instant in cond.deadlines)
+        else:
+            instants = old.instants
+        self._watched[path] = Watched(keys, conditions, instants)
+        coming = [at for at in instants if at > self.now]
+        if coming and self.deadline(path) != min(coming):  # what depends on `now` never stands still
+            self._core.set_deadline(node_deadline(self.task_id, path), min(coming), self.task_id)
 
     def unwatch(self, path: str) -> None:
         """Forget a watch."""
-        for key in self._watched.pop(path, ()):
+        watched = self._watched.pop(path, None)
+        for key in watched.keys if watched else ():
             self._core.board.unwatch(key, f"{self.task_id}|{path}")
 
     def release(self, agent: str, path: str) -> None:

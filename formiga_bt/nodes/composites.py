@@ -5,6 +5,7 @@ failure: a sequence passes over them, a fallback tries its next child; all skipp
 `nothing_applied`. An `if` without a branch to take counts as skipped.
 """
 
+from collections.abc import Callable
 from collections.abc import Sequence as Seq
 from typing import ClassVar
 
@@ -52,6 +53,9 @@ class Chain(Node):
         """Return the instance path of a child."""
         return f"{self.path}.{self.body()[index].seg}"
 
+    def arrive(self, run: Run) -> None:
+        """The child at `index` is about to start."""
+
     def start_chain(self, run: Run) -> Status:
         """Start from the first child."""
         self.ran, self.index = False, 0
@@ -62,6 +66,7 @@ class Chain(Node):
         while index < len(children):
             self.index = index
             self.remember(run, self.memo())
+            self.arrive(run)
             status = children[index].enter(run, self.place(index), self.child_scope())
             if status is RUNNING:
                 return RUNNING
@@ -255,11 +260,11 @@ class CallNode(Chain):
         except UnknownState:
             run.close_scope(self.path)
             raise
-        return self._close_if_ended(run, self.start_chain(run))
+        return self._body(run, self.start_chain)
 
     def on_proceed(self, run: Run) -> Status:
         """Go on with the body."""
-        return self._close_if_ended(run, super().on_proceed(run))
+        return self._body(run, super().on_proceed)
 
     def on_halt(self, run: Run) -> list[str]:
         """Stop the body and forget its scope."""
@@ -274,7 +279,12 @@ class CallNode(Chain):
             run.set_var(self.scope, self.step.save_as, returns.run(run.env(self.path)))
         return super().conclude(run)
 
-    def _close_if_ended(self, run: Run, status: Status) -> Status:
+    def _body(self, run: Run, act: Callable[[Run], Status]) -> Status:
+        try:
+            status = act(run)
+        except UnknownState:  # what it returns reads a state that is not known
+            run.close_scope(self.path)
+            raise
         if status is not RUNNING:
             run.close_scope(self.path)
         return status

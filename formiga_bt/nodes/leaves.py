@@ -15,7 +15,7 @@ from formiga_bt.lang.model import UnknownState
 from formiga_bt.lang.types import AgentRef
 from formiga_bt.nodes.base import RUNNING, SUCCESS, Node
 from formiga_bt.nodes.memory import AskMem, DoMem, Mem, WaitMem
-from formiga_bt.nodes.run import AskOrder, GoalOrder, GoalView, Run
+from formiga_bt.nodes.run import AskOrder, Failure, GoalOrder, GoalView, Run
 
 S = TypeVar("S", bound=model.Step)
 
@@ -255,6 +255,11 @@ class InstantNode(Leaf):
         return self._act(self, run)
 
 
+def check_failure(step: model.Check, env: model.Env, path: str) -> Failure:
+    """Return the failure of a check that is false."""
+    return Failure("check", str(step.message.run(env)) if step.message else f"{step.cond.source} is false", path)
+
+
 def check_node(step: model.Check) -> InstantNode:
     """Return a `check`."""
 
@@ -262,7 +267,8 @@ def check_node(step: model.Check) -> InstantNode:
         env = node.env(run)
         if step.cond.run(env):
             return SUCCESS
-        return node.fail("check", str(step.message.run(env)) if step.message else f"{step.cond.source} is false")
+        node.failure = check_failure(step, env, node.path)
+        return Status.FAILURE
 
     return InstantNode(step, act)
 

@@ -5,6 +5,7 @@ reads a state not yet known fails the step at entry (`unknown_state`); later it 
 """
 
 from collections.abc import Sequence as Seq
+from contextlib import suppress
 from typing import ClassVar
 
 from py_trees.common import Status
@@ -14,7 +15,7 @@ from formiga_bt.lang.model import UnknownState
 from formiga_bt.nodes import draining
 from formiga_bt.nodes.base import RUNNING, SUCCESS, Node
 from formiga_bt.nodes.composites import Chain, adopt_children, skipped_before
-from formiga_bt.nodes.leaves import InstantNode, Leaf
+from formiga_bt.nodes.leaves import InstantNode, Leaf, check_failure
 from formiga_bt.nodes.memory import LiveMem, Mem, PassMem
 from formiga_bt.nodes.run import Failure, Run
 
@@ -39,13 +40,10 @@ class WaitUntilNode(Leaf):
 
     def on_proceed(self, run: Run) -> Status:
         """Look again."""
-        try:
+        with suppress(UnknownState):
             if self.step.cond.run(self.env(run)):
                 return SUCCESS
-        except UnknownState:
-            return RUNNING
-        if run.is_due(self.key):
-            run.watch(self.key, (self.step.cond,), self.scope)
+        run.watch(self.key, (self.step.cond,), self.scope)
         return RUNNING
 
     def on_restore(self, run: Run, mem: Mem) -> None:  # noqa: ARG002
@@ -74,12 +72,13 @@ class Watcher(Chain):
         return LiveMem(self.index, self.ran, self.halting, self.drain, self.decided)
 
     def on_enter(self, run: Run) -> Status:
-        """Start the chain, watching."""
+        """Start the chain."""
         self.halting, self.drain, self.decided = False, (), None
-        status = self.start_chain(run)
-        if status is RUNNING:
-            run.watch(self.key, self.live(), self.scope)
-        return status
+        return self.start_chain(run)
+
+    def arrive(self, run: Run) -> None:
+        """Watch before the child starts: what it writes at once counts too."""
+        run.watch(self.key, self.live(), self.scope)
 
     def on_proceed(self, run: Run) -> Status:
         """Look at the conditions, then at the child; while goals drain, wait for them."""
@@ -88,16 +87,14 @@ class Watcher(Chain):
         stop, failure = self.verdict(run)
         if stop:
             return self._stop(run, failure)
-        before = self.index
-        status = super().on_proceed(run)
-        if status is RUNNING and (self.index != before or run.is_due(self.key)):
-            run.watch(self.key, self.live(), self.scope)
-        return status
+        run.watch(self.key, self.live(), self.scope)
+        return super().on_proceed(run)
 
     def _stop(self, run: Run, failure: Failure | None) -> Status:
         self.drain = draining.adopt(run, self.key, super().on_halt(run))
         self.halting, self.decided = True, failure
         run.unwatch(self.key)
+        run.clear_deadline(self.key)
         self.remember(run, self.memo())
         self.feedback_message = "halting"
         return self._drained(run)
@@ -105,10 +102,10 @@ class Watcher(Chain):
     def _drained(self, run: Run) -> Status:
         if not draining.is_empty(run, self.drain):
             return RUNNING
-        failure = draining.unconfirmed(run, self.drain, self.path) or self.decided
+        unconfirmed = draining.unconfirmed(run, self.drain, self.path)
         draining.drop(run, self.drain)
         self.drain = ()
-        return SUCCESS if failure is None else self.fail_as(failure)
+        return SUCCESS if self.decided is None else self.fail_as(unconfirmed or self.decided)
 
     def on_halt(self, run: Run) -> list[str]:
         """Stop the child; goals already draining move on."""
@@ -175,17 +172,17 @@ class ReactiveNode(Watcher):
         """Return `sequence` or `fallback`."""
         return "fallback" if self.is_fallback else "sequence"
 
-    def _checks(self) -> list[model.Check]:
+    def _checks(self) -> list[tuple[int, model.Check]]:
         found = []
-        for child in self.body()[: self.index]:
+        for index, child in enumerate(self.body()[: self.index]):
             step = child.step_model
             if isinstance(child, InstantNode) and isinstance(step, model.Check):
-                found.append(step)
+                found.append((index, step))
         return found
 
     def live(self) -> tuple[model.Expr, ...]:
         """Return the conditions of the checks passed."""
-        return tuple(check.cond for check in self._checks())
+        return tuple(check.cond for _, check in self._checks())
 
     def on_enter(self, run: Run) -> Status:
         """Start the first child."""
@@ -194,16 +191,17 @@ class ReactiveNode(Watcher):
 
     def verdict(self, run: Run) -> tuple[bool, Failure | None]:
         """Re-check in order."""
-        env = run.env(self.scope, self.error_here())
-        for check in self._checks():
+        error = self.error_here()
+        for index, check in self._checks():
+            env = run.env(self.scope, error)
             try:
                 holds = bool(check.cond.run(env))
+                false = None if holds else check_failure(check, env, self.place(index))
             except UnknownState:
                 continue
-            if self.is_fallback and holds:
-                return True, None
-            if not self.is_fallback and not holds:
-                return True, Failure("check", f"{check.cond.source} is false", self.path)
+            if holds == self.is_fallback:
+                return True, false
+            error = false or error  # what the next child of a fallback sees
         return False, None
 
     def error_for_children(self) -> Failure | None:

@@ -4,7 +4,7 @@ A round that waits for nothing starts the next one at once, within the task's bu
 """
 
 from collections.abc import Sequence
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from msgspec.structs import replace
 from py_trees.common import Status
@@ -16,7 +16,7 @@ from formiga_bt.nodes.composites import Chain, adopt_children
 from formiga_bt.nodes.leaves import Leaf
 from formiga_bt.nodes.memory import LoopMem, Mem
 from formiga_bt.nodes.parallel import zip_items
-from formiga_bt.nodes.run import Run
+from formiga_bt.nodes.run import Failure, Run
 
 
 class BreakIfNode(Leaf):
@@ -49,35 +49,51 @@ class Rounds(Chain):
         self.state = replace(self.state, index=self.index, ran=self.ran)
         return self.state
 
-    def may_start(self, run: Run) -> bool:
-        """Return whether the next round, whose number is set, may start."""
+    def more(self) -> bool:
+        """Return whether there is a round with the number that is set."""
         raise NotImplementedError
 
-    def round_ended(self, run: Run) -> bool:
-        """Look at the end of a round; return whether the loop ends with it."""
+    def may_start(self, run: Run) -> bool:
+        """Look at what is read before a round; return whether it may start."""
+        raise NotImplementedError
+
+    def round_ended(self, run: Run, failure: Failure | None) -> Status | None:
+        """Look at the end of a round; return how the loop ends with it, or None if it goes on."""
         raise NotImplementedError
 
     def finish(self, run: Run) -> Status:  # noqa: ARG002
-        """End the loop with success."""
+        """End the loop with success. It counts as skipped when all its rounds were."""
         self.breaking = False
+        self.skipped = self.state.round > 1 and not self.state.ever_ran
         return SUCCESS
 
     def rounds(self, run: Run) -> Status:
         """Run rounds from the one whose number is set, until one waits."""
-        while True:
-            if not self.may_start(run):
-                return self.finish(run)
+        while self.more() and self.may_start(run):
             self.state = replace(self.state, round_at=run.now, waiting=False)
             self.breaking = False
             run.spend()
             status = self.start_chain(run)
-            if status is not SUCCESS:
-                return status
-            if self.breaking or self.round_ended(run):
-                return self.finish(run)
-            self.state = replace(self.state, round=self.state.round + 1)
-            if self._must_wait(run):
+            if status is RUNNING:
                 return RUNNING
+            over = self._round_over(run, status)
+            if over is not None:
+                return over
+        return self.finish(run)
+
+    def _round_over(self, run: Run, status: Status) -> Status | None:
+        """Count a round; return the loop's status, or None if the next round may start now."""
+        failure = self.failure if status is FAILURE else None
+        ran = self.state.ever_ran or self.ran or failure is not None
+        self.state = replace(self.state, ever_ran=ran)
+        over = self.round_ended(run, failure)
+        if over is not None:
+            return over
+        self.failure = None
+        self.state = replace(self.state, round=self.state.round + 1)
+        if self.breaking or not self.more():
+            return self.finish(run)
+        return RUNNING if self._must_wait(run) else None
 
     def _must_wait(self, run: Run) -> bool:
         start = self.state.round_at + self.state.every_us
@@ -102,12 +118,10 @@ class Rounds(Chain):
             run.clear_deadline(self.key)
             return self.rounds(run)
         status = super().on_proceed(run)
-        if status is not SUCCESS:
-            return status
-        if self.breaking or self.round_ended(run):
-            return self.finish(run)
-        self.state = replace(self.state, round=self.state.round + 1)
-        return RUNNING if self._must_wait(run) else self.rounds(run)
+        if status is RUNNING:
+            return RUNNING
+        over = self._round_over(run, status)
+        return over if over is not None else self.rounds(run)
 
     def on_halt(self, run: Run) -> list[str]:
         """Stop the round."""
@@ -153,21 +167,25 @@ class LoopNode(Rounds):
         )
         return self.rounds(run)
 
+    def more(self) -> bool:
+        """Return whether count and `max` allow another round."""
+        most = [number for number in (self.state.times, self.state.most) if number is not None]
+        return not most or self.state.round <= min(most)
+
     def may_start(self, run: Run) -> bool:
-        """Return whether count, duration, `max` and the `while` condition allow another round."""
-        state = self.state
-        if state.times is not None and state.round > state.times:
-            return False
-        if state.most is not None and state.round > state.most:
-            return False
-        if state.over_at is not None and run.now >= state.over_at:
+        """Return whether the duration and the `while` condition allow another round."""
+        if self.state.over_at is not None and run.now >= self.state.over_at:
             return False
         return self.step.cond is None or bool(self.step.cond.run(run.env(self.scope, self.error_here())))
 
-    def round_ended(self, run: Run) -> bool:
-        """Read `until`."""
+    def round_ended(self, run: Run, failure: Failure | None) -> Status | None:
+        """A failed round fails the loop; else read `until`."""
+        if failure is not None:
+            return FAILURE
         until = self.step.until
-        return until is not None and bool(until.run(run.env(self.scope, self.error_here())))
+        if until is not None and not self.breaking:
+            self.breaking = bool(until.run(run.env(self.scope, self.error_here())))
+        return None
 
 
 class ForNode(Rounds):
@@ -182,69 +200,71 @@ class ForNode(Rounds):
         self.state = LoopMem(1, waiting=True)
         adopt_children(self, children)
         self._needs = None if step.need == "all" else int(step.need)
-        self._failed_round = False
 
     def on_enter(self, run: Run) -> Status:
         """Read the lists once and start the first round."""
+        self.state = LoopMem(1, waiting=True)
         items = zip_items(self, run, self.step)
         if items is None:
             return FAILURE
-        self.state, self._failed_round = LoopMem(1, items=items), False
-        return self._cleared(run, self.rounds(run))
+        self.state = LoopMem(1, items=items)
+        self._take(run)  # the list of an earlier run of this loop
+        return self.rounds(run)
+
+    def more(self) -> bool:
+        """Return whether there is an item left."""
+        return self.state.round <= len(self.state.items)
 
     def may_start(self, run: Run) -> bool:
-        """Set the loop names of the next item, if there is one."""
-        if self.state.round > len(self.state.items):
-            return False
+        """Set the loop names of the next item."""
         for name, value in self.state.items[self.state.round - 1].items():
             run.set_var(self.scope, name, value)
         return True
 
-    def round_ended(self, run: Run) -> bool:
-        """Take what the round saved under the name to collect; with `need` count the success."""
-        self._take(run)
-        self.state = replace(self.state, times=(self.state.times or 0) + (not self._failed_round))
-        self._failed_round = False
-        return False
-
-    def _take(self, run: Run) -> None:
-        name = self.step.collect
-        if name:
-            env = run.env(self.scope)
-            if env.is_set(name):
-                self.state = replace(self.state, collected=(*self.state.collected, env.name(name)))
-                run.set_var(self.scope, name, None)
-
-    def _child_ended(self, child: Node) -> Status | None:
-        if child.status is FAILURE and self._needs is not None:
-            self._failed_round = True  # with `need: N` a failed round is only not counted
-            return SUCCESS
-        return super()._child_ended(child)
-
-    def on_proceed(self, run: Run) -> Status:
-        """Go on; unset the loop names after a failure."""
-        return self._cleared(run, super().on_proceed(run))
-
-    def _cleared(self, run: Run, status: Status) -> Status:
-        if status is FAILURE:
+    def round_ended(self, run: Run, failure: Failure | None) -> Status | None:
+        """Take what the round saved under the name to collect; with `need` a failed round is only not counted."""
+        saved = self._take(run)
+        if failure is None:
+            counts = self.state.succeeded + self.ran
+            self.state = replace(self.state, succeeded=counts, collected=(*self.state.collected, *saved))
+            return None
+        if self._needs is None:
             self._clear(run)
-        return status
+            return FAILURE
+        self.state = replace(self.state, failure=self.state.failure or failure)
+        return None
+
+    def _take(self, run: Run) -> tuple[Any, ...]:
+        """Unset the name to collect; return the value that it had, if any."""
+        name = self.step.collect
+        if not name:
+            return ()
+        env = run.env(self.scope)
+        if not env.is_set(name):
+            return ()
+        value = env.name(name)
+        run.set_var(self.scope, name, None)
+        return (value,)
 
     def finish(self, run: Run) -> Status:
         """Unset the loop names, hand the collected list over, count what `need` asks for."""
         self._clear(run)
+        counts = bool(self.state.items) and not self.breaking and self.state.ever_ran
+        if self._needs is not None and counts and self.state.succeeded < self._needs:
+            few = Failure("nothing_applied", f"fewer than {self._needs} succeeded", self.path)
+            return self.fail_as(self.state.failure or few)
         if self.step.collect:
             run.set_var(self.scope, self.step.collect, self.state.collected)
-        if self._needs is not None and (self.state.times or 0) < self._needs and not self.breaking:
-            return self.fail("nothing_applied", f"fewer than {self._needs} rounds succeeded")
         return super().finish(run)
 
     def _clear(self, run: Run) -> None:
-        for name in self.step.lists:
+        for name in self.step.lists if self.state.items else ():
             run.set_var(self.scope, name, None)
 
     def on_halt(self, run: Run) -> list[str]:
         """Stop the round and unset the loop names."""
         goals = super().on_halt(run)
-        self._clear(run)
+        if self.state.items:
+            self._take(run)
+            self._clear(run)
         return goals

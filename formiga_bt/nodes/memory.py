@@ -106,6 +106,8 @@ class GatherMem(Struct, frozen=True, tag="gather", tag_field="mem"):
     drain: tuple[str, ...] = ()
     items: tuple[dict[str, Any], ...] = ()
     """Of a `for`: the loop names of each item, read once at entry."""
+    collected: tuple[Any, ...] = ()
+    """Of a `for` with `collect`: what each item saved, None if nothing."""
 
 
 class LoopMem(Struct, frozen=True, tag="loop", tag_field="mem"):
@@ -124,6 +126,11 @@ class LoopMem(Struct, frozen=True, tag="loop", tag_field="mem"):
     most: int | None = None
     items: tuple[dict[str, Any], ...] = ()
     collected: tuple[Any, ...] = ()
+    ever_ran: bool = False
+    """A step of a round that ended was not skipped."""
+    succeeded: int = 0
+    """Of a `for` with `need`: rounds that succeeded, and the first failure of another."""
+    failure: Any = None
 
 
 Mem = (

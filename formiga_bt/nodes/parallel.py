@@ -2,7 +2,7 @@
 
 Ended children are never visited again. Success is looked at before failure: reaching `need` stops the rest and, when their
 goals have drained, succeeds. After a failure that puts `need` out of reach, `finish` waits for the others to end by themselves,
-`cancel` stops them. Skipped children do not count; all skipped = skipped.
+`cancel` stops them. Of a `for` with `need` all items run. Skipped children do not count; all skipped = skipped.
 """
 
 from collections.abc import Callable, Sequence
@@ -26,6 +26,8 @@ class Gathering(Node, composites.Parallel):
 
     policy = common.ParallelPolicy.SuccessOnAll(synchronise=False)
     current_child = None
+    all_run = False
+    """Reaching a `need` of N does not stop the others."""
 
     def __init__(self, step: model.Parallel | model.For) -> None:
         Node.__init__(self, step.title, step)
@@ -37,6 +39,7 @@ class Gathering(Node, composites.Parallel):
         self.halting = False
         self.drain: tuple[str, ...] = ()
         self.items: tuple[dict[str, Any], ...] = ()
+        self.collected: list[Any] = []
 
     def place(self, index: int) -> str:
         """Return the instance path of a child."""
@@ -79,7 +82,9 @@ class Gathering(Node, composites.Parallel):
         for index, state in enumerate(self.states):
             if state != WAITS:
                 continue
-            if self.at_once is not None and (self.states.count(RUNS) >= self.at_once or self._enough()):
+            if self.at_once is not None and self.states.count(RUNS) >= self.at_once:
+                break
+            if self.at_once is not None and self.cancels and self._out_of_reach():
                 break
             self.opened(run, index)
             self.states[index] = RUNS
@@ -100,6 +105,8 @@ class Gathering(Node, composites.Parallel):
         done, left = self.states.count(DONE), self.states.count(RUNS) + self.states.count(WAITS)
         if self.need == "all":
             return left == 0 and FAILED not in self.states
+        if self.all_run and left:
+            return False
         return done >= (1 if self.need == "any" else int(self.need))
 
     def _out_of_reach(self) -> bool:
@@ -107,9 +114,6 @@ class Gathering(Node, composites.Parallel):
         if self.need == "all":
             return FAILED in self.states
         return done + left < (1 if self.need == "any" else int(self.need))
-
-    def _enough(self) -> bool:
-        return self.need != "all" and self._reached()
 
     def _decide(self, run: Run) -> Status:
         left = self.states.count(RUNS) + self.states.count(WAITS)
@@ -141,14 +145,14 @@ class Gathering(Node, composites.Parallel):
         failure = draining.unconfirmed(run, self.drain, self.path) if self.first is not None else None
         draining.drop(run, self.drain)
         self.drain = ()
-        self.close(run)
         if self.first is not None:
             return self.fail_as(failure or self.first)
         self.skipped = bool(self.states) and all(state == SKIPPED for state in self.states)
+        self.succeeded(run)
         return SUCCESS
 
-    def close(self, run: Run) -> None:
-        """Everything has ended."""
+    def succeeded(self, run: Run) -> None:
+        """Everything has ended, with success."""
 
     def on_halt(self, run: Run) -> list[str]:
         """Stop all children; goals already draining move on."""
@@ -161,12 +165,13 @@ class Gathering(Node, composites.Parallel):
         return goals
 
     def _remember(self, run: Run) -> None:
-        self.remember(run, GatherMem("".join(self.states), self.first, self.halting, self.drain, self.items))
+        states, collected = "".join(self.states), tuple(self.collected)
+        self.remember(run, GatherMem(states, self.first, self.halting, self.drain, self.items, collected))
 
     def load(self, mem: GatherMem) -> None:
         """Take over what was remembered."""
         self.states, self.first, self.halting, self.drain = list(mem.states), mem.failure, mem.halting, mem.drain
-        self.items = mem.items
+        self.items, self.collected = mem.items, list(mem.collected)
 
     def restore_children(self, run: Run) -> None:
         """Rebuild the children that run."""
@@ -203,6 +208,7 @@ class ForParallelNode(Gathering):
     """`for` with `mode: parallel`: a body per item, each with a scope of its own."""
 
     kind: ClassVar[str] = "for"
+    all_run = True
 
     def __init__(self, step: model.For, body: Callable[[], list[Node]]) -> None:
         super().__init__(step)
@@ -223,11 +229,10 @@ class ForParallelNode(Gathering):
         items = zip_items(self, run, self.step)
         if items is None:
             return FAILURE
-        self.items = items
+        self.items, self.collected = items, [None] * len(items) if self.step.collect else []
+        if self.step.collect and run.env(self.scope).is_set(self.step.collect):
+            run.set_var(self.scope, self.step.collect, None)  # the list of an earlier run of this loop
         self._grow()
-        if not items:
-            self._collect(run)
-            return SUCCESS
         return self.begin(run)
 
     def _grow(self) -> None:
@@ -242,26 +247,14 @@ class ForParallelNode(Gathering):
         name = self.step.collect
         if name and self.states[index] == DONE:
             env = run.env(self.scope_of(index))
-            value = env.name(name) if env.is_set(name) else None
-            run.set_var(self.scope, f"{name}#{index + 1}", value)
+            self.collected[index] = env.name(name) if env.is_set(name) else None
         run.close_scope(self.scope_of(index))
 
-    def close(self, run: Run) -> None:
-        """Everything has ended: hand the collected list over."""
-        self._collect(run)
-
-    def _collect(self, run: Run) -> None:
-        name = self.step.collect
-        if not name:
-            return
-        env = run.env(self.scope)
-        found = []
-        for index in range(len(self.items)):
-            key = f"{name}#{index + 1}"
-            if env.is_set(key):
-                found.append(env.name(key))
-                run.set_var(self.scope, key, None)
-        run.set_var(self.scope, name, tuple(found))
+    def succeeded(self, run: Run) -> None:
+        """Hand the collected list over."""
+        if self.step.collect:
+            found = tuple(value for value in self.collected if value is not None)
+            run.set_var(self.scope, self.step.collect, found)
 
     def on_restore(self, run: Run, mem: Mem) -> None:
         """Go on where it was."""
