@@ -3,9 +3,8 @@
 What one step or one name shows by itself is checked while it is read; this is what needs the steps around it.
 """
 
-from collections.abc import Iterator, Mapping
-
-from formiga_bt.lang.flight import check_flight, plain_name
+from formiga_bt.lang.contention import check_contention
+from formiga_bt.lang.flight import check_flight
 from formiga_bt.lang.landing import check_landings
 from formiga_bt.lang.model import (
     ActionSpec,
@@ -16,19 +15,29 @@ from formiga_bt.lang.model import (
     Expr,
     Fail,
     Fallback,
+    Guard,
     If,
+    Loop,
+    Parallel,
+    Release,
     Sequence,
     Step,
     Subtree,
     Task,
+    Wait,
+    WaitUntil,
 )
 from formiga_bt.lang.reading import Problems
+from formiga_bt.lang.types import agent_type
+from formiga_bt.lang.walk import children, orders
 from formiga_bt.units import format_quantity
 
 
 def check_task(task: Task, catalogue: Catalogue, problems: Problems) -> None:
     """Report what only the whole task shows, in its own steps and in the subtrees that it sees."""
     checks = _Checks(catalogue, problems)
+    types = {role.name: role.types for role in task.roles.values()}
+    types |= {param.name: agent_type(param.type).of for param in task.params.values()}
     sections = (
         ("steps", task.steps),
         ("on_failure", task.on_failure),
@@ -37,39 +46,13 @@ def check_task(task: Task, catalogue: Catalogue, problems: Problems) -> None:
     )
     for name, steps in sections:
         with problems.within(name):
-            checks.check(steps, bounded=False)
+            checks.check(steps, bounded=False, cleanup=name != "steps")
+            check_contention(steps, types, catalogue, problems)
     for subtree in task.subtrees.values():
         checks.check_subtree(subtree)
     with problems.within("steps"):
         check_landings(task, catalogue, problems)
     check_flight(task, catalogue, problems)
-
-
-def children(step: Step) -> tuple[Step, ...]:
-    """Return the steps inside a step, those of a called subtree left out."""
-    match step:
-        case Sequence() | Fallback():
-            return step.steps
-        case If():
-            return (*step.then, *step.otherwise)
-        case _:
-            return ()
-
-
-def orders(step: Step, names: Mapping[str, str] | None = None) -> Iterator[tuple[str, Do]]:
-    """Iterate over all goals that a step may send, calls included, with the caller's name of the agent ("" if unknown)."""
-    if isinstance(step, Do):
-        yield (step.who.name if names is None else names.get(step.who.name, "")), step
-    elif isinstance(step, Call):
-        inner = {}
-        for param, arg in step.args.items():
-            outer = plain_name(arg)
-            inner[param] = outer if names is None else names.get(outer, "")
-        for child in step.subtree.steps:
-            yield from orders(child, inner)
-    else:
-        for child in children(step):
-            yield from orders(child, names)
 
 
 def can_succeed(step: Step) -> bool:
@@ -85,6 +68,11 @@ def can_succeed(step: Step) -> bool:
             return any(can_succeed(child) for child in step.steps)
         case If():
             return not step.otherwise or any(_all_can(branch) for branch in (step.then, step.otherwise))
+        case Guard():
+            return _all_can(step.steps)
+        case Parallel():
+            can = [can_succeed(child) or child.when is not None for child in step.steps]
+            return all(can) if step.need == "all" else any(can)
         case _:
             return True
 
@@ -93,23 +81,52 @@ def _all_can(steps: tuple[Step, ...]) -> bool:
     return all(can_succeed(step) or step.when is not None for step in steps)
 
 
+def waits(step: Step) -> bool:
+    """Return whether some path through a step takes time."""
+    match step:
+        case Do() | Ask() | WaitUntil() | Release():
+            return True
+        case Wait():
+            return not step.duration.is_const or bool(step.duration.const)
+        case Call():
+            return any(waits(child) for child in step.subtree.steps)
+        case Loop() if step.every is not None:
+            return True
+        case _:
+            return any(waits(child) for child in children(step))
+
+
 class _Checks:
     def __init__(self, catalogue: Catalogue, problems: Problems) -> None:
+        self.catalogue = catalogue
         self.actions = catalogue.actions
         self.problems = problems
 
     def check_subtree(self, subtree: Subtree) -> None:
         """Check the body of a subtree; a question in it may be bounded by its caller."""
+        types = {param.name: agent_type(param.type).of for param in subtree.params.values()}
         with self.problems.outermost(subtree.name, "steps"):
             self.check(subtree.steps, bounded=False)
+            check_contention(subtree.steps, types, self.catalogue, self.problems)
 
-    def check(self, steps: tuple[Step, ...], *, bounded: bool) -> None:
-        """Check steps and what is inside them; `bounded`: a step around them has a time-out."""
+    def check(self, steps: tuple[Step, ...], *, bounded: bool, cleanup: bool = False) -> None:
+        """Check steps and what is inside them.
+
+        Args:
+            steps: the steps.
+            bounded: a step around them has a time-out.
+            cleanup: they are part of what follows the end of something.
+        """
         for step in steps:
             with self.problems.within(step.title):
                 self._check_step(step, bounded)
+                if cleanup and isinstance(step, Loop) and step.forever:
+                    what = "a section that tidies up cannot repeat forever"
+                    self.problems.add("E065", step.mark, what, "such as: repeat: 3")
                 inner = bounded or step.timeout is not None or (step.retry is not None and step.retry.attempt_timeout)
-                self.check(children(step), bounded=bool(inner))
+                last = step.finally_ if isinstance(step, Sequence) else ()
+                self.check(children(step)[: -len(last) or None], bounded=bool(inner), cleanup=cleanup)
+                self.check(last, bounded=False, cleanup=True)
 
     def _check_step(self, step: Step, bounded: bool) -> None:
         if step.retry is not None:
@@ -118,14 +135,23 @@ class _Checks:
             self._check_typical(step, step.timeout, "timeout")
             if step.retry is not None:
                 self._check_typical(step, step.retry.attempt_timeout, "attempt_timeout")
-        if isinstance(step, Ask) and step.timeout is None and not bounded:
+        if isinstance(step, Ask | WaitUntil) and step.timeout is None and not bounded:
             attempt = step.retry.attempt_timeout if step.retry is not None else None
             if attempt is None:
-                self.problems.add("W049", step.mark, "nobody may ever answer: add timeout:", "such as: timeout: 10 min")
+                what = "nobody may ever answer" if isinstance(step, Ask) else "this may never become true"
+                self.problems.add("W049", step.mark, f"{what}: add timeout:", "such as: timeout: 10 min")
+        if isinstance(step, Loop) and not any(waits(child) for child in step.steps):
+            self._check_spin(step)
         if step.ignore_failure:
             self._check_ignored(step)
         if isinstance(step, Fallback):
             self._check_fallback(step)
+
+    def _check_spin(self, step: Loop) -> None:
+        """Report E042 for a loop without end or count in which nothing takes time."""
+        if step.steps and step.times is None and step.max is None and step.every is None:
+            help_ = "add every: 15 s, or wait for something in it"
+            self.problems.add("E042", step.mark, "this loop never waits", help_)
 
     def _check_retry(self, step: Step) -> None:
         assert step.retry is not None

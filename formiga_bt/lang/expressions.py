@@ -11,6 +11,7 @@ from typing import Any
 from formiga_bt.diagnostics import Diagnostic, Fix
 from formiga_bt.lang.checker import Checker
 from formiga_bt.lang.document import Node, Scalar
+from formiga_bt.lang.instants import deadlines
 from formiga_bt.lang.interpolation import holes
 from formiga_bt.lang.model import Expr
 from formiga_bt.lang.operators import guarded
@@ -29,6 +30,7 @@ __all__ = [
     "fits",
     "narrows",
     "narrows_when_false",
+    "plain_name",
     "poison",
 ]
 
@@ -47,6 +49,7 @@ def compile_expr(
     *,
     what: str = "",
     optional: bool = False,
+    live: frozenset[str] | None = None,
 ) -> tuple[Expr, list[Diagnostic]]:
     """Compile an expression.
 
@@ -58,6 +61,7 @@ def compile_expr(
         expected: the type that is due, if any.
         what: the key or field it is for, named in messages.
         optional: the whole value may be absent, so a bare name that may be unset is fine.
+        live: for a condition that is watched, the names that may be written meanwhile; None = it is read once.
 
     Returns:
         The expression and the problems; with problems its type is ANY and it must not be run.
@@ -74,11 +78,12 @@ def compile_expr(
     if not problems.found and expected is not None and not fits(part.type, expected, scope.agent_types):
         why = _mismatch(part, expected, scope, what)
         checker.wrong(part, why)
+    instants = deadlines(checker, part.reads, live) if live is not None and not problems.found else ()
     if problems.found:
         return Expr(source, ANY, mark, never, part.reads), problems.found
     type_ = _settled(part.type, expected)
     run: Run = guarded(part.run) if checker.loose else part.run
-    return Expr(source, type_, mark, run, part.reads, const=part.const), []
+    return Expr(source, type_, mark, run, part.reads, instants, part.const), []
 
 
 def _mismatch(part: Typed, expected: Type, scope: Scope, what: str) -> Mismatch:
@@ -96,14 +101,17 @@ def _settled(have: Type, expected: Type | None) -> Type:
     return widen(have)
 
 
-def compile_cond(at: Scalar, scope: Scope) -> tuple[Expr, list[Diagnostic]]:
-    """Compile a condition key: one bare expression of type bool; a `${}` round the whole of it is dropped."""
+def compile_cond(at: Scalar, scope: Scope, live: frozenset[str] | None = None) -> tuple[Expr, list[Diagnostic]]:
+    """Compile a condition key: one bare expression of type bool; a `${}` round the whole of it is dropped.
+
+    With `live` it is watched: `now` needs exact deadlines, and `live` are the names that may be written meanwhile.
+    """
     text = at.text
     offset = len(text) - len(text.lstrip())
     source = text.strip()
     spans = holes(source)
     if spans == [(0, len(source))]:
-        return compile_expr(source[2:-1], at, offset + 2, scope, BOOL)
+        return compile_expr(source[2:-1], at, offset + 2, scope, BOOL, live=live)
     if "${" in source:
         bare = re.sub(r"\$\{([^{}]*)\}", r"\1", source)
         start = offset + source.index("${")
@@ -111,7 +119,7 @@ def compile_cond(at: Scalar, scope: Scope) -> tuple[Expr, list[Diagnostic]]:
         fix = Fix(at.mark_at(offset, offset + len(source)), bare) if at.exact else None
         said = "a condition is one bare expression; leave ${ } away"
         return poison(at, source), [Diagnostic("E015", mark, said, f"write: {bare}", fix=fix)]
-    return compile_expr(source, at, offset, scope, BOOL)
+    return compile_expr(source, at, offset, scope, BOOL, live=live)
 
 
 def narrows(expr: Expr) -> frozenset[str]:
@@ -122,6 +130,12 @@ def narrows(expr: Expr) -> frozenset[str]:
 def narrows_when_false(expr: Expr) -> frozenset[str]:
     """Return the names that are certainly set when the condition is false: `not is_set(x)`, or-chains of it."""
     return _facts(expr)[1]
+
+
+def plain_name(expr: Expr) -> str:
+    """Return the name that an expression is, when it is nothing but a name; else ""."""
+    name = expr.reads[0].name if len(expr.reads) == 1 and not expr.reads[0].field else ""
+    return name if expr.source.strip().removeprefix("${").removesuffix("}").strip() == name else ""
 
 
 def _facts(expr: Expr) -> tuple[frozenset[str], frozenset[str]]:

@@ -65,6 +65,19 @@ _WITH = Option("with", "map", "The arguments, by name.")
 _SAVE = Option("save_as", "name", "Keep the result under this name.")
 _EXPECT = Option("expect", "cond", "Fail unless this holds; it sees `result`.")
 _STEPS = Option("steps", "steps", "The body.", required=True)
+_REACTIVE = Option("reactive", "flag", "The checks before the running step stay live.")
+_CHILD_FAILURE = Option(
+    "on_child_failure",
+    "word",
+    "After a failure, wait for the others or cancel them (finish).",
+    values=("finish", "cancel"),
+)
+_ROUNDS = (
+    _STEPS,
+    Option("until", "cond", "Leave after a round in which this holds."),
+    Option("every", "value", "Start of round to start of round.", type="duration"),
+    Option("max", "value", "Most rounds.", type="int"),
+)
 
 RETRY: Final[tuple[Option, ...]] = (
     Option("attempts", "value", "How often to try, the first time included.", type="int", required=True),
@@ -122,7 +135,7 @@ _KINDS: Final = (
         available=False,
     ),
     Kind("wait", "value", "Wait this long.", type="duration"),
-    Kind("wait_until", "cond", "Wait until this holds.", available=False),
+    Kind("wait_until", "cond", "Wait until this holds."),
     Kind(
         "wait_for",
         "name",
@@ -144,31 +157,19 @@ _KINDS: Final = (
     Kind(
         "fail", "text", "Fail with this message.", (Option("code", "word", "A snake_case word, shown as failed:code."),)
     ),
-    Kind("release", "name", "Give an agent back before the end.", available=False),
+    Kind("release", "name", "Give an agent back before the end."),
     Kind(
         "sequence",
         "steps",
         "Steps one after another.",
-        (
-            Option("reactive", "flag", "Re-check the earlier children.", available=False),
-            Option("finally", "steps", "Always, when the sequence ends.", available=False),
-        ),
+        (_REACTIVE, Option("finally", "steps", "Always, when the sequence ends.")),
     ),
-    Kind(
-        "fallback",
-        "steps",
-        "The first that succeeds.",
-        (Option("reactive", "flag", "Re-check the earlier children.", available=False),),
-    ),
+    Kind("fallback", "steps", "The first that succeeds.", (_REACTIVE,)),
     Kind(
         "parallel",
         "steps",
         "Branches at the same time.",
-        (
-            Option("need", "value", "How many must succeed: all, any or a number (all)."),
-            Option("on_child_failure", "word", "What a failed child does (finish).", values=("finish", "cancel")),
-        ),
-        available=False,
+        (Option("need", "value", "How many must succeed: all, any or a number (all)."), _CHILD_FAILURE),
     ),
     Kind(
         "if",
@@ -189,29 +190,8 @@ _KINDS: Final = (
         ),
         available=False,
     ),
-    Kind(
-        "while",
-        "cond",
-        "Repeat as long as this holds.",
-        (
-            _STEPS,
-            Option("every", "value", "Start of round to start of round.", type="duration"),
-            Option("max", "value", "Most rounds.", type="int"),
-        ),
-        available=False,
-    ),
-    Kind(
-        "repeat",
-        "value",
-        "Repeat a number of times, for a duration, or forever.",
-        (
-            _STEPS,
-            Option("until", "cond", "Leave after a round in which this holds."),
-            Option("every", "value", "Start of round to start of round.", type="duration"),
-            Option("max", "value", "Most rounds.", type="int"),
-        ),
-        available=False,
-    ),
+    Kind("while", "cond", "Repeat as long as this holds.", _ROUNDS),
+    Kind("repeat", "value", "Repeat a number of times, for a duration, or forever.", _ROUNDS),
     Kind(
         "for",
         "map",
@@ -221,13 +201,12 @@ _KINDS: Final = (
             Option("mode", "word", "One after another, or together (each).", values=("each", "parallel")),
             Option("max_parallel", "value", "Most at a time.", type="int"),
             Option("need", "value", "How many must succeed (all)."),
-            Option("on_child_failure", "word", "What a failed item does (finish).", values=("finish", "cancel")),
+            _CHILD_FAILURE,
             Option("collect", "name", "Gather this saved name of the body as a list."),
         ),
-        available=False,
     ),
-    Kind("break_if", "cond", "Leave the nearest loop with success.", available=False),
-    Kind("guard", "cond", "Stop the steps and fail as soon as this is false.", (_STEPS,), available=False),
+    Kind("break_if", "cond", "Leave the nearest loop with success."),
+    Kind("guard", "cond", "Stop the steps and fail as soon as this is false.", (_STEPS,)),
     Kind("with_agents", "map", "Extra agents for this block.", (_STEPS,), available=False),
 )
 

@@ -9,9 +9,25 @@ from collections.abc import Mapping
 from typing import Any, Final
 
 from formiga_bt.diagnostics import Mark
-from formiga_bt.lang.flight import plain_name
-from formiga_bt.lang.model import ActionSpec, Call, Catalogue, Do, Expr, Fallback, If, Sequence, Step, Task
+from formiga_bt.lang.expressions import plain_name
+from formiga_bt.lang.model import (
+    ActionSpec,
+    Call,
+    Catalogue,
+    Do,
+    Expr,
+    Fallback,
+    For,
+    Guard,
+    If,
+    Loop,
+    Parallel,
+    Sequence,
+    Step,
+    Task,
+)
 from formiga_bt.lang.reading import Problems
+from formiga_bt.lang.walk import commands
 
 _ABOVE: Final = re.compile(r"(?:above|at_height|ground)\(\s*([^,()]+|(?:above|at_height|ground)\(.*\))\s*(?:,.*)?\)")
 _NAME: Final = re.compile(r"([A-Za-z_]\w*)((?:\.[A-Za-z_]\w*)*)")
@@ -44,9 +60,14 @@ class _Landings:
                     self._call(step, inner, names, call)
                 case Sequence():
                     self.follow(step.steps, inner, names, call)
+                    self.follow(step.finally_, dict(inner), names, call)
+                case Guard():
+                    self.follow(step.steps, inner, names, call)
+                case Loop() | For():
+                    self._rounds(step, inner, names, call)
                 case If():
                     self._branches((step.then, step.otherwise), inner, names, call)
-                case Fallback():
+                case Fallback() | Parallel():
                     self._branches(tuple((child,) for child in step.steps), inner, names, call)
                 case _:
                     pass
@@ -65,6 +86,17 @@ class _Landings:
             after = dict(before)
             self.follow(branch, after, names, call)
             _forget(last, after)
+
+    def _rounds(self, step: Loop | For, last: dict[str, Where], names: Mapping[str, str], call: Mark | None) -> None:
+        """Follow a round that may come after another one: where that sent the machines is not known."""
+        for agents, _ in commands(step, {}):
+            last.update(dict.fromkeys((names.get(agent, agent) for agent in agents), ("", 0)))
+        if isinstance(step, For):
+            for name in step.lists:
+                last.pop(name, None)
+        after = dict(last)
+        self.follow(step.steps, after, names, call)
+        _forget(last, after)
 
     def _call(self, step: Call, last: dict[str, Where], names: Mapping[str, str], call: Mark | None) -> None:
         inner: dict[str, str] = {}

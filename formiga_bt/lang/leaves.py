@@ -1,4 +1,4 @@
-"""Steps without children: do, ask, call, wait, check, set, notify, fail.
+"""Steps that address somebody: do, ask, notify, and the call of a subtree.
 
 Each function reads the keys of one step and returns its own part of the model; `steps` adds the modifiers.
 """
@@ -10,7 +10,7 @@ from typing import Any, Final
 from formiga_bt.diagnostics import Mark
 from formiga_bt.lang import records
 from formiga_bt.lang.document import Entry, Mapping_, Node, Scalar
-from formiga_bt.lang.expressions import narrows
+from formiga_bt.lang.expressions import plain_name
 from formiga_bt.lang.kinds import CLEARS
 from formiga_bt.lang.model import ActionSpec, Expr, FieldSpec, Who
 from formiga_bt.lang.reading import (
@@ -36,7 +36,6 @@ Part = dict[str, Any]
 """Keyword arguments of the step's class."""
 
 _ROLE_ACTION: Final = re.compile(r"([A-Za-z]\w*)\.([A-Za-z]\w*)")
-_CODE: Final = re.compile(r"[a-z][a-z0-9_]*")
 
 
 # --- do ----------------------------------------------------------------------------------------------------------
@@ -79,7 +78,7 @@ def read_who(body: Body, name: str, at: Scalar, mark: Mark) -> Who | None:
         body.used.add(name)
         if name in body.lists:
             body.problems.add(
-                "E024", mark, f"'{name}' is a list of {body.lists[name]} agents", "command them one by one"
+                "E024", mark, f"'{name}' is a list of {body.lists[name]} agents; use for:", f"for: {{one: ${{{name}}}}}"
             )
             return None
         return Who(name, body.agent(at, name), site_role=False, mark=mark)
@@ -314,8 +313,11 @@ def _read_args(body: Body, given: Entry | None, callee: Callee, at: Scalar) -> d
             continue
         absent = param.optional or param.default is not None
         args[param.name] = body.value(entry.value, param.type, param.name, optional=absent)
-        if param.type.name == "agent":
+        if param.type.name == "agent" or (param.type.item is not None and param.type.item.name == "agent"):
             _check_abilities(body, entry.value, args[param.name], callee.needs.get(param.name, ()), at.text)
+        name = plain_name(args[param.name])
+        if param.name in callee.releases and name:
+            body.flow.released.setdefault(name, at.mark)
     for param in params.values():
         if param.name not in args and param.default is None and not param.optional and not misspelt:
             where = mapping.mark if mapping is not None else at.mark
@@ -328,7 +330,7 @@ def _read_args(body: Body, given: Entry | None, callee: Callee, at: Scalar) -> d
 def _check_abilities(body: Body, node: Node, arg: Expr, needs: tuple[str, ...], callee: str) -> None:
     """Report E052 where the agent passed lacks an action; hand the needs on to the role or param that is passed."""
     name = arg.reads[0].name if len(arg.reads) == 1 and not arg.reads[0].field else ""
-    types = body.agents.get(name, arg.type.of)
+    types = body.agents.get(name, arg.type.item.of if arg.type.item is not None else arg.type.of)
     known = body.world.catalogue.types
     for action in needs:
         lacking = [one for one in types if one in known and action not in known[one].actions]
@@ -340,56 +342,3 @@ def _check_abilities(body: Body, node: Node, arg: Expr, needs: tuple[str, ...], 
             return
         if name in body.agents:
             body.need(name, action)
-
-
-# --- wait, check, set, fail --------------------------------------------------------------------------------------
-
-
-def read_wait(body: Body, keys: Keys) -> Part:
-    """Read a pause."""
-    return {"duration": body.value(keys["wait"].value, DURATION, "wait")}
-
-
-def read_check(body: Body, keys: Keys) -> Part | None:
-    """Read a check; what it tests holds in the steps after it."""
-    cond = body.cond(keys["check"].value, "check")
-    message = body.text(keys["message"].value, "message") if "message" in keys else None
-    if cond is None:
-        return None
-    body.flow.sure |= narrows(cond)
-    return {"cond": cond, "message": message}
-
-
-def read_set(body: Body, keys: Keys) -> Part | None:
-    """Read assignments to vars."""
-    mapping = read_mapping(keys["set"].value, body.problems, "set")
-    assign: dict[str, Expr] = {}
-    for entry in mapping.entries if mapping is not None else ():
-        name = entry.key.text
-        if name in body.vars:
-            assign[name] = body.value(entry.value, body.names[name].type, name)
-            continue
-        kind = body.names[name].origin if name in body.names else "saved name" if name in body.flow.saved else ""
-        what = f"'{name}' is a {kind}, only vars can be set" if kind else f"no var is called '{name}'"
-        guess = "" if kind else did_you_mean(name, sorted(body.vars))
-        body.problems.add("E010", entry.key.mark, what + guess, "declare it under vars:")
-        body.used.add(name)
-        body.value(entry.value, ANY, name)
-    if mapping is not None and not mapping.entries:
-        body.problems.add("E044", mapping.mark, "'set' assigns nothing", "set: {name: value}")
-    return {"assign": assign} if mapping is not None else None
-
-
-def read_fail(body: Body, keys: Keys) -> Part:
-    """Read a failure; nothing after it runs."""
-    part: Part = {"message": body.text(keys["fail"].value, "fail")}
-    if "code" in keys:
-        at = read_text(keys["code"].value, body.problems, "code")
-        if at is not None and not _CODE.fullmatch(at.text):
-            body.problems.add(
-                "E008", at.mark, f"a code is a snake_case word, this is '{shorten(at.text)}'", "such as: no_buckets"
-            )
-        elif at is not None:
-            part["code"] = at.text
-    body.flow.dead = True
-    return part

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from formiga_bt.diagnostics import Diagnostic, Mark, in_order
+from formiga_bt.lang.blocks import writes
 from formiga_bt.lang.catalogue import load_catalogue
 from formiga_bt.lang.checks import check_task
 from formiga_bt.lang.document import Entry
@@ -159,7 +160,9 @@ class _TaskReader:
         body = self.body
         for section in _SECTIONS:
             if section in keys:
-                body.later.update({at.text: at.mark for at in saves(keys[section].value)})
+                node = keys[section].value
+                body.later.update({at.text: at.mark for at in saves(node)})
+                body.lengths = {name: n for name, n in body.lengths.items() if name not in writes(node)}
         found: dict[str, tuple[Step, ...]] = {}
         start = body.flow.copy()
         ends: list[Flow] = []
@@ -169,7 +172,8 @@ class _TaskReader:
                 continue
             saved = {name: named for end in ends for name, named in end.saved.items()}
             taken = ends[0].taken if section.startswith("on_") and ends else frozenset(saved)
-            body.flow = Flow(saved, start.sure, taken)
+            released = {name: mark for end in ends for name, mark in end.released.items()}
+            body.flow = Flow(saved, start.sure, taken, released=released)
             with self.problems.within(section), body.with_names(more.get(section, {})):
                 steps = read_steps(body, keys[section].value, section, section)
             ends.append(body.flow)

@@ -8,7 +8,7 @@ from itertools import pairwise
 
 from formiga_bt.lang.model import Read
 from formiga_bt.lang.operators import SYMBOLS, all_code, any_code, arithmetic_code, compare_code
-from formiga_bt.lang.parts import Parts, facts, reads_of
+from formiga_bt.lang.parts import NOW, Compared, Parts, facts, reads_of
 from formiga_bt.lang.typed import Mismatch, Run, Typed, closest, is_measure, mismatch, unit_choices
 from formiga_bt.lang.types import ANY, BOOL, Type, list_of
 from formiga_bt.lang.typing_rules import QUANTITIES, arithmetic, comparable, in_words, is_truth, join, never_equal
@@ -131,13 +131,17 @@ class Operands(Parts):
 
     def comparison(self, node: ast.Compare) -> Typed:
         """Check a comparison, chained or not."""
-        parts = [self.visit(part) for part in (node.left, *node.comparators)]
+        sides = (node.left, *node.comparators)
+        parts = [self.visit(part) for part in sides]
         runs: list[Run] = []
         good = True
-        for left, right, operator in zip(parts, parts[1:], node.ops, strict=False):
+        for index, operator in enumerate(node.ops):
+            left, right = parts[index], parts[index + 1]
             op = SYMBOLS.get(type(operator), "==")
             good = self._compared(node, op, left, right) and good
             runs.append(compare_code(op, left, right))
+            if NOW in left.reads + right.reads:
+                self.compared.append(Compared(op, (sides[index], sides[index + 1]), left, right, runs[-1]))
         if not good:
             return self.poison(node, reads_of(parts))
         return self.made(node, BOOL, runs[0] if len(runs) == 1 else all_code(runs), parts)

@@ -7,6 +7,7 @@ code is `never`), so that one mistake is one diagnostic.
 import ast
 from abc import ABC, abstractmethod
 from collections.abc import Iterable
+from dataclasses import dataclass
 from typing import Any, Final
 
 from formiga_bt.lang.model import EvalError, Read
@@ -17,6 +18,7 @@ from formiga_bt.lang.types import ANY, Type
 
 Names = frozenset[str]
 NO_NAMES: Final[Names] = frozenset()
+NOW: Final = Read("now")
 
 
 def facts(node: ast.AST, parsed: Parsed) -> tuple[Names, Names]:
@@ -47,6 +49,17 @@ def reads_of(parts: Iterable[Typed]) -> tuple[Read, ...]:
     return tuple(dict.fromkeys(read for part in parts for read in part.reads))
 
 
+@dataclass(frozen=True, slots=True)
+class Compared:
+    """A comparison that reads `now`, for the deadlines of live conditions."""
+
+    op: str
+    nodes: tuple[ast.expr, ast.expr]
+    left: Typed
+    right: Typed
+    run: Run
+
+
 class Parts(ABC):
     """What one check works with, and how it makes parts; problems go to `problems`."""
 
@@ -58,6 +71,8 @@ class Parts(ABC):
         """Names that are set for certain where the visit stands."""
         self.loose = False
         """Whether a value of type `any` took part, so that types are only known at run time."""
+        self.compared: list[Compared] = []
+        """Every comparison that reads `now`."""
 
     @abstractmethod
     def visit(self, node: ast.expr) -> Typed:

@@ -8,6 +8,7 @@ from formiga_bt.lang.document import Entry, Mapping_, Node, Scalar
 from formiga_bt.lang.expressions import compile_value
 from formiga_bt.lang.kinds import ROLE
 from formiga_bt.lang.model import Expr, Role
+from formiga_bt.lang.over_lists import length_of
 from formiga_bt.lang.params import read_agent_types
 from formiga_bt.lang.reading import (
     read_flag,
@@ -39,6 +40,9 @@ def read_vars(body: Body, node: Node) -> dict[str, Expr]:
         _check_admission(body, expr, name)
         found[name] = expr
         body.define(name, Named(expr.type, entries[name].key.mark, "var"))
+        length = length_of(body, expr, entries[name].value)
+        if length is not None:
+            body.lengths[name] = length
     body.vars = frozenset(found)
     return found
 

@@ -14,6 +14,7 @@ from formiga_bt.diagnostics import Diagnostic, Fix, Mark
 from formiga_bt.lang.document import Listing, Mapping_, Node, Scalar
 from formiga_bt.lang.expressions import Scope, compile_cond, compile_expr, compile_value
 from formiga_bt.lang.helpers import STANDARD
+from formiga_bt.lang.interpolation import holes
 from formiga_bt.lang.model import Catalogue, Expr, Param, Site, Subtree
 from formiga_bt.lang.reading import Problems, did_you_mean
 from formiga_bt.lang.synonyms import nearest
@@ -34,7 +35,7 @@ class Named:
     type: Type
     mark: Mark
     origin: str
-    """param, var, role or saved."""
+    """param, var, role, loop name or saved."""
 
 
 @dataclass(slots=True)
@@ -46,22 +47,26 @@ class Flow:
     taken: frozenset[str] = frozenset()
     dead: bool = False
     """No path leads here."""
+    released: dict[str, Mark] = field(default_factory=dict)
+    """Roles given back on some path, and where."""
 
     def copy(self) -> "Flow":
         """Return a flow that may be changed on its own."""
-        return Flow(dict(self.saved), self.sure, self.taken, self.dead)
+        return Flow(dict(self.saved), self.sure, self.taken, self.dead, dict(self.released))
 
 
 def join(*flows: Flow) -> Flow:
     """Return what holds where the paths meet: a name is surely set only if it is on every live path."""
     saved: dict[str, Named] = {}
     taken: frozenset[str] = frozenset()
+    released: dict[str, Mark] = {}
     for flow in flows:
         saved.update({name: named for name, named in flow.saved.items() if name not in saved})
         taken |= flow.taken
+        released.update({name: mark for name, mark in flow.released.items() if name not in released})
     live = [flow for flow in flows if not flow.dead]
     sure = frozenset.intersection(*(flow.sure for flow in live)) if live else frozenset()
-    return Flow(saved, sure, taken, not live)
+    return Flow(saved, sure, taken, not live, released)
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,6 +76,8 @@ class Callee:
     subtree: Subtree
     needs: Mapping[str, tuple[str, ...]]
     returns: Type | None
+    releases: tuple[str, ...] = ()
+    """Agent params that it gives back."""
 
 
 Resolver = Callable[[Scalar], Callee | None]
@@ -85,6 +92,16 @@ class World:
     site: Site | None
 
 
+@dataclass(frozen=True, slots=True)
+class Around:
+    """The loop that a `break_if` would leave: its place, what holds where it is left, and what stands between."""
+
+    mark: Mark
+    exits: list[Flow]
+    barrier: str = ""
+    """For example `this parallel (line 14)`; empty = nothing, `break_if` may leave the loop."""
+
+
 class Body:
     """One task or subtree being read."""
 
@@ -97,6 +114,22 @@ class Body:
         """Roles and params of type agent -> their agent types (empty = any)."""
         self.lists: dict[str, int] = {}
         """Roles with a count."""
+        self.items: dict[str, tuple[str, ...]] = {}
+        """Loop names -> the roles or agent params that their list is made of."""
+        self.lengths: dict[str, int] = {}
+        """Lists of a known number of items: vars that no step assigns."""
+        self.around: Around | None = None
+        self.rereads = 0
+        self.bounded = 0
+        """How many steps around this one are sure to end it: time-outs, guards, races."""
+        self.volatile: frozenset[str] = frozenset()
+        """Names that may be written while a live condition of this point is watched."""
+        self.watched: frozenset[str] | None = None
+        """For the checks of a reactive step: what may be written while they are watched; None elsewhere."""
+        self.gone: dict[str, tuple[str, str, str]] = {}
+        """Names that had a value in a loop only -> code, message and help for a use outside."""
+        self.early: set[str] = set()
+        """Saved names that were read before the step that saves them."""
         self.optional: frozenset[str] = frozenset()
         self.vars: frozenset[str] = frozenset()
         self.every: dict[str, Named] = {}
@@ -120,8 +153,9 @@ class Body:
             self.optional |= {name}
 
     def need(self, agent: str, action: str) -> None:
-        """Record that the body orders `action` of a role or agent param."""
-        self.needs.setdefault(agent, {})[action] = None
+        """Record that the body orders `action` of a role or agent param, or of the items of a list of them."""
+        for owner in self.items.get(agent, (agent,)):
+            self.needs.setdefault(owner, {})[action] = None
 
     def save(self, at: Scalar, of: Type) -> str:
         """Define a saved name from here on; report E018 if it is taken."""
@@ -209,12 +243,15 @@ class Body:
         """Compile text that may hold `${...}`."""
         return self.value(node, TEXT, what)
 
-    def cond(self, node: Node, what: str) -> Expr | None:
-        """Compile a condition; None (reported) if it is no scalar."""
+    def cond(self, node: Node, what: str, *, live: frozenset[str] | None = None) -> Expr | None:
+        """Compile a condition; None (reported) if it is no scalar.
+
+        `live`: it is watched, and these names may be written meanwhile besides those of the branches beside it.
+        """
         if not isinstance(node, Scalar):
             self.problems.add("E008", node.mark, f"'{what}' must be a condition, such as: drone.battery > 30 %")
             return None
-        expr, found = compile_cond(node, self.scope())
+        expr, found = compile_cond(node, self.scope(), None if live is None else live | self.volatile)
         if expr.is_const and not found:
             self.problems.add("E044", node.mark, f"this condition is always {'true' if expr.const else 'false'}")
         return self._took(expr, found, node)
@@ -227,17 +264,29 @@ class Body:
     def _took(self, expr: Expr, found: Iterable[Diagnostic], node: Node) -> Expr:
         self.problems.extend(self._relabel(d) for d in found)
         self.used.update(read.name for read in expr.reads)
-        if isinstance(node, Scalar) and expr.type.name in ("percent", "bool"):
-            self._warn_fractions(node)
+        self._check_released(expr)
+        if isinstance(node, Scalar):
+            self._warn_fractions(node, whole=expr.type.name in ("percent", "bool"))
         if found:
             for text in (*(scalar.text for scalar in scalars(node)), *(d.message for d in found)):
                 self.used.update(_WORD.findall(text))
         return expr
 
-    def _warn_fractions(self, at: Scalar) -> None:
-        """Report W070 for a percent literal that looks like a fraction of one."""
+    def _check_released(self, expr: Expr) -> None:
+        """Report E023 for the first role that is read after its release."""
+        for read in expr.reads:
+            if read.name in self.flow.released:
+                line = self.flow.released[read.name].line
+                what = f"'{read.name}' is no longer held here: released at line {line}"
+                self.problems.add("E023", expr.mark, what, "release it last")
+                return
+
+    def _warn_fractions(self, at: Scalar, *, whole: bool) -> None:
+        """Report W070 for a percent literal, in an expression or as a value, that looks like a fraction of one."""
+        inside = [(0, len(at.text))] if whole else holes(at.text)
+        spans = [] if isinstance(inside, int) else inside
         for match in _FRACTION.finditer(at.text):
-            if float(match[1]) > 0:
+            if float(match[1]) > 0 and any(start <= match.start() < end for start, end in spans):
                 meant = f"{format_number(round(float(match[1]) * 100, 6))} %"
                 mark = at.mark_at(match.start(), match.end())
                 what = f"{match[0]} is nearly empty; did you mean {meant}?"
@@ -247,8 +296,13 @@ class Body:
         """Turn "unknown name" into "used before it is saved" where a later step saves it."""
         if diagnostic.code != "E010":
             return diagnostic
+        told = diagnostic.message.split(";")[0]
+        for name, (code, what, help_) in self.gone.items():
+            if f"'{name}'" in told:
+                return replace(diagnostic, code=code, message=what, help=help_, fix=None)
         for name, mark in self.later.items():
-            if f"'{name}'" in diagnostic.message.split(";")[0] and name not in self.flow.saved:
+            if f"'{name}'" in told and name not in self.flow.saved:
+                self.early.add(name)
                 what = f"'{name}' is used here before it is saved (line {mark.line})"
                 return replace(diagnostic, code="E019", message=what, help="save it in an earlier step", fix=None)
         return diagnostic
@@ -275,6 +329,10 @@ class Body:
             known = self.names.get(name) or self.flow.saved[name]
             if known.type != ANY:
                 self.problems.add("E020", at, f"'{name}' is a {known.type}, not an agent", "name a role of agents:")
+            return
+        if name in self.gone:
+            code, what, help_ = self.gone[name]
+            self.problems.add(code, at, what, help_)
             return
         names = [*self.agents, *also]
         self.used.add(nearest(name, names))

@@ -1,4 +1,4 @@
-"""Steps: the kind of each, its modifiers, and the composites (sequence, fallback, if).
+"""Steps: the kind of each, and its modifiers. The kinds are read in `leaves`, `moments`, `blocks` and `loops`.
 
 `read_steps` is called for each section, branch and subtree body. It walks the steps in the order in which they run,
 because what is saved and certain at a step depends on the steps before it.
@@ -6,29 +6,38 @@ because what is saved and certain at a step depends on the steps before it.
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from functools import partial
 from types import MappingProxyType
 from typing import Any, Final
 
-from formiga_bt.diagnostics import Fix
-from formiga_bt.lang import leaves
+from formiga_bt.diagnostics import Fix, Mark
+from formiga_bt.lang import blocks, leaves, loops, moments, over_lists
+from formiga_bt.lang.blocks import Readers
 from formiga_bt.lang.document import Entry, Listing, Mapping_, Node, Scalar
 from formiga_bt.lang.expressions import narrows, narrows_when_false
 from formiga_bt.lang.kinds import KINDS, MODIFIERS, RETRY, Kind, Option
 from formiga_bt.lang.model import (
     Ask,
+    BreakIf,
     Call,
     Check,
     Do,
     Expr,
     Fail,
     Fallback,
+    For,
+    Guard,
     If,
+    Loop,
     Notify,
+    Parallel,
+    Release,
     Retry,
     Sequence,
     Set,
     Step,
     Wait,
+    WaitUntil,
 )
 from formiga_bt.lang.reading import (
     is_empty,
@@ -41,12 +50,12 @@ from formiga_bt.lang.reading import (
     shorten,
     what_is,
 )
-from formiga_bt.lang.records import ERROR
 from formiga_bt.lang.scopes import Body, Flow, join
-from formiga_bt.lang.synonyms import ADVICE, kind_for
+from formiga_bt.lang.synonyms import ADVICE, KIND_SYNONYMS, kind_for
 from formiga_bt.lang.types import DURATION, INT, NUMBER
 
 Keys = Mapping[str, Entry]
+_LOOPS: Final = ("while", "repeat", "for")
 
 _CLASSES: Final[Mapping[str, type[Step]]] = MappingProxyType(
     {
@@ -54,13 +63,21 @@ _CLASSES: Final[Mapping[str, type[Step]]] = MappingProxyType(
         "ask": Ask,
         "call": Call,
         "wait": Wait,
+        "wait_until": WaitUntil,
         "check": Check,
         "set": Set,
         "notify": Notify,
         "fail": Fail,
+        "release": Release,
         "sequence": Sequence,
         "fallback": Fallback,
+        "parallel": Parallel,
         "if": If,
+        "while": Loop,
+        "repeat": Loop,
+        "for": For,
+        "break_if": BreakIf,
+        "guard": Guard,
     }
 )
 
@@ -104,6 +121,7 @@ def read_step(body: Body, node: Node, seg: str) -> Step | None:
         body.problems.add("E005", node.mark, what)
         body.drop(node)
         return None
+    node = _steps_under_do(body, node)
     if not any(entry.key.text in KINDS for entry in node.entries):
         node = _mended(body, node)
     kind = _find_kind(body, node)
@@ -145,6 +163,26 @@ def _find_kind(body: Body, node: Mapping_) -> Kind | None:
     return kind
 
 
+def _steps_under_do(body: Body, node: Mapping_) -> Mapping_:
+    """Report a loop whose steps stand under `do`, and one that says `parallel: true`; return it as it was meant."""
+    words = [entry.key.text for entry in node.entries]
+    loop = next((word for word in words if word in _LOOPS or KIND_SYNONYMS.get(word) in _LOOPS), "")
+    if not loop:
+        return node
+    entries = []
+    for entry in node.entries:
+        key, value = entry.key, entry.value
+        if key.text == "do" and isinstance(value, Listing) and "steps" not in words:
+            what = f"'{loop}' has no option 'do'; did you mean 'steps'?"
+            body.problems.add("E004", key.mark, what, "", Fix(key.mark, "steps"))
+            entry = Entry(replace(key, text="steps"), value)
+        elif key.text == "parallel" and isinstance(value, Scalar):
+            body.problems.add("E004", key.mark, f"'{loop}' has no option 'parallel'", "write mode: parallel")
+            continue
+        entries.append(entry)
+    return Mapping_(tuple(entries), node.mark)
+
+
 def _mended(body: Body, node: Mapping_) -> Mapping_:
     """Report a step without a known kind; return it with the kind that was meant, if that is known."""
     modifiers = {option.name for option in MODIFIERS}
@@ -179,9 +217,14 @@ def _read_modified(body: Body, keys: Keys, kind: Kind, seg: str) -> Step | None:
         body.flow.sure |= narrows(when)
         common["when"] = when
     _read_common(body, keys, common)
+    limits = ("timeout" in keys) + (common.get("retry") is not None and common["retry"].attempt_timeout is not None)
+    body.bounded += limits
     part = _READERS[kind.name](body, keys)
+    body.bounded -= limits
     if part is None:
         return None
+    if "retry" in keys:
+        _check_retried(body, entry, keys["retry"].key.mark)
     if "ignore_failure" in keys and common["ignore_failure"]:
         failed = body.flow.copy()
         failed.sure, failed.dead = entry.sure, False
@@ -191,6 +234,14 @@ def _read_modified(body: Body, keys: Keys, kind: Kind, seg: str) -> Step | None:
         skipped.sure, skipped.dead = entry.sure | narrows_when_false(when), False
         body.flow = join(body.flow, skipped)
     return _CLASSES[kind.name](**common, **part)
+
+
+def _check_retried(body: Body, entry: Flow, mark: Mark) -> None:
+    """Report E023 for a role that a first attempt gives back and the next one no longer has."""
+    for name in body.flow.released:
+        if name not in entry.released:
+            what = f"a second attempt no longer holds '{name}': released at line {body.flow.released[name].line}"
+            body.problems.add("E023", mark, what, "release it after the step that is retried")
 
 
 def _read_common(body: Body, keys: Keys, common: dict[str, Any]) -> None:
@@ -246,69 +297,28 @@ def _read_retry(body: Body, entry: Entry) -> Retry | None:
     )
 
 
-# --- composites --------------------------------------------------------------------------------------------------
-
-
-def _read_sequence(body: Body, keys: Keys) -> dict[str, Any]:
-    return {"steps": read_steps(body, keys["sequence"].value, "sequence", "sequence")}
-
-
-def _read_fallback(body: Body, keys: Keys) -> dict[str, Any]:
-    """Read the children: each later one runs after all former ones failed, and sees `error`."""
-    entry = body.flow.copy()
-    ends: list[Flow] = []
-    found: list[Step] = []
-    saved = dict(entry.saved)
-    for index, item in enumerate(_items(body, keys["fallback"].value, "fallback")):
-        if ends and _never_fails(found[-1:]):
-            body.problems.add("E043", item.mark, "this child never runs: the one before it cannot fail", "remove it")
-        body.flow = Flow(dict(saved), entry.sure, entry.taken)
-        with body.with_names({"error": ERROR} if index else {}):
-            step = read_step(body, item, f"fallback[{index}]")
-        ends.append(body.flow)
-        saved.update(body.flow.saved)
-        if step is not None:
-            found.append(step)
-    if ends:
-        body.flow = join(*ends)
-    return {"steps": tuple(found)}
-
-
-def _never_fails(steps: list[Step]) -> bool:
-    return (
-        bool(steps)
-        and steps[0].when is None
-        and (steps[0].ignore_failure or steps[0].kind in ("notify", "set", "wait"))
-    )
-
-
-def _read_if(body: Body, keys: Keys) -> dict[str, Any] | None:
-    cond = body.cond(keys["if"].value, "if")
-    entry = body.flow.copy()
-    if cond is not None:
-        body.flow.sure |= narrows(cond)
-    then = read_steps(body, keys["then"].value, "then", "then") if "then" in keys else ()
-    after_then = body.flow
-    body.flow = entry.copy()
-    if cond is not None:
-        body.flow.sure |= narrows_when_false(cond)
-    otherwise = read_steps(body, keys["else"].value, "else", "else") if "else" in keys else ()
-    body.flow = join(after_then, body.flow)
-    return {"cond": cond, "then": then, "otherwise": otherwise} if cond is not None else None
-
+_INSIDE: Final = Readers(read_steps, read_step, _items)
 
 _READERS: Final[Mapping[str, Callable[[Body, Keys], dict[str, Any] | None]]] = MappingProxyType(
     {
         "do": leaves.read_do,
         "ask": leaves.read_ask,
         "call": leaves.read_call,
-        "wait": leaves.read_wait,
-        "check": leaves.read_check,
-        "set": leaves.read_set,
+        "wait": moments.read_wait,
+        "wait_until": moments.read_wait_until,
+        "check": moments.read_check,
+        "set": moments.read_set,
         "notify": leaves.read_notify,
-        "fail": leaves.read_fail,
-        "sequence": _read_sequence,
-        "fallback": _read_fallback,
-        "if": _read_if,
+        "fail": moments.read_fail,
+        "release": moments.read_release,
+        "sequence": partial(blocks.read_sequence, _INSIDE),
+        "fallback": partial(blocks.read_fallback, _INSIDE),
+        "parallel": partial(blocks.read_parallel, _INSIDE),
+        "if": partial(blocks.read_if, _INSIDE),
+        "while": partial(loops.read_while, _INSIDE),
+        "repeat": partial(loops.read_repeat, _INSIDE),
+        "for": partial(over_lists.read_for, _INSIDE),
+        "break_if": moments.read_break_if,
+        "guard": partial(blocks.read_guard, _INSIDE),
     }
 )

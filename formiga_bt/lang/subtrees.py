@@ -87,4 +87,5 @@ class Subtrees:
         body.report_unread()
         subtree = Subtree(entry.key.text, params, steps, entry.key.mark, returns)
         needs = {name: tuple(actions) for name, actions in body.needs.items()}
-        return Callee(subtree, needs, returns.type if returns is not None else None)
+        releases = tuple(name for name in params if name in body.flow.released)
+        return Callee(subtree, needs, returns.type if returns is not None else None, releases)

@@ -77,3 +77,8 @@ def enum_of(*values: str) -> Type:
 def record_of(**fields: Type) -> Type:
     """Return the type of a record with these fields."""
     return Type("record", fields=fields)
+
+
+def agent_type(type_: Type) -> Type:
+    """Return the type of the agents that a value of this type is, or is a list of."""
+    return type_.item if type_.name == "list" and type_.item is not None else type_

@@ -147,6 +147,11 @@ def _children(step: Step, depth: int | None) -> Iterator[_Branch]:
         yield _Branch((Span("then", "kind"),), None, tuple(_branch(s, depth) for s in step.then))
         yield _Branch((Span("else", "kind"),), None, tuple(_branch(s, depth) for s in step.otherwise))
         return
+    if isinstance(step, model.Sequence) and step.finally_:
+        for child in step.steps:
+            yield _branch(child, depth)
+        yield _Branch((Span("finally", "kind"),), None, tuple(_branch(s, depth) for s in step.finally_))
+        return
     for child in _inner(step):
         yield _branch(child, depth)
 
@@ -192,6 +197,14 @@ def _label(step: Step) -> tuple[Span, ...]:
             spans = Span("fail", "kind"), Span(f'{code}: "{source(step.message)}"')
         case model.If():
             spans = Span("if ", "kind"), Span(source(step.cond))
+        case model.WaitUntil() | model.Guard() | model.BreakIf():
+            spans = Span(f"{step.kind} ", "kind"), Span(source(step.cond))
+        case model.Release():
+            spans = Span("release ", "kind"), Span(step.who.name, "agent")
+        case model.Loop():
+            spans = Span(f"{step.kind} ", "kind"), Span(_how_long(step))
+        case model.For():
+            spans = Span("for ", "kind"), Span(", ".join(f"{name} in {_list(e)}" for name, e in step.lists.items()))
         case _:
             spans = (Span(step.kind, "kind"),)
     return (*name, *spans)
@@ -203,6 +216,7 @@ def _args(args: Mapping[str, Expr]) -> str:
 
 def _modifiers(step: Step) -> list[str]:
     words = [f"when {source(step.when)}"] if step.when else []
+    words += _options(step)
     if step.ignore_failure:
         words.append("failure ignored")
     if step.timeout:
@@ -217,6 +231,36 @@ def _modifiers(step: Step) -> list[str]:
         words.append(f"expect {source(expect)}")
     save_as = getattr(step, "save_as", "")
     return [*words, f"save as {save_as}"] if save_as else words
+
+
+def _how_long(step: model.Loop) -> str:
+    if step.cond is not None:
+        return source(step.cond)
+    if step.times is not None:
+        return f"{source(step.times)} times"
+    return source(step.duration) if step.duration is not None else "forever"
+
+
+def _list(expr: Expr) -> str:
+    return source(expr) or (f"{len(expr.const)} items" if isinstance(expr.const, tuple) else "a list")
+
+
+def _options(step: Step) -> list[str]:
+    """Return what the kinds with children say beside their own value."""
+    match step:
+        case model.Loop():
+            facts = (("until", step.until), ("every", step.every), ("at most", step.max))
+            return [f"{word} {source(e)}" for word, e in facts if e is not None]
+        case model.Sequence() | model.Fallback():
+            return ["reactive"] if step.reactive else []
+        case model.Parallel() | model.For():
+            words = ["all at once"] if isinstance(step, model.For) and step.parallel else []
+            if isinstance(step, model.For) and step.max_parallel is not None:
+                words = [f"{step.max_parallel} at a time"]
+            words += [f"need {step.need}"] if step.need != "all" else []
+            words += ["cancel after a failure"] if step.on_child_failure == "cancel" else []
+            return [*words, f"collect {step.collect}"] if isinstance(step, model.For) and step.collect else words
+    return []
 
 
 def _bracket(words: Sequence[str]) -> str:

@@ -1,0 +1,171 @@
+"""Loops with a condition, a number or a duration: while, repeat; and what any loop does to the names of its body.
+
+A round may read what an earlier one saved, after `is_set`; such a body is read twice, the second time with those names.
+"""
+
+from dataclasses import replace
+from typing import Any, Final
+
+from formiga_bt.diagnostics import Fix
+from formiga_bt.lang.blocks import Keys, Part, Readers
+from formiga_bt.lang.document import Node, Scalar
+from formiga_bt.lang.expressions import narrows, narrows_when_false
+from formiga_bt.lang.model import Expr, Step
+from formiga_bt.lang.reading import what_is
+from formiga_bt.lang.scopes import Around, Body, Flow, join, saves
+from formiga_bt.lang.types import ANY, DURATION, INT
+from formiga_bt.lang.typing_rules import in_words
+from formiga_bt.units import parse_quantity
+
+_MOST_REREADS: Final = 50
+
+
+# --- while, repeat -----------------------------------------------------------------------------------------------
+
+
+def read_while(read: Readers, body: Body, keys: Keys) -> Part | None:
+    """Read a loop with its condition before each round."""
+    cond = body.cond(keys["while"].value, "while")
+    entry = body.flow.copy()
+    if cond is not None:
+        body.flow.sure |= narrows(cond)
+    part, outs = _read_rounds(read, body, keys, "while")
+    if cond is None:
+        return None
+    for out in (entry, body.flow):
+        out.sure |= narrows_when_false(cond)
+    leave(body, [*outs, entry, body.flow])
+    return {"cond": cond, **part}
+
+
+def read_repeat(read: Readers, body: Body, keys: Keys) -> Part | None:
+    """Read a loop that runs a number of rounds, for a duration, or forever."""
+    how = _read_how_long(body, keys["repeat"].value)
+    entry = body.flow.copy()
+    part, outs = _read_rounds(read, body, keys, "repeat")
+    if how is None:
+        return None
+    if not how.get("forever"):
+        times = how.get("times")
+        sure_of_one = times is None or times.is_const
+        leave(body, [*outs, body.flow, *([] if sure_of_one else [entry])])
+    elif outs:
+        leave(body, outs)
+    elif body.bounded:
+        body.flow.dead = True
+    else:
+        mark = keys["repeat"].key.mark
+        body.problems.add("E041", mark, "this loop never ends", "add break_if, until: or timeout:")
+    return {**how, **part}
+
+
+def _read_how_long(body: Body, node: Node) -> Part | None:
+    """Return what `repeat` says as a part of the model; None (reported) if it says nothing that is understood."""
+    if not isinstance(node, Scalar):
+        what = f"'repeat' is a number of rounds, a duration or forever, this is {what_is(node)}"
+        body.problems.add("E008", node.mark, what, "such as: repeat: 3, repeat: 30 min, repeat: forever")
+        return None
+    text = node.text.strip()
+    if text == "forever":
+        return {"forever": True}
+    if "${" in text:
+        expr = body.value(node, ANY, "repeat")
+        if expr.type.name in ("int", "any"):
+            return {"times": expr}
+        if expr.type == DURATION:
+            return {"duration": expr}
+        what = f"'repeat' is a number of rounds or a duration, this is {in_words(expr.type)}"
+        body.problems.add("E013", expr.mark, what, "such as: repeat: 3, or repeat: 30 min")
+        return None
+    if parse_quantity(text) is not None:
+        expr = body.value(node, DURATION, "repeat")
+        return {"duration": _at_least(body, expr, 0, "repeat", "longer than 0 s")} if expr.type != ANY else None
+    if text.isascii() and text.lstrip("-").isdigit():
+        return {"times": _at_least(body, body.value(node, INT, "repeat"), 0, "repeat", "at least 1")}
+    meant = "forever" if text.lower() in ("forever", "infinite", "always", "true", "inf") else ""
+    rounds = text.split()[0] if text.split() and text.split()[0].isdigit() else ""
+    fix = Fix(node.mark, meant or rounds) if meant or rounds else None
+    what = f"'repeat' is a number of rounds, a duration or forever, this is {what_is(node)}"
+    help_ = f"write repeat: {meant or rounds}" if fix else "such as: repeat: 3, repeat: 30 min, repeat: forever"
+    body.problems.add("E008", node.mark, what, help_, fix)
+    return None
+
+
+def _at_least(body: Body, expr: Expr, above: int, key: str, due: str) -> Expr:
+    if expr.is_const and isinstance(expr.const, int | float) and expr.const <= above:
+        body.problems.add("E008", expr.mark, f"'{key}' must be {due}")
+    return expr
+
+
+def _read_rounds(read: Readers, body: Body, keys: Keys, kind: str) -> tuple[Part, list[Flow]]:
+    """Read the body of a loop and its options; `body.flow` is then the end of a round, the flows are where it is left."""
+    part: Part = {}
+    if "every" in keys:
+        part["every"] = _at_least(
+            body, body.value(keys["every"].value, DURATION, "every"), 0, "every", "longer than 0 s"
+        )
+    if "max" in keys:
+        part["max"] = _at_least(body, body.value(keys["max"].value, INT, "max"), 0, "max", "at least 1")
+    part["steps"], outs = read_body(read, body, keys, Around(keys[kind].key.mark, []))
+    if "until" in keys:
+        until = body.cond(keys["until"].value, "until")
+        part["until"] = until
+        left = body.flow.copy()
+        if until is not None:
+            left.sure |= narrows(until)
+            body.flow.sure |= narrows_when_false(until)
+        outs.append(left)
+    return part, outs
+
+
+def leave(body: Body, outs: list[Flow]) -> None:
+    """Go on after a loop that is left in these ways; what other rounds saved may be set."""
+    end = body.flow
+    body.flow = join(*outs)
+    for name, named in end.saved.items():
+        body.flow.saved.setdefault(name, named)
+    body.flow.taken |= end.taken
+    body.flow.released = {**end.released, **body.flow.released}
+
+
+# --- the body of any loop ----------------------------------------------------------------------------------------
+
+
+def read_body(read: Readers, body: Body, keys: Keys, around: Around) -> tuple[tuple[Step, ...], list[Flow]]:
+    """Read the steps of a loop; return them and the flows at its `break_if`s."""
+    if "steps" not in keys:
+        return (), []
+    node, outer = keys["steps"].value, body.around
+    entry, kept = body.flow.copy(), _keep(body)
+    body.around = around
+    steps = read.steps(body, node, "steps", "steps")
+    first = body.flow
+    early = body.early & {at.text for at in saves(node)}
+    if early and body.rereads < _MOST_REREADS:
+        _put_back(body, kept)
+        body.rereads += 1
+        earlier = {name: named for name, named in first.saved.items() if name not in entry.saved}
+        body.flow = Flow({**entry.saved, **earlier}, entry.sure, entry.taken, released=dict(entry.released))
+        body.around = around = replace(around, exits=[])
+        steps = read.steps(body, node, "steps", "steps")
+    body.around = outer
+    _check_released(body, entry, around)
+    return steps, around.exits
+
+
+def _check_released(body: Body, entry: Flow, around: Around) -> None:
+    """Report E023 for a role that a round gives back and the next one no longer has."""
+    for name, mark in body.flow.released.items():
+        if name not in entry.released and name not in body.items:
+            what = f"'{name}' is released in the loop at line {around.mark.line}: its next round no longer holds it"
+            body.problems.add("E023", mark, what, "release it after the loop")
+
+
+def _keep(body: Body) -> tuple[Any, ...]:
+    needs = {name: dict(actions) for name, actions in body.needs.items()}
+    found = (list(body.problems.found), dict(body.every), set(body.used), needs, body.dropped, dict(body.gone))
+    return (*found, set(body.early))
+
+
+def _put_back(body: Body, kept: tuple[Any, ...]) -> None:
+    body.problems.found[:], body.every, body.used, body.needs, body.dropped, body.gone, body.early = kept

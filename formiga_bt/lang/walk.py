@@ -1,0 +1,132 @@
+"""Ways through a checked model: the steps inside a step, the goals it may send, the agents it commands.
+
+Used by the checks that need the steps around a step: `checks`, `contention`, `flight`, `landing`.
+"""
+
+import re
+from collections.abc import Iterator, Mapping
+from typing import Final
+
+from formiga_bt.lang.expressions import plain_name
+from formiga_bt.lang.model import (
+    Call,
+    Do,
+    Expr,
+    Fallback,
+    For,
+    Guard,
+    If,
+    Loop,
+    Parallel,
+    Release,
+    Sequence,
+    Step,
+    Subtree,
+)
+
+_ITEM: Final = re.compile(r"([A-Za-z]\w*)\[(\d{1,4})\]")
+_END: Final = re.compile(r"(first|last)\(\s*([A-Za-z]\w*)\s*\)")
+
+Names = Mapping[str, tuple[str, ...]]
+"""Local names of agents -> what they stand for outside: `drone`, `drones`, `drones[0]`."""
+
+
+def children(step: Step) -> tuple[Step, ...]:
+    """Return the steps inside a step, those of a called subtree left out."""
+    match step:
+        case Sequence():
+            return (*step.steps, *step.finally_)
+        case Fallback() | Parallel() | Loop() | For() | Guard():
+            return step.steps
+        case If():
+            return (*step.then, *step.otherwise)
+        case _:
+            return ()
+
+
+def orders(step: Step, names: Mapping[str, str] | None = None) -> Iterator[tuple[str, Do]]:
+    """Iterate over all goals that a step may send, calls included, with the caller's name of the agent ("" if unknown)."""
+    if isinstance(step, Do):
+        yield (step.who.name if names is None else names.get(step.who.name, "")), step
+    elif isinstance(step, Call):
+        inner = {}
+        for param, arg in step.args.items():
+            outer = plain_name(arg)
+            inner[param] = outer if names is None else names.get(outer, "")
+        for child in step.subtree.steps:
+            yield from orders(child, inner)
+    else:
+        for child in children(step):
+            yield from orders(child, names)
+
+
+def commands(step: Step, names: Names) -> Iterator[tuple[tuple[str, ...], Step]]:
+    """Iterate over the agents that a step commands or gives back, each with the step in this body that does it."""
+    if isinstance(step, Do | Release):
+        yield names.get(step.who.name, (step.who.name,)), step
+    elif isinstance(step, Call):
+        inner = called_with(step, names)
+        for child in step.subtree.steps:
+            for agents, _ in commands(child, inner):
+                yield agents, step
+    else:
+        inside = {**names, **items_of(step, names)} if isinstance(step, For) else names
+        for child in children(step):
+            yield from commands(child, inside)
+
+
+def called_with(step: Call, names: Names) -> dict[str, tuple[str, ...]]:
+    """Return what the agent params of a called subtree stand for."""
+    agents = agent_params(step.subtree)
+    return {name: standing_for(arg, names) for name, arg in step.args.items() if name in agents}
+
+
+def items_of(step: For, names: Names) -> dict[str, tuple[str, ...]]:
+    """Return what the loop names of a `for` stand for: the lists that they go over."""
+    return {name: standing_for(expr, names) for name, expr in step.lists.items()}
+
+
+def agent_params(subtree: Subtree) -> tuple[str, ...]:
+    """Return the params of a subtree that are agents or lists of them."""
+    found = []
+    for param in subtree.params.values():
+        of = param.type.item if param.type.item is not None else param.type
+        if of.name in ("agent", "any"):
+            found.append(param.name)
+    return tuple(found)
+
+
+def bare(expr: Expr) -> str:
+    """Return the source of an expression without `${ }` around it."""
+    return expr.source.strip().removeprefix("${").removesuffix("}").strip()
+
+
+def standing_for(expr: Expr, names: Names) -> tuple[str, ...]:
+    """Return the agents that an expression may stand for."""
+    name, item = item_name(expr)
+    if name:
+        outer = names.get(name, (name,))
+        return tuple(one + item if "[" not in one else one for one in outer)
+    reads = (read.name for read in expr.reads if not read.field)
+    return tuple(dict.fromkeys(one for name in reads for one in names.get(name, (name,))))
+
+
+def item_name(expr: Expr) -> tuple[str, str]:
+    """Return `("drones", "[0]")` for one item of a list, `("drone", "")` for a name, `("", "")` for anything else."""
+    name = plain_name(expr)
+    if name:
+        return name, ""
+    source = bare(expr)
+    found = _ITEM.fullmatch(source)
+    if found is not None:
+        return found[1], f"[{found[2]}]"
+    end = _END.fullmatch(source)
+    if end is not None:
+        return end[2], "[0]" if end[1] == "first" else "[-1]"
+    return "", ""
+
+
+def overlap(one: str, other: str) -> bool:
+    """Return whether two agents or lists may be the same: `drones` holds `drones[0]`."""
+    whole = "[" not in one or "[" not in other or "[-1]" in (one + other)
+    return one == other or (whole and one.partition("[")[0] == other.partition("[")[0])
