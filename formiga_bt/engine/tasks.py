@@ -36,6 +36,8 @@ from formiga_bt.nodes.run import Failure
 
 CLEANUP_US = 300 * SECOND
 """Default of cleanup_timeout."""
+MAX_QUEUED = 10_000
+"""Tasks that may wait for agents at once."""
 
 AFTER: Final[Mapping[str, str]] = {"on_failure": "finally", "on_abort": "finally", "finally": "recover"}
 SECTION_AFTER_STEPS: Final[Mapping[str, str]] = {"SUCCEEDED": "finally", "FAILED": "on_failure", "CANCELED": "on_abort"}
@@ -61,7 +63,7 @@ class Tasks:
         """Admit a task; return its id.
 
         Raises:
-            TaskError: unknown task, or a parameter, var or role cannot be evaluated.
+            TaskError: unknown task, too many wait already (`busy`), or a parameter, var or role cannot be evaluated.
         """
         core = self._core
         model = core.models.get(request.task)
@@ -69,6 +71,8 @@ class Tasks:
             raise TaskError(
                 "unknown_task", f"there is no task '{request.task}'; tasks: {', '.join(sorted(core.models))}"
             )
+        if len(core.state.requests) >= MAX_QUEUED:
+            raise TaskError("busy", f"{MAX_QUEUED:,} tasks wait already")
         values = root_values(core, model, request.params)
         order = core.state.counters.get("task", 0) + 1
         task = TaskRecord(

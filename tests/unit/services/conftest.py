@@ -1,0 +1,142 @@
+"""A whole service in this process: a real engine and driver, real HTTP on the loopback, machines that obey."""
+
+import json
+import time
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager
+from pathlib import Path
+from typing import Any
+from urllib.error import HTTPError
+from urllib.request import Request, urlopen
+
+import pytest
+
+from formiga_bt.cli.init import HELLO, SITE
+from formiga_bt.cli.inputs import read_task, read_world
+from formiga_bt.services.host import EngineHost
+from tests.unit.services.wire import Wire
+
+TREES = {
+    "hello.yaml": HELLO,
+    "ask.yaml": """\
+formiga: 1
+task: Ask
+params: {word: {type: text, default: fine}, height: {type: distance, default: 10 m}}
+agents: {watcher: {type: watcher}}
+steps:
+  - ask: Is it good?
+    of: [watcher]
+    options: [yes_it_is, no_not_yet]
+    expect: result.answer == 'yes_it_is'
+    timeout: 30 min
+  - notify: ${word} at ${height}
+    to: [watcher]
+""",
+    "stay.yaml": """\
+formiga: 1
+task: Stay
+agents: {watcher: {type: watcher}}
+steps: [{wait: 1 h}]
+""",
+    "heavy.yaml": """\
+formiga: 1
+task: Heavy
+params: {robot: {type: agent, of: [hwd], optional: true}}
+agents: {drone: {type: hwd, id: "${robot}"}}
+steps: [{wait: 1 s}]
+""",
+}
+
+
+class Service:
+    """A running host, and a plain HTTP client of it."""
+
+    def __init__(self, host: EngineHost, wire: Wire) -> None:
+        self.host, self.wire = host, wire
+        self.url = host.address.url
+
+    def call(self, method: str, path: str, body: Any = None, headers: dict[str, str] | None = None) -> tuple[int, Any]:
+        """Return status and JSON of an answer. A body of bytes goes as it is."""
+        data = body if body is None or isinstance(body, bytes) else json.dumps(body).encode()
+        made = Request(
+            f"{self.url}{path}", data, {"Content-Type": "application/json", **(headers or {})}, method=method
+        )
+        try:
+            with urlopen(made, timeout=20) as answer:
+                return answer.status, json.loads(answer.read())
+        except HTTPError as error:
+            with error:
+                return error.code, json.loads(error.read())
+
+    def get(self, path: str) -> Any:
+        status, found = self.call("GET", path)
+        assert status == 200, found
+        return found
+
+    def post(self, path: str, body: Any = None, **headers: str) -> Any:
+        status, found = self.call("POST", path, body, headers)
+        assert status in (200, 201), found
+        return found
+
+    def refused(self, method: str, path: str, body: Any = None, headers: dict[str, str] | None = None) -> Any:
+        status, found = self.call(method, path, body, headers)
+        assert status >= 400, found
+        assert found["status"] == status
+        assert set(found) >= {"code", "text", "hint"}
+        return found
+
+    def submit(self, task: str, **params: Any) -> str:
+        return str(self.post("/v1/tasks", {"task": task, "params": params})["id"])
+
+    def task(self, task_id: str) -> Any:
+        return self.get(f"/v1/tasks/{task_id}")
+
+    def ends(self, task_id: str) -> Any:
+        self.wait(lambda: self.task(task_id)["section"] == "done")
+        return self.task(task_id)
+
+    def codes(self, task_id: str) -> list[str]:
+        return [b["code"] for b in self.get(f"/v1/tasks/{task_id}/why")["because"]]
+
+    @staticmethod
+    def wait(is_met: Callable[[], Any], within_s: float = 10.0) -> None:
+        until = time.monotonic() + within_s
+        while not is_met():
+            assert time.monotonic() < until, "waited in vain"
+            time.sleep(0.01)
+
+
+Start = Callable[..., AbstractContextManager[Service]]
+
+
+@pytest.fixture
+def start(tmp_path: Path) -> Start:
+    """Start a service in `tmp_path`; options go to `EngineHost`."""
+    (tmp_path / "site.yaml").write_text(SITE.format(name="meadow"), encoding="utf-8")
+
+    @contextmanager
+    def begin(*, auto: bool = True, **options: Any) -> Iterator[Service]:
+        world = read_world((), tmp_path / "site.yaml")
+        assert world.site is not None
+        tasks = {}
+        for name, text in TREES.items():
+            (tmp_path / name).write_text(text, encoding="utf-8")
+            read = read_task(tmp_path / name, world)
+            assert read.task is not None, read.diagnostics
+            tasks[read.task.name] = read.task
+        wire = Wire(auto=auto)
+        options = {"http": "127.0.0.1:0", "desk": {"watcher_1": "watcher"}, "speed": 20.0, **options}
+        with EngineHost(world.site, world.catalogue, tasks, beside=tmp_path, wires=[wire], **options) as host:
+            service = Service(host, wire)
+            wire.add("lwd_1", "lwd", world.site.ports["p1"].at)
+            service.wait(lambda: len(service.get("/v1/agents")["agents"]) == 2)
+            service.wait(lambda: service.get("/v1/agents")["agents"][-1]["position"] is not None)
+            yield service
+
+    return begin
+
+
+@pytest.fixture
+def service(start: Start) -> Iterator[Service]:
+    with start() as running:
+        yield running

@@ -1,0 +1,364 @@
+"""The HTTP API over a real socket, with a real engine behind it."""
+
+import json
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from urllib.request import urlopen
+
+import pytest
+
+from formiga_bt.engine import tasks as engine_tasks
+from tests.unit.services.conftest import Service, Start
+
+pytestmark = pytest.mark.network
+
+
+def test_a_task_flies_to_its_end(service: Service) -> None:
+    task_id = service.submit("Hello", target="lake_shore", height="30 m")
+
+    end = service.ends(task_id)
+
+    assert (end["status"], end["agents"], end["outcome"]) == ("SUCCEEDED", ["lwd_1"], "SUCCEEDED")
+    assert [a["action"] for a in end["actions"]] == ["TakeOff", "GoTo", "GoTo", "LandIn"]
+    assert {a["state"] for a in end["actions"]} == {"succeeded"}
+    assert service.get("/v1/tasks")["tasks"][0]["id"] == task_id
+    assert service.get("/v1/tasks?status=open")["total"] == 0
+    assert service.codes(task_id)[0] == "succeeded"
+
+
+def test_parameters_are_texts_or_json(service: Service) -> None:
+    service.wire.auto = False
+    texts = service.submit("Hello", target="66.501,25.701", height="25 m")
+    service.wait(lambda: service.wire.machines["lwd_1"].goal)
+    assert service.wire.machines["lwd_1"].goal is not None
+    assert service.call("DELETE", f"/v1/tasks/{texts}")[0] == 200
+
+    json_ = service.submit("Hello", target={"east": "50 m", "north": "60 m"}, height=None)
+
+    assert (texts, json_) == ("Hello-1", "Hello-2")
+
+
+def test_a_running_task_shows_what_it_does(start: Start) -> None:
+    with start(auto=False) as service:
+        task_id = service.submit("Hello")
+        service.wait(lambda: service.task(task_id)["goals"])
+
+        task = service.task(task_id)
+
+        assert task["roles"] == {"drone": ["lwd_1"]}
+        assert (task["status"], task["section"], task["held"]) == ("ACTIVE", "steps", [])
+        (node,) = task["running"]
+        assert node["title"] == "drone.TakeOff"
+        assert node["place"].endswith("hello.yaml:19")
+        assert [(g["agent"], g["action"]) for g in task["goals"]] == [("lwd_1", "TakeOff")]
+        service.wire.finish("lwd_1")
+        service.wait(lambda: [n["title"] for n in service.task(task_id)["running"]] == ["drone.GoTo"])
+
+
+@pytest.mark.parametrize(
+    ("body", "status", "code", "says"),
+    [
+        ({"task": "Hallo"}, 404, "unknown_task", "did you mean 'Hello'?"),
+        ({"task": "Hello", "params": {"hight": "3 m"}}, 422, "bad_params", "no parameter 'hight'"),
+        ({"task": "Hello", "params": {"height": "30"}}, 422, "bad_params", "needs a unit"),
+        ({"task": "Hello", "params": {"height": "30 kg"}}, 422, "bad_params", "kg"),
+        ({"task": "Hello", "params": {"height": "500 m"}}, 422, "bad_params", "at most 120 m"),
+        ({"task": "Hello", "params": {"target": "[1, {"}}, 422, "bad_params", ""),
+        ({"task": "Hello", "priority": "urgent"}, 422, "bad_request", "priority"),
+        ({"task": "Hello", "prams": {}}, 422, "bad_request", "prams"),
+        ({}, 422, "bad_request", "task"),
+        (b'{"task": ', 400, "bad_json", "not JSON"),
+        (b"\xff\xfe", 400, "bad_json", ""),
+    ],
+)
+def test_a_bad_request_is_explained_and_the_engine_goes_on(
+    service: Service, body: object, status: int, code: str, says: str
+) -> None:
+    problem = service.refused("POST", "/v1/tasks", body)
+
+    assert (problem["status"], problem["code"]) == (status, code)
+    assert says in json.dumps(problem, ensure_ascii=False)
+    assert service.get("/v1/health")["status"] == "ok"
+    assert service.ends(service.submit("Hello"))["status"] == "SUCCEEDED"
+
+
+def test_all_problems_of_parameters_come_at_once(service: Service) -> None:
+    problem = service.refused("POST", "/v1/tasks", {"task": "Hello", "params": {"height": "3", "nope": "1"}})
+
+    assert len(problem["problems"]) == 2
+
+
+def test_an_idempotency_key_starts_one_task(service: Service) -> None:
+    body = {"task": "Stay"}
+
+    def send(_: int) -> str:
+        return str(service.post("/v1/tasks", body, **{"Idempotency-Key": "k1"})["id"])
+
+    with ThreadPoolExecutor(8) as pool:
+        ids = set(pool.map(send, range(16)))
+
+    assert ids == {"Stay-1"}
+    other = service.refused("POST", "/v1/tasks", {"task": "Hello"}, {"Idempotency-Key": "k1"})
+    assert (other["status"], other["code"]) == (409, "idempotency_conflict")
+    assert service.post("/v1/tasks", body, **{"Idempotency-Key": "k2"})["id"] == "Stay-2"
+
+
+def test_a_full_queue_is_busy(service: Service, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(engine_tasks, "MAX_QUEUED", 0)
+    problem = service.refused("POST", "/v1/tasks", {"task": "Stay"})
+    assert (problem["status"], problem["code"]) == (429, "busy")
+    monkeypatch.undo()
+    service.submit("Stay")
+
+
+@pytest.mark.parametrize("declared", [True, False])
+def test_a_large_body_is_refused(service: Service, declared: bool) -> None:
+    body = json.dumps({"task": "Hello", "params": {"target": "x" * 1_100_000}}).encode()
+    headers = {} if declared else {"Transfer-Encoding": "chunked"}
+    if not declared:
+        body = b"%x\r\n%s\r\n0\r\n\r\n" % (len(body), body)
+    problem = service.refused("POST", "/v1/tasks", body, headers)
+    assert (problem["status"], problem["code"]) == (413, "too_large")
+
+
+def test_unknown_things_are_not_found(service: Service) -> None:
+    assert service.refused("GET", "/v1/tasks/Nope-1")["code"] == "unknown_task"
+    assert service.refused("GET", "/v1/tasks/Nope-1/why")["code"] == "unknown_task"
+    assert service.refused("POST", "/v1/tasks/Nope-1/abort")["code"] == "unknown_task"
+    assert service.refused("POST", "/v1/agents/nope/clear")["code"] == "unknown_agent"
+    assert service.refused("POST", "/v1/inbox/Q99/answer", {"option": "a"})["code"] == "unknown_question"
+    assert service.refused("GET", "/v2/tasks")["code"] == "no_such_route"
+    assert service.refused("PUT", "/v1/tasks")["status"] == 405
+
+
+# -- ending a task -----------------------------------------------------------------------------------------------------
+def test_abort_brings_the_drone_home(start: Start) -> None:
+    with start(auto=False) as service:
+        task_id = service.submit("Hello")
+        service.wait(lambda: service.wire.machines["lwd_1"].goal)
+        service.wire.finish("lwd_1")
+        service.wait(lambda: [g["action"] for g in service.task(task_id)["goals"]] == ["GoTo"])
+        service.wire.auto = True
+
+        reply = service.post(f"/v1/tasks/{task_id}/abort", {"by": "eve"})
+
+        assert "come home" in reply["text"]
+        end = service.ends(task_id)
+        assert (end["status"], end["code"], end["reason"]) == ("CANCELED", "aborted", "by eve")
+        assert service.wire.machines["lwd_1"].landed == "grounded"
+        again = service.refused("POST", f"/v1/tasks/{task_id}/abort")
+        assert (again["status"], again["code"]) == (409, "already_ended")
+
+
+def test_abandon_must_be_confirmed_and_leaves_a_machine_for_a_person_to_clear(start: Start) -> None:
+    with start(auto=False) as service:
+        task_id = service.submit("Hello")
+        service.wait(lambda: service.wire.machines["lwd_1"].goal)
+        path = f"/v1/tasks/{task_id}/abort"
+        assert service.refused("POST", path, {"how": "abandon"})["code"] == "not_confirmed"
+        assert service.task(task_id)["status"] == "ACTIVE"
+        assert service.refused("POST", "/v1/agents/lwd_1/clear")["code"] == "not_quarantined"
+
+        service.post(path, {"how": "abandon", "confirmed": True})
+
+        service.wait(lambda: service.get("/v1/agents")["agents"][-1]["pool"] == "QUARANTINED")
+        service.ends(task_id)
+        service.post("/v1/agents/lwd_1/clear", {"by": "eve"})
+        service.wait(lambda: service.get("/v1/agents")["agents"][-1]["pool"] == "STANDBY")
+
+
+def test_a_machine_that_a_pilot_took_is_handed_back(start: Start) -> None:
+    with start(auto=False) as service:
+        task_id = service.submit("Hello")
+        machine = service.wire.machines["lwd_1"]
+        service.wait(lambda: machine.goal)
+        machine.control = "pilot"
+        service.wire.finish("lwd_1", "taken_over")
+        service.wait(lambda: service.task(task_id)["held"] == ["take-over:lwd_1"])
+        why = service.get(f"/v1/tasks/{task_id}/why")
+        assert "held.take-over" in [b["code"] for b in why["because"]]
+        early = service.refused("POST", "/v1/agents/lwd_1/handback")
+        assert (early["status"], early["code"]) == (409, "not_possible")
+
+        machine.control = "engine"
+        service.wire.say("lwd_1")
+        service.wait(lambda: service.get("/v1/agents")["agents"][-1]["control"] == "engine")
+        service.wire.auto = True
+        service.post("/v1/agents/lwd_1/handback", {"how": "end"})
+
+        assert service.ends(task_id)["code"] == "taken_over"
+
+
+# -- why -----------------------------------------------------------------------------------------------------------------
+def test_why_tells_whom_a_task_waits_for(service: Service) -> None:
+    wire = service.wire
+    wire.add("hwd_1", "hwd", service.host.site.ports["p3"].at, control="pilot")
+    service.wait(lambda: len(service.get("/v1/agents")["agents"]) == 3)
+    task_id = service.submit("Heavy")
+    service.wait(lambda: "control" in service.codes(task_id))
+
+    why = service.get(f"/v1/tasks/{task_id}/why")
+
+    assert (why["status"], [b["code"] for b in why["because"]][:1]) == ("PENDING", ["pending"])
+    (line,) = [b for b in why["because"] if b["code"] == "control"]
+    assert line["text"] == "hwd_1 is not under the engine's control but its pilot's"
+    assert (line["agent"], line["role"]) == ("hwd_1", "drone")
+    service.submit("Heavy")
+    assert "queue" in service.codes("Heavy-2")
+    assert service.call("DELETE", f"/v1/tasks/{task_id}")[0] == 200
+    assert service.codes(task_id)[0] == "aborted"
+
+
+def test_why_tells_where_a_task_failed(start: Start) -> None:
+    with start(auto=False) as service:
+        task_id = service.submit("Hello")
+        service.wait(lambda: service.wire.machines["lwd_1"].goal)
+        service.wire.auto = True
+        service.wire.finish("lwd_1", "failed", "motor")
+
+        end = service.ends(task_id)
+        why = service.get(f"/v1/tasks/{task_id}/why")["because"]
+
+        assert (end["status"], end["code"]) == ("FAILED", "failed:motor")
+        assert end["failure"]["agent"] == "lwd_1"
+        assert why[0]["code"] == "failed:motor"
+        assert why[1]["text"].startswith("first failed: drone.TakeOff at ")
+        assert why[1]["text"].endswith("hello.yaml:19 with lwd_1")
+
+
+# -- people --------------------------------------------------------------------------------------------------------------
+def test_a_question_is_answered_at_the_desk(service: Service) -> None:
+    task_id = service.submit("Ask")
+    service.wait(lambda: [q["shown"] for q in service.get("/v1/inbox")["questions"]] == [["watcher_1"]])
+
+    (question,) = service.get("/v1/inbox")["questions"]
+
+    assert (question["number"], question["here"], question["options"]) == (
+        "Q1", ["watcher_1"], ["yes_it_is", "no_not_yet"]
+    )  # fmt: skip
+    assert "question" in service.codes(task_id)
+    path = "/v1/inbox/Q1/answer"
+    wrong = service.refused("POST", path, {"option": "maybe"})
+    assert (wrong["status"], wrong["code"]) == (422, "bad_option")
+    assert service.refused("POST", path, {"option": "yes_it_is", "by": "picker_1"})["code"] == "not_asked"
+    service.post("/v1/inbox/q1/answer", {"option": "yes_it_is"})
+    assert service.ends(task_id)["status"] == "SUCCEEDED"
+    late = service.refused("POST", path, {"option": "yes_it_is"})
+    assert (late["status"], late["code"]) == (409, "answer_late")
+    assert service.get("/v1/inbox")["questions"] == []
+
+
+def test_one_question_at_a_time_is_shown(service: Service) -> None:
+    service.submit("Ask")
+    service.submit("Ask")
+    service.wait(lambda: len(service.get("/v1/inbox")["questions"]) == 2)
+
+    problem = service.refused("POST", "/v1/inbox/Q2/answer", {"option": "yes_it_is"})
+
+    assert (problem["code"], problem["hint"]) == ("not_shown", "answer Q1 first")
+
+
+def test_a_question_to_somebody_elsewhere_says_who_answers(start: Start) -> None:
+    with start(desk={"picker_1": "picker"}) as service:
+        service.submit("Ask", word="x")
+        service.host.view.catch_up()
+        pending = service.get("/v1/tasks")["tasks"][0]
+        assert pending["status"] == "PENDING"  # no watcher is there at all
+        assert service.get("/v1/inbox?person=picker_1")["questions"] == []
+
+
+# -- events --------------------------------------------------------------------------------------------------------------
+def read_events(
+    service: Service, query: str, enough: int, headers: dict[str, str] | None = None
+) -> list[dict[str, str]]:
+    from urllib.request import Request
+
+    found: list[dict[str, str]] = []
+    event: dict[str, str] = {}
+    with urlopen(Request(f"{service.url}/v1/events{query}", headers=headers or {}), timeout=10) as stream:
+        for line in stream:
+            name, _, value = line.decode().rstrip("\n").partition(":")
+            if not line.strip():
+                if "event" in event:
+                    found.append(event)
+                event = {}
+                if len(found) >= enough:
+                    break
+            elif name:
+                event[name] = value.strip()
+    return found
+
+
+def test_events_tell_the_life_of_a_task_and_go_on_after_an_id(service: Service) -> None:
+    task_id = service.submit("Hello")
+    service.ends(task_id)
+
+    everything = read_events(service, f"?after=1.0&task={task_id}", 10)
+    assert json.loads(everything[0]["data"])["text"] == f"{task_id} PENDING"
+    assert {"task", "goal", "agent"} <= {e["event"] for e in everything}
+
+    rest = read_events(service, f"?task={task_id}", 3, {"Last-Event-ID": everything[4]["id"]})
+    assert [e["id"] for e in rest] == [e["id"] for e in everything[5:8]]
+
+
+def test_a_reader_of_a_former_start_is_told_of_the_gap(start: Start, tmp_path: Path) -> None:
+    with start():
+        pass
+    with start() as service:
+        assert service.host.epoch == 2
+        first = read_events(service, "", 1, {"Last-Event-ID": "1.17"})[0]
+        assert first["event"] == "gap"
+    assert (tmp_path / ".formiga" / "meadow" / "epoch").read_text() == "2\n"
+
+
+# -- the engine ------------------------------------------------------------------------------------------------------------
+def test_health_and_library(service: Service) -> None:
+    health = service.get("/v1/health")
+    assert (health["status"], health["site"], health["epoch"]) == ("ok", "meadow", 1)
+    assert health["agents"] == {"people": 1, "STANDBY": 1}
+    library = service.get("/v1/library")
+    assert [t["task"] for t in library["tasks"]] == ["Ask", "Heavy", "Hello", "Stay"]
+    assert [p["name"] for p in library["tasks"][2]["params"]] == ["target", "height"]
+
+
+def test_openapi_describes_all_routes(service: Service) -> None:
+    document = service.get("/v1/openapi.json")
+    assert {"/v1/tasks", "/v1/tasks/{task_id}/why", "/v1/inbox/{number}/answer", "/v1/events"} <= set(document["paths"])
+
+
+def test_drain_admits_nothing_more_and_ends_with_the_last_task(service: Service) -> None:
+    task_id = service.submit("Stay")
+    service.post("/v1/admin/drain")
+    assert service.get("/v1/health")["status"] == "draining"
+    assert not service.host.is_over()
+    closed = service.refused("POST", "/v1/tasks", {"task": "Stay"})
+    assert (closed["status"], closed["code"]) == (503, "closed")
+    service.call("DELETE", f"/v1/tasks/{task_id}")
+    service.ends(task_id)
+    assert service.host.is_over()
+
+
+def test_stop_is_asked_for(service: Service) -> None:
+    service.submit("Stay")
+    assert "1 tasks are left" in service.post("/v1/admin/stop")["text"]
+    assert service.host.is_over()
+
+
+def test_a_bug_that_stops_the_engine_is_told(service: Service) -> None:
+    def broken(*_: object) -> None:
+        raise AssertionError("planted")
+
+    service.host.driver.engine.handle = broken  # type: ignore[method-assign,assignment]
+    problem = service.refused("POST", "/v1/tasks", {"task": "Stay"})
+    assert (problem["status"], problem["code"]) == (503, "stopped")
+    assert service.get("/v1/health")["status"] == "failed"
+    assert service.host.is_over()
+
+
+def test_ids_go_on_after_a_restart(start: Start) -> None:
+    with start() as service:
+        assert service.submit("Stay") == "Stay-1"
+        time_before = service.get("/v1/health")["unix_millis_now"]
+    with start() as service:
+        assert service.submit("Stay") == "Stay-2"
+        assert service.get("/v1/health")["unix_millis_now"] >= time_before

@@ -1,0 +1,90 @@
+"""Who may call: this machine without a token, no web pages, nobody else without the token."""
+
+from http.client import HTTPConnection
+from pathlib import Path
+
+import pytest
+
+from formiga_bt.errors import SiteError
+from formiga_bt.services import server
+from formiga_bt.services.door import is_loopback
+from tests.unit.services.conftest import Service, Start
+
+pytestmark = pytest.mark.network
+
+
+def status(service: Service, **headers: str) -> int:
+    given = {name.replace("_", "-"): value for name, value in headers.items()}
+    return service.call("POST", "/v1/admin/nothing", {}, given)[0]
+
+
+@pytest.mark.parametrize(
+    ("headers", "expected"),
+    [
+        ({}, 404),
+        ({"Origin": "https://evil.example"}, 403),
+        ({"Origin": "null"}, 403),
+        ({"Sec_Fetch_Site": "cross-site"}, 403),
+        ({"Sec_Fetch_Site": "same-site"}, 403),
+        ({"Sec_Fetch_Site": "same-origin"}, 404),
+        ({"Host": "evil.example:8420"}, 403),
+        ({"Host": "localhost:8420"}, 404),
+        ({"Host": "127.0.0.1.evil.example"}, 403),
+        ({"Authorization": "Bearer wrong"}, 401),
+    ],
+)
+def test_pages_of_other_origins_are_kept_out(service: Service, headers: dict[str, str], expected: int) -> None:
+    assert status(service, **headers) == expected
+
+
+def test_our_own_origin_may_call(service: Service) -> None:
+    assert status(service, Origin=service.url) == 404
+
+
+def test_the_token_is_asked_for_where_it_is_wanted(start: Start, tmp_path: Path) -> None:
+    with start() as service:
+        pass
+    token_file = tmp_path / ".formiga" / "meadow" / "token"
+    token = token_file.read_text().strip()
+    assert token_file.stat().st_mode & 0o077 == 0
+    assert status_of_a_wanting_engine(start, f"Bearer {token}") == [401, 401, 404]
+    assert service.host.runtime_folder == token_file.parent
+
+
+def status_of_a_wanting_engine(start: Start, word: str) -> list[int]:
+    from formiga_bt.services import api
+
+    with start() as service:
+        asked = api.build(service.host, token=word.split()[1], needs_token=True)
+        sock = server.listen("127.0.0.1:0")
+        wanting = server.HttpServer(asked, sock)
+        wanting.start()
+        try:
+            found = []
+            for headers in ({}, {"Authorization": "Basic x"}, {"Authorization": word}):
+                connection = HTTPConnection(*sock.getsockname()[:2], timeout=5)
+                connection.request("GET", "/v1/nothing", headers=headers)
+                found.append(connection.getresponse().status)
+                connection.close()
+            return found
+        finally:
+            wanting.stop()
+
+
+@pytest.mark.parametrize(
+    ("host", "own"),
+    [("127.0.0.1", True), ("[::1]", True), ("localhost", True), ("127.0.0.1.x", False), ("10.0.0.1", False)],
+)
+def test_what_the_loopback_is(host: str, own: bool) -> None:
+    assert is_loopback(host) is own
+
+
+@pytest.mark.parametrize("text", ["8420", "127.0.0.1", "127.0.0.1:x", ":80", "127.0.0.1:70000"])
+def test_an_address_is_host_and_port(text: str) -> None:
+    with pytest.raises(SiteError, match="is not HOST:PORT"):
+        server.read_address(text)
+
+
+def test_a_taken_port_is_told_at_once(service: Service) -> None:
+    with pytest.raises(SiteError, match=r"cannot serve the API.*\n.*--http"):
+        server.listen(service.url.removeprefix("http://"))

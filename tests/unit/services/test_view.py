@@ -1,0 +1,102 @@
+"""The read-only copy: bounded, and never in the way; the feed: numbered, bounded; the words: complete."""
+
+import re
+from pathlib import Path
+
+from formiga_bt.engine.changes import TaskPut
+from formiga_bt.engine.inputs import Alarm, Step, TimerDue
+from formiga_bt.engine.records import TaskRecord
+from formiga_bt.services import words
+from formiga_bt.services.feed import Feed
+from formiga_bt.services.places import StepPlaces, running_leaves
+from formiga_bt.services.view import View
+from formiga_bt.services.why import span
+from formiga_bt.testing import packaged_task
+
+ROOT = Path(__file__).parents[3]
+
+
+def step(seq: int, *changes: object, effects: tuple[object, ...] = ()) -> Step:
+    return Step(seq, seq * 1000, TimerDue("x"), tuple(changes), effects)  # type: ignore[arg-type]
+
+
+def ended(number: int) -> TaskPut:
+    return TaskPut(
+        TaskRecord(id=f"T-{number}", name="T", order=number, bundle="", status="SUCCEEDED", section="done", ended_at=1)
+    )
+
+
+def test_ended_tasks_are_kept_up_to_a_number() -> None:
+    view = View(1, ended_kept=3)
+    view.start()
+    for number in range(10):
+        view.feed_step(step(number + 1, ended(number), effects=(Alarm("x", "y", f"T-{number}"),)))
+    view.catch_up()
+
+    with view.reading() as state:
+        assert list(state.tasks) == ["T-7", "T-8", "T-9"]
+    assert list(view.logs) == ["T-7", "T-8", "T-9"]
+    view.stop()
+    assert view.feed.closed
+
+
+def test_a_step_that_cannot_be_folded_does_not_end_the_view(caplog: object) -> None:
+    view = View(1)
+    view.start()
+    view.feed_step(step(1, TaskPut(None)))  # type: ignore[arg-type]
+    view.feed_step(step(2, ended(1)))
+    view.catch_up()
+    with view.reading() as state:
+        assert list(state.tasks) == ["T-1"]
+    view.stop()
+
+
+def test_the_feed_forgets_the_oldest_and_says_so() -> None:
+    feed = Feed(epoch=3, kept=4)
+    for number in range(1, 8):
+        feed.add("task", number, f"e{number}")
+
+    assert ([e.text for e in feed.after(5)[0]], feed.after(5)[1]) == (["e6", "e7"], False)
+    assert ([e.text for e in feed.after(0)[0]], feed.after(0)[1]) == (["e4", "e5", "e6", "e7"], True)
+    assert feed.after(7) == ([], False)
+    assert [feed.read_id(text) for text in ("3.5", "2.5", "3.99", "3.x", "", "5")] == [5, None, None, None, None, None]
+
+
+def test_listeners_are_told_until_they_end() -> None:
+    feed = Feed(epoch=1)
+    told: list[int] = []
+    end = feed.listen(lambda: told.append(1))
+    feed.announce()
+    end()
+    feed.announce()
+    assert told == [1]
+
+
+def test_every_documented_code_of_waits_and_refusals_has_words() -> None:
+    text = (ROOT / "docs" / "reasons.md").read_text(encoding="utf-8")
+    sections = dict(re.findall(r"^## (.+?)\n(.*?)(?=^## |\Z)", text, re.MULTILINE | re.DOTALL))
+
+    def codes(title: str) -> set[str]:
+        cells = re.findall(r"^\| (`[^|]+) \|", sections[title], re.MULTILINE)
+        return {code for cell in cells for code in re.findall(r"`([a-z_]+)`", cell)}
+
+    assert codes("What a waiting goal waits for") <= set(words.GATE)
+    assert codes("Why the allocator passed an agent over") <= set(words.VERDICTS)
+    assert codes("Why a task ended") <= set(words.REASONS)
+    assert codes("Why a step failed") <= set(words.REASONS)
+
+
+def test_running_steps_are_found_in_the_file() -> None:
+    places = StepPlaces(packaged_task("pick_up"))
+    memory = dict.fromkeys(
+        ["steps", "steps/steps[0]", "steps/steps[0].call.steps[0]:when", "steps/steps[0].call.steps[0]"]
+    )
+    (leaf,) = running_leaves(memory)  # type: ignore[arg-type]
+    found = places.of(leaf + "@2")
+    assert found is not None
+    assert (found.kind, Path(found.mark.file).name) == ("do", "flying.yaml")
+    assert places.of("steps/steps[99]") is None
+
+
+def test_spans() -> None:
+    assert [span(s * 1_000_000) for s in (-1, 5, 600, 7200)] == ["0 s", "5 s", "10 min", "2.0 h"]

@@ -1,0 +1,129 @@
+"""A transport of simple machines for tests of the service: they do at once what they are told, or when the test says so."""
+
+import threading
+from collections import deque
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from formiga_bt.geo import Place, Position
+from formiga_bt.transport.messages import (
+    AgentCard,
+    AgentSeen,
+    AgentStatus,
+    ClockBeat,
+    GoalEvent,
+    GoalReported,
+    GoalRequest,
+    QueryReplied,
+    StatusArrived,
+    TransportEvent,
+)
+
+ACTIONS = ("TakeOff", "GoTo", "LandIn")
+
+
+class Machine:
+    """One drone."""
+
+    def __init__(self, agent: str, kind: str, at: Place) -> None:
+        self.id, self.kind = agent, kind
+        self.at = Position(at.east_m, at.north_m, 0.0)
+        self.landed: Any = "grounded"
+        self.control: Any = "engine"
+        self.goal: GoalRequest | None = None
+        self.seq = 0
+
+    def status(self) -> AgentStatus:
+        self.seq += 1
+        return AgentStatus(
+            id=self.id, type=self.kind, status="EXECUTING ACTION" if self.goal else "STANDBY", position=self.at,
+            landed=self.landed, control=self.control, seq=self.seq, stamp=self.seq, boot_id=f"{self.id}-1",
+        )  # fmt: skip
+
+    def finish(self) -> None:
+        assert self.goal is not None
+        fields, here = self.goal.fields, self.at
+        if self.goal.action == "TakeOff":
+            self.at, self.landed = Position(here.east_m, here.north_m, fields["altitude"]), "airborne"
+        elif self.goal.action == "GoTo":
+            self.at = Position(**fields["to"])
+        else:
+            self.at, self.landed = Position(fields["at"]["east_m"], fields["at"]["north_m"], 0.0), "grounded"
+        self.goal = None
+
+
+class Wire:
+    """An `AgentTransport`. With `auto` goals succeed at once; else `finish` ends them."""
+
+    name = "test"
+
+    def __init__(self, *, auto: bool = True) -> None:
+        self.auto = auto
+        self.machines: dict[str, Machine] = {}
+        self._inbox: deque[TransportEvent] = deque()
+        self._lock = threading.RLock()
+        self._wake: Callable[[], None] = lambda: None
+
+    def add(self, agent: str, kind: str, at: Place, *, control: str = "engine") -> Machine:
+        with self._lock:
+            machine = self.machines[agent] = Machine(agent, kind, at)
+            machine.control = control
+            self._inbox.append(AgentSeen(AgentCard(id=agent, type=kind, boot_id=f"{agent}-1", actions=ACTIONS)))
+            self._inbox.append(StatusArrived(machine.status()))
+        self._wake()
+        return machine
+
+    def say(self, agent: str) -> None:
+        with self._lock:
+            self._inbox.append(StatusArrived(self.machines[agent].status()))
+        self._wake()
+
+    def finish(self, agent: str, state: Any = "succeeded", code: str = "") -> None:
+        with self._lock:
+            machine = self.machines[agent]
+            assert machine.goal is not None
+            goal = machine.goal.goal_id
+            if state == "succeeded":
+                machine.finish()
+            machine.goal = None
+            event = GoalEvent(goal_id=goal, agent=agent, state=state, code=code, n=9, status=machine.status())
+            self._inbox.append(GoalReported(event))
+        self._wake()
+
+    # AgentTransport.
+    def open(self, wake: Callable[[], None]) -> None:
+        self._wake = wake
+
+    def close(self) -> None:
+        self._wake = lambda: None
+
+    def poll(self) -> Sequence[TransportEvent]:
+        with self._lock:
+            events = tuple(self._inbox)
+            self._inbox.clear()
+        return events
+
+    def send_goal(self, request: GoalRequest) -> None:
+        with self._lock:
+            self.machines[request.agent].goal = request
+            accepted = GoalEvent(goal_id=request.goal_id, agent=request.agent, state="accepted", n=1)
+            self._inbox.append(GoalReported(accepted))
+            if self.auto:
+                self.finish(request.agent)
+        self._wake()
+
+    def cancel_goal(self, agent: str, goal_id: str) -> None:
+        with self._lock:
+            machine = self.machines[agent]
+            if machine.goal is not None and machine.goal.goal_id == goal_id:
+                self.finish(agent, "canceled")
+
+    def query_goals(self, agent: str, goal_ids: Sequence[str]) -> None:
+        with self._lock:
+            goals = tuple(GoalEvent(goal_id=g, agent=agent, state="unknown") for g in goal_ids)
+            self._inbox.append(QueryReplied(agent, f"{agent}-1", goals))
+        self._wake()
+
+    def publish_clock(self, beat: ClockBeat) -> None:
+        for agent in self.machines:
+            self.say(agent)
