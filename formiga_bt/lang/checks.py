@@ -44,15 +44,16 @@ def check_task(task: Task, catalogue: Catalogue, problems: Problems) -> None:
         ("on_abort", task.on_abort),
         ("finally", task.finally_),
     )
+    contended: frozenset[str] = frozenset()
     for name, steps in sections:
         with problems.within(name):
             checks.check(steps, bounded=False, cleanup=name != "steps")
-            check_contention(steps, types, catalogue, problems)
+            contended |= check_contention(steps, types, catalogue, problems)
     for subtree in task.subtrees.values():
         checks.check_subtree(subtree)
     with problems.within("steps"):
         check_landings(task, catalogue, problems)
-    check_flight(task, catalogue, problems)
+    check_flight(task, catalogue, problems, contended)
 
 
 def can_succeed(step: Step) -> bool:

@@ -12,8 +12,8 @@ from formiga_bt.lang.walk import Names, children, commands, items_of, overlap
 
 def check_contention(
     steps: tuple[Step, ...], types: Mapping[str, tuple[str, ...]], catalogue: Catalogue, problems: Problems
-) -> None:
-    """Report E034 for the steps of a body.
+) -> frozenset[str]:
+    """Report E034 for the steps of a body; return the roles or params that it was reported for.
 
     Args:
         steps: of the body.
@@ -26,13 +26,16 @@ def check_contention(
         for name, of in types.items()
         if of and all(one in catalogue.types and catalogue.types[one].shared for one in of)
     }
-    _Contention(frozenset(shared), problems).check(steps, {})
+    contention = _Contention(frozenset(shared), problems)
+    contention.check(steps, {})
+    return frozenset(contention.found)
 
 
 class _Contention:
     def __init__(self, shared: frozenset[str], problems: Problems) -> None:
         self.shared = shared
         self.problems = problems
+        self.found: set[str] = set()
 
     def check(self, steps: tuple[Step, ...], names: Names) -> None:
         """Check steps and what is inside them; `names`: what loop names stand for."""
@@ -62,6 +65,7 @@ class _Contention:
                 first = next((other for one, other in before if overlap(one, agent)), None)
                 if first is not None and agent not in told:
                     told.add(agent)
+                    self.found.add(agent.partition("[")[0])
                     what = f"'{agent}' is commanded by two parallel branches at once"
                     help_ = f"first at line {first.mark.line}; command it in one branch, reading its fields is fine"
                     self.problems.add("E034", at.mark, what, help_)
@@ -74,6 +78,7 @@ class _Contention:
             for agent, at in self._commanded(child, inside):
                 if agent not in told:
                     told.add(agent)
+                    self.found.add(agent.partition("[")[0])
                     what = f"'{agent}' is commanded by the rounds of a parallel for at once"
                     help_ = "command the loop name, or leave mode: parallel away"
                     self.problems.add("E034", at.mark, what, help_)

@@ -23,9 +23,19 @@ _MOST_APART: Final = 8
 """A longer list is followed as a whole."""
 
 
-def check_flight(task: Task, catalogue: Catalogue, problems: Problems) -> None:
-    """Report E030, E031 and W032 for a task and for the subtrees that it sees."""
-    _Flight(task, catalogue, problems).check()
+def check_flight(task: Task, catalogue: Catalogue, problems: Problems, contended: frozenset[str] = frozenset()) -> None:
+    """Report E030, E031, W032 and E033 for a task and for the subtrees that it sees.
+
+    Args:
+        task: the task.
+        catalogue: what its actions require and do.
+        problems: where to report.
+        contended: roles commanded from two places at once (reported already), of which nothing is known.
+    """
+    flight = _Flight(task, catalogue, problems)
+    flight.contended = contended
+    flight.reported |= contended
+    flight.check()
 
 
 class _Flight(Interpreter):

@@ -55,6 +55,8 @@ class Interpreter:
         """Subtrees with problems of their own: their callers are not told again."""
         self.reported: set[str] = set()
         """Roles with an E030: what follows from it is not reported."""
+        self.contended: frozenset[str] = frozenset()
+        """Roles of which nothing is known, so that nothing is reported."""
         self.owners: dict[str, set[str]] = {}
         """Loop names -> the roles whose list they go over."""
         self.breaks: list[Sky | None] = []
@@ -336,7 +338,8 @@ class Interpreter:
     def _check_requires(self, step: Do, spec: ActionSpec, states: States, here: Place) -> None:
         """Report E030 once for the first state in which the action cannot start."""
         want = spec.requires
-        if not want or here.silent:
+        shown = (here.outer or {}).get(step.who.name, step.who.name)
+        if not want or here.silent or self.contended & {shown.partition("[")[0], *self.owners.get(shown, ())}:
             return
         other: Air = "grounded" if want == "airborne" else "airborne"
         why, is_ = states.get(other), f"it is {other}"
@@ -344,7 +347,7 @@ class Interpreter:
             why, is_ = states.get("unknown"), f"it may be {other}"
         if why is None:
             return
-        role = (here.outer or {}).get(step.who.name, step.who.name)
+        role = shown
         path = f" {why.path}" if why.path else ""
         action = spec.name if here.call is None else f"{here.called}, which begins with {spec.name},"
         if here.call is not None and step.seg != "steps[0]":
