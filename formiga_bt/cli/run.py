@@ -1,5 +1,6 @@
 """`formiga run`: request a task of a running engine, and with --follow watch it to its end."""
 
+import shutil
 import sys
 import time
 import uuid
@@ -80,6 +81,7 @@ class _Follow:
     def __init__(self, client: Client, task_id: str, *, quiet: bool) -> None:
         self._client = client
         self._quiet = quiet
+        self._is_terminal = sys.stdout.isatty() and not quiet
         self._task = task_id
         self._path = f"/v1/tasks/{segment(task_id)}"
         self._waits_since = time.monotonic()
@@ -88,6 +90,12 @@ class _Follow:
 
     def run(self) -> bool:
         """Watch; return whether a person broke it off."""
+        try:
+            return self._watch()
+        finally:
+            self._progress("")
+
+    def _watch(self) -> bool:
         with interrupts() as seen:
             aborted = False
             task = self._client.get(self._path)
@@ -102,6 +110,8 @@ class _Follow:
                     self._abort()
                 if event.type and event.type != "gap":
                     self._print(event.data)
+                elif not event.type:
+                    self._show_progress()
                 if event.data.get("section") == "done" or (event.type in ("", "gap") and self._is_over()):
                     return aborted
                 self._explain()
@@ -109,7 +119,22 @@ class _Follow:
 
     def _say(self, text: str) -> None:
         if not self._quiet:
+            self._progress("")
             typer.echo(text)
+
+    def _show_progress(self) -> None:
+        """Show in one line, redrawn in place, what goes on just now; for terminals only."""
+        if self._is_terminal:
+            task = self._client.get(self._path)
+            doing = ", ".join(f"{g['agent']} {g['action']} {g['phase']}".rstrip() for g in task["goals"])
+            held = f" HELD ({', '.join(task['held'])})" if task["held"] else ""
+            self._progress(f"{task['duration_s']:8.1f} s  {task['status']}{held}  {doing}")
+
+    def _progress(self, text: str) -> None:
+        if self._is_terminal:
+            columns = shutil.get_terminal_size().columns
+            sys.stdout.write(f"\r\x1b[K{text[: columns - 1]}")
+            sys.stdout.flush()
 
     def _is_over(self) -> bool:
         return self._client.get(self._path)["status"] in OVER

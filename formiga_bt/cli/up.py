@@ -1,7 +1,7 @@
 """`formiga up`: start the engine of a site as a service, and keep it until it is told to end."""
 
 import signal
-import sys
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -69,9 +69,9 @@ def command(
         left = host.open_tasks()
     host.check()
     if left:
-        typer.echo(f"the engine has ended; not ended: {', '.join(left)}. Their agents go on with the goals they have")
+        _say(f"the engine has ended; not ended: {', '.join(left)}. Their agents go on with the goals they have")
     else:
-        typer.echo("the engine has ended")
+        _say("the engine has ended")
 
 
 def _world(actions: list[Path], site: Path) -> World:
@@ -154,8 +154,7 @@ def _banner(host: "EngineHost", served: list[str], people: dict[str, str], sim: 
     ]
     first = "Hello" if "Hello" in served else "TASK"
     rows.append(f"next, in another terminal in this folder: formiga run {first} --follow    or: formiga agents")
-    typer.echo("\n".join(rows))
-    sys.stdout.flush()
+    _say("\n".join(rows))
 
 
 def _serve(host: "EngineHost", *, quiet: bool) -> None:
@@ -164,7 +163,7 @@ def _serve(host: "EngineHost", *, quiet: bool) -> None:
     def note(number: int, frame: Any) -> None:  # noqa: ARG001
         asked.append(number)
 
-    before = {number: signal.signal(number, note) for number in (signal.SIGINT, signal.SIGTERM)}
+    before = {number: signal.signal(number, note) for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)}
     handled, seen = 0, 0
     try:
         while not host.is_over():
@@ -172,13 +171,11 @@ def _serve(host: "EngineHost", *, quiet: bool) -> None:
             seen = seen if quiet else _print_news(host, seen)
             for number in asked[handled:]:
                 handled += 1
-                if number == signal.SIGTERM or handled > 1 or not host.open_tasks():
+                if number != signal.SIGINT or handled > 1 or not host.open_tasks():
                     host.request_stop()
                 else:
                     told = host.abort_all("Ctrl-C")
-                    typer.echo(
-                        f"\n{told} tasks are aborted; waiting until their machines have landed. Ctrl-C again: end now"
-                    )
+                    _say(f"\n{told} tasks are aborted; waiting until their machines have landed. Ctrl-C again: end now")
         if not quiet:
             _print_news(host, seen)
     finally:
@@ -191,10 +188,14 @@ def _print_news(host: "EngineHost", seen: int) -> int:
     for event in events:
         seen = event.n
         if event.type in TOLD:
-            typer.echo(f"{_clock(event.at)}  {'ALARM ' if event.type == 'alarm' else ''}{event.text}")
-    if events:
-        sys.stdout.flush()
+            _say(f"{_clock(event.at)}  {'ALARM ' if event.type == 'alarm' else ''}{event.text}")
     return seen
+
+
+def _say(text: str) -> None:
+    """Print a line; an engine does not end because nobody reads what it prints."""
+    with suppress(OSError):
+        print(text, flush=True)
 
 
 def _clock(at: int) -> str:

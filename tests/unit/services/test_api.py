@@ -259,11 +259,16 @@ def test_one_question_at_a_time_is_shown(service: Service) -> None:
 
 
 def test_a_question_to_somebody_elsewhere_says_who_answers(start: Start) -> None:
-    with start(desk={"picker_1": "picker"}) as service:
-        service.submit("Ask", word="x")
-        service.host.view.catch_up()
-        pending = service.get("/v1/tasks")["tasks"][0]
-        assert pending["status"] == "PENDING"  # no watcher is there at all
+    with start(auto=False, desk={"picker_1": "picker"}) as service:
+        service.wire.add("watcher_1", "watcher", service.host.site.places["camp"], human=True)
+        service.submit("Ask")
+        service.wait(lambda: [q["shown"] for q in service.get("/v1/inbox")["questions"]] == [["watcher_1"]])
+
+        problem = service.refused("POST", "/v1/inbox/Q1/answer", {"option": "yes_it_is"})
+
+        assert (problem["status"], problem["code"]) == (409, "not_here")
+        assert problem["text"].startswith("Q1 is answered by watcher_1, with their own app")
+        assert service.get("/v1/inbox")["questions"][0]["here"] == []
         assert service.get("/v1/inbox?person=picker_1")["questions"] == []
 
 

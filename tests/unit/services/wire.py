@@ -64,11 +64,13 @@ class Wire:
         self._lock = threading.RLock()
         self._wake: Callable[[], None] = lambda: None
 
-    def add(self, agent: str, kind: str, at: Place, *, control: str = "engine") -> Machine:
+    def add(self, agent: str, kind: str, at: Place, *, control: str = "engine", human: bool = False) -> Machine:
         with self._lock:
             machine = self.machines[agent] = Machine(agent, kind, at)
             machine.control = control
-            self._inbox.append(AgentSeen(AgentCard(id=agent, type=kind, boot_id=f"{agent}-1", actions=ACTIONS)))
+            actions = ("Confirm",) if human else ACTIONS
+            card = AgentCard(id=agent, type=kind, boot_id=f"{agent}-1", actions=actions, human=human)
+            self._inbox.append(AgentSeen(card))
             self._inbox.append(StatusArrived(machine.status()))
         self._wake()
         return machine
