@@ -1,6 +1,6 @@
 """What `formiga check` costs as a whole process, beside `python -c pass` and beside importing PyYAML alone.
 
-    python benchmarks/bench_check.py [--rounds N]
+python benchmarks/bench_check.py [--rounds N]
 """
 
 import argparse

@@ -96,8 +96,12 @@ def main() -> None:
     gaps = [(b - a) * 1e3 for a, b in zip(times, times[1:], strict=False)]
     wire = wire_ms(site.name, 200)
     median = statistics.median(gaps)
-    print(f"goal to next goal over Zenoh: {median:.2f} ms median, {sorted(gaps)[int(len(gaps) * 0.99)]:.2f} ms p99 of {len(gaps)}")
-    print(f"one query over the same wire: {wire:.2f} ms median; ratio {median / wire:.1f} (a goal is a query and a put)")
+    print(
+        f"goal to next goal over Zenoh: {median:.2f} ms median, {sorted(gaps)[int(len(gaps) * 0.99)]:.2f} ms p99 of {len(gaps)}"
+    )
+    print(
+        f"one query over the same wire: {wire:.2f} ms median; ratio {median / wire:.1f} (a goal is a query and a put)"
+    )
 
 
 def wire_ms(site: str, rounds: int) -> float:
