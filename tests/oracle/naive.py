@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 from formiga_bt.clock import micros
 from formiga_bt.engine.treerun import Ended, TreeHost
 from formiga_bt.lang import model
-from formiga_bt.nodes.run import AskOrder, Failure, GoalOrder, GoalView
+from formiga_bt.nodes.run import AskOrder, Failure, GoalOrder, GoalView, Runaway
 
 
 class Done(NamedTuple):
@@ -19,6 +19,8 @@ class Done(NamedTuple):
 
     failure: Failure | None = None
     skipped: bool = False
+    leaves: bool = False
+    """A `break_if` was true: everything up to the nearest loop ends with it."""
 
 
 class BrokenError(Exception):
@@ -38,13 +40,17 @@ class At:
     path: str
     scope: str
     error: Failure | None
+    bound: str = ""
+    """Key of the timeout around this very step."""
 
     @property
     def key(self) -> str:
         return f"{self.path}:{self.words[0]}" if self.words else self.path
 
     def inner(self, attempt: int = 0) -> "At":
-        return replace(self, words=self.words[1:], path=f"{self.path}@{attempt}" if attempt else self.path)
+        bound = self.key if self.words[0] == "timeout" else self.bound
+        path = f"{self.path}@{attempt}" if attempt else self.path
+        return replace(self, words=self.words[1:], path=path, bound=bound)
 
 
 def modifiers(step: model.Step) -> tuple[str, ...]:
@@ -54,12 +60,16 @@ def modifiers(step: model.Step) -> tuple[str, ...]:
         "timeout": step.timeout is not None,
         "retry": step.retry is not None,
         "attempt_timeout": step.retry is not None and step.retry.attempt_timeout is not None,
+        "finally": isinstance(step, model.Sequence) and bool(step.finally_),
     }
     return tuple(word for word, there in words.items() if there)
 
 
 class NaiveTrees:
     """Implements `engine.treerun.TaskTrees`."""
+
+    looks_at_everything = True
+    """Any change of anything leads to a pass (`tests.property.world`), so that no wake can be missing here."""
 
     def __init__(self, host: TreeHost) -> None:
         self.host = host
@@ -75,7 +85,7 @@ class NaiveTrees:
         self.pending.append((section, steps, scope))
 
     def wake(self, key: str) -> None:
-        pass  # everything is looked at anyway
+        self.moved = True  # everything is looked at anyway
 
     def run_passes(self) -> list[Ended]:
         ended: list[Ended] = []
@@ -126,6 +136,11 @@ class NaiveTrees:
             failure = Failure(code="exception", reason=str(broken), step=broken.path, retryable=False)
             ended.append(Ended(section, failure, fatal=True))
             return
+        except Runaway as runaway:
+            self.broken.add(section)
+            failure = Failure(code="runaway", reason=str(runaway), step=section, retryable=False)
+            ended.append(Ended(section, failure, fatal=True))
+            return
         if done is not None:
             del self.live[section], self.mem[section]
             ended.append(Ended(section, done.failure))
@@ -142,7 +157,7 @@ class NaiveTrees:
             done = kind(at, self.mem[at.key], fresh)
         except model.UnknownState as unknown:
             done = failed(at, "unknown_state", f"{unknown.key} is not known yet")
-        except BrokenError:
+        except (BrokenError, Runaway):
             raise
         except Exception as cause:
             raise BrokenError(at.path, at.step.mark, cause) from cause
@@ -155,22 +170,35 @@ class NaiveTrees:
         if mem is None:
             return []
         goals: list[str] = []
-        if at.words:
+        for goal in mem.get("drain", ()):  # what still drains moves to whoever stops this
+            if self.host.goal(goal).ended:
+                self.host.drop_goal(goal)
+            else:
+                goals.append(goal)
+        if "drain" in mem:
+            pass  # what is below was stopped then
+        elif at.words[:1] == ("finally",) and "tidy" in mem:
+            goals = self._halt_child(self._tidy(at, mem), mem["tidy"])
+            del self.mem[at.path]
+        elif at.words:
             goals = self.halt_at(at.inner(mem.get("attempt", 0)))
-            for goal in mem.get("drain", ()):  # what still drains moves to whoever stops this
-                if self.host.goal(goal).ended:
-                    self.host.drop_goal(goal)
-                else:
-                    goals.append(goal)
         elif at.step.kind == "do":
             goals = [mem["goal"]] if "goal" in mem and self.host.cancel(mem["goal"]) else []
         elif at.step.kind == "ask":
             if "question" in mem:
                 self.host.close_question(mem["question"])
-        elif at.step.kind in ("sequence", "fallback", "if", "call"):
+        elif at.step.kind in ("sequence", "fallback", "if", "call", "guard"):
             goals = self._halt_child(self._children(at, mem), mem)
             if at.step.kind == "call":
                 self.host.close_scope(at.path)
+        elif isinstance(at.step, model.Parallel) or (isinstance(at.step, model.For) and at.step.parallel):
+            goals = self._stop_branches(at, mem)
+        elif isinstance(at.step, model.Loop | model.For):
+            if mem.get("round") and not mem["waiting"]:
+                goals = self._halt_child(self._children(at, mem), mem)
+            if isinstance(at.step, model.For) and mem.get("items"):
+                self._unset(at, at.step.collect)
+                self._unset(at, *at.step.lists, always=True)
         self._leave(at)
         return goals
 
@@ -180,6 +208,7 @@ class NaiveTrees:
 
     def _leave(self, at: At) -> None:
         self.host.clear_deadline(at.key)
+        self.host.unwatch(at.key)
         del self.mem[at.key]
         self.moved = True
 
@@ -210,11 +239,7 @@ class NaiveTrees:
             done = self.visit(at.inner())
             if done is not None or not host.is_due(at.key):
                 return done
-            mem["drain"] = self.halt_at(at.inner())
-            self.moved = True
-            for goal in mem["drain"]:
-                host.adopt(goal, at.key)
-            host.clear_deadline(at.key)
+            self._order_stop(at, mem, self.halt_at(at.inner()))
         goals = [host.goal(goal) for goal in mem["drain"]]
         if any(not goal.ended for goal in goals):
             return None
@@ -232,6 +257,47 @@ class NaiveTrees:
             reason = "the agent never confirmed the cancel"
             return failed(at, "cancel_unconfirmed", reason, doubt[0].agent, again=False)
         return failed(at, "timeout", f"not done within its {at.words[0].replace('_', ' ')}", again=again)
+
+    def _finally(self, at: At, mem: dict[str, Any], fresh: bool) -> Done | None:
+        if "tidy" not in mem:
+            mem["ended"] = self.visit(at.inner())
+            if mem["ended"] is None:
+                return None
+            mem["tidy"] = {"index": 0, "ran": False}
+            self.mem[at.path] = {}  # the steps of `finally` count as one node at the sequence's path
+        if self._in_order(self._tidy(at, mem), mem["tidy"]) is None:
+            return None
+        del self.mem[at.path]
+        return mem["ended"]  # a failure of `finally` changes nothing
+
+    def _tidy(self, at: At, mem: dict[str, Any]) -> list[At]:
+        assert isinstance(at.step, model.Sequence)
+        error = mem["ended"].failure or at.error
+        return [At(s, modifiers(s), f"{at.path}.{s.seg}", at.scope, error) for s in at.step.finally_]
+
+    # -- stops -----------------------------------------------------------------------------------------------------------
+    def _order_stop(self, at: At, mem: dict[str, Any], goals: list[str]) -> None:
+        """Wait for the end of these goals from now on."""
+        mem["drain"] = goals
+        self.moved = True
+        for goal in goals:
+            self.host.adopt(goal, at.key)
+        self.host.unwatch(at.key)
+        self.host.clear_deadline(at.key)
+
+    def _drained(self, at: At, mem: dict[str, Any]) -> Done | None:
+        """Once all goals have ended, return what was decided when they were stopped."""
+        goals = [self.host.goal(goal) for goal in mem["drain"]]
+        if any(not goal.ended for goal in goals):
+            return None
+        for goal in goals:
+            self.host.drop_goal(goal.id)
+        doubt = [goal for goal in goals if goal.state == "in_doubt"]
+        decided: Done = mem["decided"]
+        if decided.failure is not None and doubt:
+            reason = "the agent never confirmed the cancel"
+            return failed(at, "cancel_unconfirmed", reason, doubt[0].agent, again=False)
+        return decided
 
     def _retry(self, at: At, mem: dict[str, Any], fresh: bool) -> Done | None:
         host, retry = self.host, at.step.retry
@@ -267,26 +333,38 @@ class NaiveTrees:
             steps = step.then if mem.get("branch", True) else step.otherwise
         elif isinstance(step, model.Call):
             steps, mid, scope, error = step.subtree.steps, ".call", at.path, None
-        else:
-            assert isinstance(step, model.Sequence | model.Fallback)
+        elif isinstance(step, model.Loop | model.For):
+            steps, mid = step.steps, f".{step.kind}#{mem['round']}"
+        elif isinstance(step, model.Fallback):
             steps = step.steps
-            error = mem.get("failure") or error
+            error = mem.get("failure") or (skipped_before(at) if mem.get("index") else error)
+        else:
+            assert isinstance(step, model.Sequence | model.Guard)
+            steps = step.steps
         return [At(s, modifiers(s), f"{at.path}{mid}.{s.seg}", scope, error) for s in steps]
 
-    def _in_order(self, children: list[At], mem: dict[str, Any]) -> Done | None:
+    def _in_order(self, children: list[At], mem: dict[str, Any], around: At | None = None) -> Done | None:
         while mem["index"] < len(children):
+            if around is not None:
+                self._look_at(around, mem)
             done = self.visit(children[mem["index"]])
             if done is None:
                 return None
             if done.failure is not None:
+                mem["ran"] = True
                 return Done(done.failure)
             mem["ran"] = mem["ran"] or not done.skipped
             mem["index"] += 1
+            if done.leaves:
+                return Done(leaves=True)
         return Done(skipped=not mem["ran"])
 
     def _sequence(self, at: At, mem: dict[str, Any], fresh: bool) -> Done | None:
         if fresh:
             mem.update(index=0, ran=False)
+        assert isinstance(at.step, model.Sequence)
+        if at.step.reactive:
+            return self._watched(at, mem, lambda children, mem: self._in_order(children, mem, at))
         return self._in_order(self._children(at, mem), mem)
 
     def _if(self, at: At, mem: dict[str, Any], fresh: bool) -> Done | None:
@@ -298,7 +376,14 @@ class NaiveTrees:
     def _fallback(self, at: At, mem: dict[str, Any], fresh: bool) -> Done | None:
         if fresh:
             mem.update(index=0, failure=None)
+        assert isinstance(at.step, model.Fallback)
+        if at.step.reactive:
+            return self._watched(at, mem, lambda _, mem: self._first_of(at, mem))
+        return self._first_of(at, mem)
+
+    def _first_of(self, at: At, mem: dict[str, Any]) -> Done | None:
         while mem["index"] < len(self._children(at, mem)):
+            self._look_at(at, mem)
             done = self.visit(self._children(at, mem)[mem["index"]])
             if done is None:
                 return None
@@ -309,6 +394,292 @@ class NaiveTrees:
         if mem["failure"] is not None:
             return Done(mem["failure"])
         return failed(at, "nothing_applied", "every child of the fallback was skipped")
+
+    # -- live conditions -------------------------------------------------------------------------------------------------
+    def _look_at(self, at: At, mem: dict[str, Any]) -> None:
+        """Be visited when a comparison with `now` turns. For all else every change of anything leads to a pass (world.py)."""
+        step = at.step
+        if isinstance(step, model.Guard):
+            self.host.watch(at.key, (step.cond,), at.scope)
+        elif isinstance(step, model.Sequence | model.Fallback) and step.reactive:
+            checks = [s.cond for s in step.steps[: mem["index"]] if isinstance(s, model.Check)]
+            self.host.watch(at.key, tuple(checks), at.scope)
+
+    def _watched(
+        self, at: At, mem: dict[str, Any], go_on: Callable[[list[At], dict[str, Any]], Done | None]
+    ) -> Done | None:
+        """Look at the live conditions, then go on."""
+        if "drain" in mem:
+            return self._drained(at, mem)
+        decided = self._verdict(at, mem)
+        if decided is None:
+            return go_on(self._children(at, mem), mem)
+        mem["decided"] = decided
+        self._order_stop(at, mem, self._halt_child(self._children(at, mem), mem))
+        return self._drained(at, mem)
+
+    def _verdict(self, at: At, mem: dict[str, Any]) -> Done | None:
+        step = at.step
+        if isinstance(step, model.Guard):
+            try:
+                return None if step.cond.run(self._env(at)) else failed(at, "guard", f"{step.cond.source} is false")
+            except model.UnknownState:
+                return None
+        assert isinstance(step, model.Sequence | model.Fallback)
+        error = at.error
+        for check in step.steps[: mem["index"]]:
+            place = At(check, (), f"{at.path}.{check.seg}", at.scope, error)
+            try:
+                done = self._check(place, {}, True)
+            except model.UnknownState:
+                continue
+            if (done.failure is None) == isinstance(step, model.Fallback):
+                return done
+            error = done.failure or error
+        return None
+
+    def _guard(self, at: At, mem: dict[str, Any], fresh: bool) -> Done | None:
+        assert isinstance(at.step, model.Guard)
+        if fresh:
+            if not at.step.cond.run(self._env(at)):
+                return failed(at, "guard", f"{at.step.cond.source} is false")
+            mem.update(index=0, ran=False)
+            return self._in_order(self._children(at, mem), mem, at)
+        return self._watched(at, mem, lambda children, mem: self._in_order(children, mem, at))
+
+    def _wait_until(self, at: At, mem: dict[str, Any], fresh: bool) -> Done | None:
+        assert isinstance(at.step, model.WaitUntil)
+        try:
+            if at.step.cond.run(self._env(at)):
+                return Done()
+        except model.UnknownState:
+            if fresh:
+                raise
+        self.host.watch(at.key, (at.step.cond,), at.scope)
+        return None
+
+    # -- parallel --------------------------------------------------------------------------------------------------------
+    def _parallel(self, at: At, mem: dict[str, Any], fresh: bool) -> Done | None:
+        assert isinstance(at.step, model.Parallel)
+        if fresh:
+            mem.update(branches=["waits"] * len(at.step.steps), first=None)
+        return self._at_once(at, mem)
+
+    def _for(self, at: At, mem: dict[str, Any], fresh: bool) -> Done | None:
+        step = at.step
+        assert isinstance(step, model.For)
+        if fresh:
+            env = self._env(at)
+            lists = {name: tuple(expr.run(env)) for name, expr in step.lists.items()}
+            if len({len(values) for values in lists.values()}) > 1:
+                told = ", ".join(f"'{name}' has {len(values)}" for name, values in lists.items())
+                return failed(at, "zip_length", f"{told} items")
+            length = len(next(iter(lists.values())))
+            mem["items"] = [{name: lists[name][i] for name in lists} for i in range(length)]
+            self._unset(at, step.collect)  # what an earlier run of this loop gathered
+            if step.parallel:
+                mem.update(branches=["waits"] * length, first=None, gathered={})
+            else:
+                mem.update(round=1, running=False, waiting=False, ever=False, good=0, first=None, gathered=[])
+        return self._at_once(at, mem) if step.parallel else self._rounds(at, mem)
+
+    def _at_once(self, at: At, mem: dict[str, Any]) -> Done | None:
+        step, branches = at.step, mem["branches"]
+        assert isinstance(step, model.Parallel | model.For)
+        if "drain" in mem:
+            return self._end_of_branches(at, mem)
+        for index, state in enumerate(branches):
+            if state == "runs":
+                self._visit_branch(at, mem, index)
+        most = step.max_parallel if isinstance(step, model.For) else None
+        for index, state in enumerate(branches):
+            full = most is not None and branches.count("runs") >= most
+            lost = most is not None and step.on_child_failure == "cancel" and self._lost(step, branches)
+            if state == "waits" and not full and not lost:
+                branches[index] = "runs"
+                self._visit_branch(at, mem, index)
+        left = branches.count("runs") + branches.count("waits")
+        if self._won(step, branches):
+            mem["decided"] = Done(skipped=bool(branches) and all(state == "skipped" for state in branches))
+        elif self._lost(step, branches) and (left == 0 or step.on_child_failure == "cancel"):
+            few = failed(at, "nothing_applied", f"fewer than {step.need} succeeded")
+            mem["decided"] = Done(mem["first"]) if mem["first"] else few
+            if all(state == "skipped" for state in branches):
+                mem["decided"] = Done(skipped=bool(branches))
+        else:
+            return None
+        self._order_stop(at, mem, self._stop_branches(at, mem))
+        return self._end_of_branches(at, mem)
+
+    def _won(self, step: model.Parallel | model.For, branches: list[str]) -> bool:
+        left = branches.count("runs") + branches.count("waits")
+        if step.need == "all":
+            return left == 0 and "failed" not in branches
+        if isinstance(step, model.For) and left:  # with `need: N` all of them run
+            return False
+        return branches.count("done") >= (1 if step.need == "any" else int(step.need))
+
+    def _lost(self, step: model.Parallel | model.For, branches: list[str]) -> bool:
+        if step.need == "all":
+            return "failed" in branches
+        at_best = len(branches) - branches.count("failed") - branches.count("skipped")
+        return at_best < (1 if step.need == "any" else int(step.need))
+
+    def _end_of_branches(self, at: At, mem: dict[str, Any]) -> Done | None:
+        done = self._drained(at, mem)
+        if done is not None and done.failure is None and isinstance(at.step, model.For) and at.step.collect:
+            self.host.set_var(at.scope, at.step.collect, tuple(mem["gathered"][i] for i in sorted(mem["gathered"])))
+        return done
+
+    def _branch(self, at: At, index: int) -> tuple[str, list[At]]:
+        """Return the key of an item (a branch of `parallel` has none) and its steps."""
+        step = at.step
+        if isinstance(step, model.Parallel):
+            one = step.steps[index]
+            return "", [At(one, modifiers(one), f"{at.path}.{one.seg}", at.scope, at.error)]
+        assert isinstance(step, model.For)
+        path = f"{at.path}.for#{index + 1}"
+        return path, [At(s, modifiers(s), f"{path}.{s.seg}", path, at.error) for s in step.steps]
+
+    def _visit_branch(self, at: At, mem: dict[str, Any], index: int) -> None:
+        key, steps = self._branch(at, index)
+        if not key:
+            done = self.visit(steps[0])
+        else:
+            if key not in self.mem:
+                self.host.open_scope(key, {**mem["items"][index], "..": at.scope})
+                self.mem[key] = {"index": 0, "ran": False}
+                self.moved = True
+            done = self._in_order(steps, self.mem[key])
+        if done is None:
+            return
+        mem["branches"][index] = "failed" if done.failure else "skipped" if done.skipped else "done"
+        mem["first"] = mem["first"] or done.failure
+        if key:
+            assert isinstance(at.step, model.For)
+            del self.mem[key]
+            self.moved = True
+            env = self.host.env(key)
+            if at.step.collect and mem["branches"][index] == "done" and env.is_set(at.step.collect):
+                mem["gathered"][index] = env.name(at.step.collect)
+            self.host.close_scope(key)
+
+    def _stop_branches(self, at: At, mem: dict[str, Any]) -> list[str]:
+        goals: list[str] = []
+        for index, state in enumerate(mem.get("branches", ())):
+            if state == "runs":
+                key, steps = self._branch(at, index)
+                if not key:
+                    goals += self.halt_at(steps[0])
+                elif key in self.mem:
+                    goals += self._halt_child(steps, self.mem.pop(key))
+                    self.host.close_scope(key)
+        return goals
+
+    # -- loops -----------------------------------------------------------------------------------------------------------
+    def _while(self, at: At, mem: dict[str, Any], fresh: bool) -> Done | None:
+        return self._loop(at, mem, fresh)
+
+    def _repeat(self, at: At, mem: dict[str, Any], fresh: bool) -> Done | None:
+        return self._loop(at, mem, fresh)
+
+    def _loop(self, at: At, mem: dict[str, Any], fresh: bool) -> Done | None:
+        step = at.step
+        assert isinstance(step, model.Loop)
+        if fresh:
+            env = self._env(at)
+            mem["over"] = self.host.now + micros(step.duration.run(env)) if step.duration else None
+            counts = [int(expr.run(env)) for expr in (step.times, step.max) if expr is not None]
+            mem["most"] = min(counts) if counts else None
+            mem["every"] = micros(step.every.run(env)) if step.every else 0
+            mem.update(round=1, running=False, waiting=False, ever=False)
+        return self._rounds(at, mem)
+
+    def _rounds(self, at: At, mem: dict[str, Any]) -> Done | None:
+        while True:
+            if mem["waiting"]:
+                if not self.host.is_due(at.key):
+                    return None
+                self.host.clear_deadline(at.key)
+                mem["waiting"] = False
+            if not mem["running"]:
+                if not self._another_round(at, mem):
+                    return self._end_of_loop(at, mem, left=False)
+                mem.update(running=True, began=self.host.now, index=0, ran=False)
+                self.host.spend()
+            done = self._in_order(self._children(at, mem), mem)
+            if done is None:
+                return None
+            mem["running"], mem["ever"] = False, mem["ever"] or mem["ran"]
+            if isinstance(at.step, model.For):
+                if self._take(at, mem, done):
+                    return done
+                leaves = done.leaves
+            else:
+                if done.failure is not None:
+                    return done
+                assert isinstance(at.step, model.Loop)
+                leaves = done.leaves or (at.step.until is not None and bool(at.step.until.run(self._env(at))))
+            mem["round"] += 1
+            if leaves or self._counted_out(at, mem):
+                return self._end_of_loop(at, mem, left=leaves)
+            start = mem["began"] + mem.get("every", 0)
+            if mem.get("over") is not None:
+                start = min(start, mem["over"])
+            if mem.get("every") and start > self.host.now:
+                mem["waiting"] = True
+                self.host.set_deadline(at.key, start)
+
+    def _counted_out(self, at: At, mem: dict[str, Any]) -> bool:
+        most = len(mem["items"]) if isinstance(at.step, model.For) else mem["most"]
+        return most is not None and mem["round"] > most
+
+    def _another_round(self, at: At, mem: dict[str, Any]) -> bool:
+        if self._counted_out(at, mem):
+            return False
+        if isinstance(at.step, model.For):
+            for name, value in mem["items"][mem["round"] - 1].items():
+                self.host.set_var(at.scope, name, value)
+            return True
+        assert isinstance(at.step, model.Loop)
+        if mem["over"] is not None and self.host.now >= mem["over"]:
+            return False
+        return at.step.cond is None or bool(at.step.cond.run(self._env(at)))
+
+    def _take(self, at: At, mem: dict[str, Any], done: Done) -> bool:
+        """Look at what a round of `for` leaves behind; return whether the loop fails with it."""
+        step = at.step
+        assert isinstance(step, model.For)
+        env = self._env(at)
+        if step.collect and env.is_set(step.collect):
+            if done.failure is None:
+                mem["gathered"].append(env.name(step.collect))
+            self._unset(at, step.collect)
+        if done.failure is None:
+            mem["good"] += mem["ran"]
+            return False
+        if step.need == "all":
+            self._unset(at, *step.lists, always=True)
+            return True
+        mem["first"] = mem["first"] or done.failure
+        return False
+
+    def _end_of_loop(self, at: At, mem: dict[str, Any], *, left: bool) -> Done:
+        step = at.step
+        if isinstance(step, model.For):
+            if mem["items"]:
+                self._unset(at, *step.lists, always=True)
+            if step.need != "all" and mem["ever"] and not left and mem["good"] < int(step.need):
+                few = failed(at, "nothing_applied", f"fewer than {step.need} succeeded")
+                return Done(mem["first"]) if mem["first"] else few
+            if step.collect:
+                self.host.set_var(at.scope, step.collect, tuple(mem["gathered"]))
+        return Done(skipped=mem["round"] > 1 and not mem["ever"])
+
+    def _unset(self, at: At, *names: str, always: bool = False) -> None:
+        for name in names:
+            if name and (always or self.host.env(at.scope).is_set(name)):
+                self.host.set_var(at.scope, name, None)
 
     def _call(self, at: At, mem: dict[str, Any], fresh: bool) -> Done | None:
         host, step = self.host, at.step
@@ -403,7 +774,7 @@ class NaiveTrees:
                 tiers=tuple(tiers),
                 policy=step.policy,
                 escalate_us=None if escalate is None else micros(escalate),
-                expires_at=host.now + micros(step.timeout.run(env)) if step.timeout else None,
+                expires_at=host.deadline(at.bound) if at.bound else None,
                 if_no_answer=str(step.if_no_answer.run(env)) if step.if_no_answer else "",
                 clears=step.clears.agent.run(env).id if step.clears and step.clears.agent else "",
                 clears_on=step.clears_on,
@@ -422,6 +793,18 @@ class NaiveTrees:
             return failed(at, "expect", f"answered {answer['answer']}")
         return Done()
 
+    def _break_if(self, at: At, mem: dict[str, Any], fresh: bool) -> Done | None:
+        assert isinstance(at.step, model.BreakIf)
+        return Done(leaves=bool(at.step.cond.run(self._env(at))))
+
+    def _release(self, at: At, mem: dict[str, Any], fresh: bool) -> Done | None:
+        assert isinstance(at.step, model.Release)
+        if fresh:
+            assert at.step.who.agent is not None
+            mem["agent"] = at.step.who.agent.run(self._env(at)).id
+            self.host.release(mem["agent"], at.key)
+        return Done() if self.host.is_released(mem["agent"]) else None
+
     def _wait(self, at: At, mem: dict[str, Any], fresh: bool) -> Done | None:
         assert isinstance(at.step, model.Wait)
         if fresh:
@@ -431,7 +814,7 @@ class NaiveTrees:
             self.host.set_deadline(at.key, self.host.now + after)
         return Done() if self.host.is_due(at.key) else None
 
-    def _check(self, at: At, mem: dict[str, Any], fresh: bool) -> Done | None:
+    def _check(self, at: At, mem: dict[str, Any], fresh: bool) -> Done:
         step, env = at.step, self._env(at)
         assert isinstance(step, model.Check)
         if step.cond.run(env):
@@ -460,6 +843,10 @@ class NaiveTrees:
         assert isinstance(at.step, model.Fail)
         code = f"failed:{at.step.code}" if at.step.code else "failed"
         return failed(at, code, str(at.step.message.run(self._env(at))))
+
+
+def skipped_before(at: At) -> Failure:
+    return Failure(code="nothing_applied", reason="every child before was skipped", step=at.path)
 
 
 def failed(at: At, code: str, reason: str, agent: str = "", *, again: bool = True) -> Done:

@@ -41,6 +41,8 @@ class Writer:
     def __init__(self, draw: Any, carts: tuple[str, ...], people: tuple[str, ...], subtrees: tuple[str, ...]) -> None:
         self.draw = draw
         self.carts = carts
+        """Those that may be commanded here; `seen`: those whose fields may be read."""
+        self.seen = carts
         self.people = people
         self.subtrees = subtrees
         self.saved = 0
@@ -49,6 +51,15 @@ class Writer:
         """Subtrees with an action that may not be repeated."""
         self.inside = "cart" in carts
         """In a subtree: its params cannot be set."""
+        self.may_set = not self.inside
+        """Not in a second parallel branch, nor in a parallel `for`."""
+        self.rounds: list[str] = []
+        """Names of the loops around, for numbers."""
+        self.may_leave = False
+        """A `break_if` is allowed here."""
+        self.gone: set[int] = set()
+        """Saved names that a parallel `for` keeps to itself."""
+        self.loops = 0
 
     def pick(self, *things: Any) -> Any:
         return self.draw(st.sampled_from(things))
@@ -57,11 +68,37 @@ class Writer:
         return bool(self.draw(st.integers(0, 99)) >= 100 - percent)
 
     def cond(self) -> str:
-        conds = ["n == 0", "n < 2", "n != 1", "flag", "not flag", f"{self.carts[0]}.battery > 50 %"]
-        conds += [f"{self.carts[0]}.airborne", f"not {self.carts[-1]}.airborne", "10 // (n - 2) > 3"]
+        conds = ["n == 0", "n < 2", "n != 1", "flag", "not flag", f"{self.seen[0]}.battery > 50 %"]
+        conds += [f"{self.seen[0]}.airborne", f"not {self.seen[-1]}.airborne", "10 // (n - 2) > 3"]
+        conds += [f"{name} < 2" for name in self.rounds]
         if self.errors:
             conds += ["error.code == 'timeout'", "error.code != 'check'"]
         return str(self.pick(*conds))
+
+    def live(self) -> str:
+        """Draw a condition that is watched: of agents, of names set in another branch, of `now`."""
+        one = self.pick(*self.seen)
+        conds = ["n > 0", "n > 1", "n != 1", "flag", "not flag", f"{one}.battery > 50 %", f"{one}.battery <= 50 %"]
+        conds += [f"{one}.battery > 50 %", f"{one}.airborne", f"not {one}.airborne", "n > 0 or flag"]
+        conds += [f"distance(ground({one}.position), base) < 100 m", f"{one}.battery > 50 % and not flag"]
+        if not self.inside:
+            conds += [
+                "now < t5",
+                "now > t5",
+                "now >= t9",
+                "now - t5 > 3 s",
+                "now > t5 and now < t9",
+                "now > t9 or flag",
+            ]
+        return str(self.pick(*conds))
+
+    def within(self, depth: int, most: int = 2, **changed: Any) -> list[dict[str, Any]]:
+        """Draw steps with other limits than here."""
+        kept = {name: getattr(self, name) for name in changed}
+        self.__dict__.update(changed)
+        steps = self.steps(depth, most)
+        self.__dict__.update(kept)
+        return steps
 
     def save(self) -> str:
         self.saved += 1
@@ -69,7 +106,11 @@ class Writer:
 
     def uses(self) -> list[dict[str, Any]]:
         """Return steps that read every saved name, as the checker wants it."""
-        return [{"notify": f"there is s{i}", "when": f"is_set(s{i})"} for i in range(1, self.saved + 1)]
+        return [
+            {"notify": f"there is s{i}", "when": f"is_set(s{i})"}
+            for i in range(1, self.saved + 1)
+            if i not in self.gone
+        ]
 
     def steps(self, depth: int, most: int = 3) -> list[dict[str, Any]]:
         return [self.step(depth) for _ in range(self.draw(st.integers(1, most)))]
@@ -79,16 +120,43 @@ class Writer:
         step = self.step(depth)
         step.pop("ignore_failure", None)
         kind = next(iter(step))
-        if kind in ("wait", "set", "notify") and "timeout" not in step:
+        if kind in ("wait", "set", "notify", "repeat", "while", "for") and "timeout" not in step:
             return self._check(depth)
         return step
 
     def step(self, depth: int) -> dict[str, Any]:
         leaves = ("do", "do", "do", "do", "ask", "wait", "wait", "check", "set", "notify", "fail")
-        kinds = leaves if depth <= 0 else (*leaves, "sequence", "fallback", "fallback", "if", "sequence", "call")
-        kind = self.pick(*kinds)
-        if (kind == "call" and not self.subtrees) or (kind == "set" and self.inside):
-            kind = "do"
+        leaves = (*leaves, "wait_until", "wait_until", *(["break_if"] * 4 if self.may_leave else []))
+        blocks = (
+            "sequence",
+            "fallback",
+            "fallback",
+            "if",
+            "sequence",
+            "call",
+            "guard",
+            "guard",
+            "parallel",
+            "parallel",
+        )
+        blocks = (
+            *blocks,
+            "reactive",
+            "reactive",
+            "tidy",
+            "while",
+            "repeat",
+            "repeat",
+            "for",
+            "for",
+            "for_all",
+            "for_all",
+        )
+        kind = self.pick(*(leaves if depth <= 0 else (*leaves, *blocks)))
+        if kind == "call" and not (self.subtrees and self.carts):
+            kind = "wait"
+        if (kind == "set" and not self.may_set) or (kind == "do" and not self.carts):
+            kind = "wait"
         step: dict[str, Any] = getattr(self, f"_{kind}")(depth)
         self.modify(step, kind)
         return step
@@ -98,11 +166,11 @@ class Writer:
             step["when"] = self.cond()
         if self.chance(15):
             step["ignore_failure"] = True
-        instant = kind in ("check", "set", "notify", "fail")
-        if kind == "ask" or (not instant and self.chance(35)):
+        instant = kind in ("check", "set", "notify", "fail", "break_if")
+        if kind in ("ask", "wait_until") or (not instant and self.chance(35)):
             step["timeout"] = self.draw(SPANS)
         repeatable = not self.hauls(step)  # else the checker refuses
-        if kind not in ("set", "notify") and repeatable and self.chance(30):
+        if kind not in ("set", "notify", "break_if") and repeatable and self.chance(30):
             retry: dict[str, Any] = {"attempts": self.pick(2, 3, 4)}
             if self.chance(60):
                 retry["delay"] = self.draw(SPANS)
@@ -166,12 +234,111 @@ class Writer:
         return {"sequence": self.steps(depth - 1)}
 
     def _fallback(self, depth: int) -> dict[str, Any]:
+        leave, self.may_leave = self.may_leave, False
         steps = [self.fallible(depth - 1)]
         self.errors += 1
         steps += [self.fallible(depth - 1) for _ in range(self.draw(st.integers(0, 1)))]
         steps.append(self.step(depth - 1))
         self.errors -= 1
+        self.may_leave = leave
         return {"fallback": steps}
+
+    def _reactive(self, depth: int) -> dict[str, Any]:
+        kind = self.pick("sequence", "fallback")
+        leave, self.may_leave = self.may_leave, self.may_leave and kind == "sequence"
+        steps = []
+        for index in range(self.draw(st.integers(1, 2))):
+            cond = "error.code == 'check'" if kind == "fallback" and index and self.chance(30) else self.live()
+            steps.append({"check": cond, **({"message": "n is ${n}"} if self.chance(30) else {})})
+        steps.append(self.step(depth - 1))
+        self.may_leave = leave
+        return {kind: steps, "reactive": True}
+
+    def _tidy(self, depth: int) -> dict[str, Any]:
+        steps = self.steps(depth - 1)
+        return {"sequence": steps, "finally": self.within(depth - 1, may_leave=False)}
+
+    def _guard(self, depth: int) -> dict[str, Any]:
+        return {"guard": self.live(), "steps": self.steps(depth - 1)}
+
+    def _wait_until(self, depth: int) -> dict[str, Any]:
+        return {"wait_until": self.live()}
+
+    def _break_if(self, depth: int) -> dict[str, Any]:
+        return {"break_if": self.cond()}
+
+    def _parallel(self, depth: int) -> dict[str, Any]:
+        branches: list[dict[str, Any]] = []
+        carts = list(self.carts)
+        writer = self.draw(st.integers(0, 2))
+        for index in range(self.draw(st.integers(2, 3))):
+            mine = (carts.pop(0),) if carts else ()
+            limits = {"carts": mine, "may_leave": False, "may_set": self.may_set and index == writer}
+            (branch,) = self.within(depth - 1, 1, **limits)
+            branches.append(branch)
+        return {"parallel": branches, **self.needs(len(branches), "any")}
+
+    def needs(self, most: int, *words: str) -> dict[str, Any]:
+        found: dict[str, Any] = {}
+        if self.chance(60):
+            found["need"] = self.pick(*words, *range(1, most + 1), "all")
+        if self.chance(40):
+            found["on_child_failure"] = self.pick("cancel", "finish")
+        return found
+
+    def _while(self, depth: int) -> dict[str, Any]:
+        return {"while": self.cond(), **self.round(depth), "max": self.pick(2, 3, 6)}
+
+    def _repeat(self, depth: int) -> dict[str, Any]:
+        step = {"repeat": self.pick(1, 2, 3, "2 s", "4 s", "forever"), **self.round(depth)}
+        if step["repeat"] == "forever":
+            step["max"] = 5
+            step["timeout"] = self.draw(SPANS)
+        elif self.chance(20):
+            step["max"] = 2
+        return step
+
+    def round(self, depth: int) -> dict[str, Any]:
+        step: dict[str, Any] = {"steps": [*self.within(depth - 1, 3, may_leave=True), {"wait": self.draw(SPANS)}]}
+        if self.chance(40):
+            step["every"] = self.draw(SPANS)
+        if self.chance(40):
+            step["until"] = self.cond()
+        return step
+
+    def _for(self, depth: int) -> dict[str, Any]:
+        return self.over(depth, at_once=False)
+
+    def _for_all(self, depth: int) -> dict[str, Any]:
+        return self.over(depth, at_once=True)
+
+    def over(self, depth: int, *, at_once: bool) -> dict[str, Any]:
+        self.loops += 1
+        number, cart = f"i{self.loops}", f"cart{self.loops}"
+        lists: dict[str, Any] = {number: self.pick("${[1, 2]}", "${[0, 3]}", "${range(2)}")}
+        changed: dict[str, Any] = {"may_leave": not at_once, "rounds": [*self.rounds, number]}
+        if at_once:
+            changed["may_set"] = False
+            changed["carts"] = ()
+        if len(self.carts) == 2 and self.chance(60):
+            lists[cart] = f"${{[{', '.join(self.carts)}]}}"
+            changed["carts"] = (cart,)
+        before = self.saved
+        steps = self.within(depth - 1, 3, **changed)
+        saved = range(before + 1, self.saved + 1)
+        step: dict[str, Any] = {"for": lists, "steps": steps, **self.needs(2)}
+        if at_once:
+            step["mode"] = "parallel"
+            if self.chance(40):
+                step["max_parallel"] = 1
+            self.gone.update(saved)
+        else:
+            step.pop("on_child_failure", None)
+        if saved and self.chance(70):
+            name = self.pick(*saved)
+            step["collect"] = f"s{name}"
+            self.gone.discard(name)
+        return step
 
     def _if(self, depth: int) -> dict[str, Any]:
         step: dict[str, Any] = {"if": self.cond(), "then": self.steps(depth - 1, 2)}
@@ -216,6 +383,10 @@ def task_texts(draw: Any, name: str = "Random") -> str:
         "formiga": 1,
         "task": name,
         "vars": {"n": "${0}", "flag": "${1 > 2}"},
+        "params": {
+            "t5": {"type": "time", "default": "1970-01-12T13:46:45Z"},
+            "t9": {"type": "time", "default": "1970-01-12T13:46:49Z"},
+        },
         "agents": {"one": {"type": "cart"}, "two": {"type": "cart"}, "ann": {"type": "person"}},
     }
     if writer.chance(25):
@@ -223,6 +394,8 @@ def task_texts(draw: Any, name: str = "Random") -> str:
     if writer.chance(25):
         task["cleanup_timeout"] = draw(st.sampled_from(["2 s", "5 s"]))
     task["steps"] = writer.steps(3, 4)
+    if writer.chance(20):
+        task["steps"].append({"parallel": [{"release": writer.pick("one", "two")}, {"wait": draw(SPANS)}]})
     for section in ("on_failure", "on_abort", "finally"):
         if writer.chance(45):
             task[section] = writer.steps(1, 2)
@@ -247,6 +420,10 @@ DEEDS = st.builds(
 MOMENTS = st.integers(0, 60).map(lambda half: half / 2)
 
 
+WHAT = ("abort", "now", "abandon", "kill", "freeze", "take_over", "take_over", "clear")
+WHAT = ("abort", *WHAT, "low", "low", "full", "pulse", "pulse", "rise", "sink", "drift")
+
+
 @st.composite
 def events(draw: Any) -> tuple[Event, ...]:
     """Draw what happens from outside; often nothing."""
@@ -254,9 +431,7 @@ def events(draw: Any) -> tuple[Event, ...]:
         return ()
     found = []
     for _ in range(draw(st.integers(1, 3))):
-        what = draw(
-            st.sampled_from(["abort", "abort", "now", "abandon", "kill", "freeze", "take_over", "take_over", "clear"])
-        )
+        what = draw(st.sampled_from(WHAT))
         at, whom = draw(MOMENTS), draw(st.sampled_from(CARTS))
         found.append(Event(at, what, whom))
         back = {"kill": "restart", "freeze": "thaw", "take_over": "hand_back"}.get(what)

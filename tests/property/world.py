@@ -12,6 +12,7 @@ from typing import Any
 from msgspec import Struct
 
 from formiga_bt.clock import SECOND, Micros, VirtualScheduler
+from formiga_bt.engine import changes as ch
 from formiga_bt.engine import inputs as inp
 from formiga_bt.engine.drivers.virtual import VirtualDriver
 from formiga_bt.engine.engine import Engine
@@ -137,6 +138,8 @@ class Scripted:
         self.boots = 0
         self.side: AgentSide | None = None
         self.landed = "grounded"
+        self.battery = 80.0
+        self.drift = 0.0
         self.log: list[tuple[str, str]] = []
         self.boot()
 
@@ -161,7 +164,13 @@ class Scripted:
     def set_status(self) -> None:
         assert self.side is not None
         east = 40.0 * CARTS.index(self.agent) if not self.human else -30.0
-        self.side.set_status(battery=80.0, position=Position(east, 0.0, 0.0), landed=self.landed)
+        self.side.set_status(battery=self.battery, position=Position(east + self.drift, 0.0, 0.0), landed=self.landed)
+
+    def show(self) -> None:
+        """Tell what is new at once."""
+        if self.side is not None:
+            self.set_status()
+            self.side.publish_status()
 
     def report(self, boot: int) -> None:
         def again() -> None:
@@ -223,6 +232,19 @@ class Scripted:
         if self.running.pop(goal_id, None) is not None:
             self.side.finish(goal_id, "canceled")
 
+    def change(self, what: str) -> None:
+        """Let something happen that live conditions look at."""
+        match what:
+            case "low" | "full" | "pulse":
+                self.battery = 80.0 if what == "full" else 40.0
+            case "rise" | "sink":
+                self.landed = "airborne" if what == "rise" else "grounded"
+            case "drift":
+                self.drift += 150.0
+        self.show()
+        if what == "pulse":  # too short for whoever would poll
+            self.later(0.05, lambda: self.change("full"))
+
     def take_over(self) -> None:
         if self.side is not None:
             self.running.clear()
@@ -256,6 +278,8 @@ class World:
         self.hub = MemoryHub(self.scheduler, delay_us=0)
         self.models = {task.name: task for task in tasks}
         self.engine = Engine(site, catalogue, self.models, trees=trees)
+        if getattr(trees, "looks_at_everything", False):
+            self._wake_all_on_any_change()
         self.steps: list[Step] = []
         self.statuses: list[dict[str, dict[str, str]]] = []
         self.watch = watch
@@ -266,6 +290,17 @@ class World:
         for event in events:
             at = START + round(event.at * SECOND)
             self.scheduler.call_at(at, lambda event=event: self.happen(event))  # type: ignore[misc]
+
+    def _wake_all_on_any_change(self) -> None:
+        core, emit = self.engine.core, self.engine.core.emit
+
+        def emit_and_wake(change: ch.Change) -> None:
+            emit(change)
+            if isinstance(change, ch.AgentPut | ch.VarPut):
+                for task in self.engine.tasks.runs:
+                    core.wake(task, "")
+
+        core.emit = emit_and_wake  # type: ignore[method-assign]
 
     def _note(self, step: Step) -> None:
         self.steps.append(step)
@@ -301,6 +336,8 @@ class World:
             case "hand_back" if body is not None:
                 body.hand_back()
                 self.scheduler.call_at(self.scheduler.now(), lambda: self._handback_end(event.whom))
+            case "low" | "full" | "pulse" | "rise" | "sink" | "drift" if body is not None:
+                body.change(event.what)
             case "clear":
                 self.driver.feed(inp.Operator("clear", event.whom, "ann"))
 
