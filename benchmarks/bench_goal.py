@@ -11,6 +11,7 @@ import statistics
 import subprocess
 import sys
 import time
+from itertools import pairwise
 from queue import SimpleQueue
 
 from formiga_bt.engine.drivers.realtime import RealtimeDriver
@@ -56,7 +57,8 @@ while True:
 def task(goals: int) -> str:
     """Return a task of so many goals that need no clearance and move nothing."""
     step = "  - do: drone.GoTo\n    with: {to: '${at_height(ground(drone.position), 1 m)}'}\n"
-    return f"formiga: 1\ntask: Many\nagents:\n  drone: {{type: hwd}}\nsteps:\n  - do: drone.TakeOff\n{step * goals}  - do: drone.LandIn\n    with: {{at: '${{drone.home}}'}}\n"
+    first, last = "  - do: drone.TakeOff\n", "  - do: drone.LandIn\n    with: {at: '${drone.home}'}\n"
+    return f"formiga: 1\ntask: Many\nagents:\n  drone: {{type: hwd}}\nsteps:\n{first}{step * goals}{last}"
 
 
 def main() -> None:
@@ -93,7 +95,7 @@ def main() -> None:
         agent.kill()
         agent.wait()
     assert outcome.status == "SUCCEEDED", outcome
-    gaps = [(b - a) * 1e3 for a, b in zip(times, times[1:], strict=False)]
+    gaps = [(b - a) * 1e3 for a, b in pairwise(times)]
     wire = wire_ms(site.name, 200)
     median = statistics.median(gaps)
     print(
