@@ -233,3 +233,24 @@ def test_init_changes_nothing_that_is_there(shell: Shell) -> None:
     said = shell.run("init", code=2)
     assert "there already; nothing was changed" in said
     assert (shell.folder / "site.yaml").read_text(encoding="utf-8") == before
+
+
+def test_the_commands_of_the_readme(tmp_path: Path) -> None:
+    readme = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
+    block = readme.partition("## Your own site")[2].split("```")[1]
+    lines = [line.partition("#")[0].strip() for line in block.strip().splitlines()]
+    assert [line.split()[1] for line in lines] == ["init", "up", "run", "why", "down"]
+    first, _, folder = lines[0].partition(" && cd ")
+    shell = Shell(tmp_path)
+    shell.run(*first.split()[1:])
+    shell.folder = tmp_path / folder
+    site = shell.folder / "site.yaml"
+    site.write_text(site.read_text(encoding="utf-8").replace(":7447", ":0"), encoding="utf-8")
+    try:
+        shell.up(*lines[1].split()[2:])
+        wait_for_agents(shell, 5)
+        said = [shell.run(*line.split()[1:]) for line in lines[2:]]
+        assert "Hello-1 SUCCEEDED" in said[0]
+        assert "the engine has ended" in shell.ended()
+    finally:
+        shell.close()
