@@ -52,3 +52,11 @@ def test_the_wheel_does_not_use_the_checkout(installed: Path, tmp_path: Path) ->
         [sys.executable, "-c", code], cwd=tmp_path, env=env, capture_output=True, text=True, check=True
     )
     assert Path(done.stdout.strip()) == installed / "formiga_bt" / "_data" / "actions"
+
+
+def test_the_wheel_makes_a_site_whose_first_task_flies(installed: Path, tmp_path: Path) -> None:
+    assert formiga(installed, tmp_path, "init", "meadow").returncode == 0
+    words = ("trees/hello.yaml", "--site", "site.yaml")
+    for verb in ("check", "dryrun"):
+        done = formiga(installed, tmp_path / "meadow", verb, *words)
+        assert done.returncode == 0, done.stdout + done.stderr
