@@ -212,11 +212,15 @@ class Interpreter:
         if not step.finally_:
             return ends
         tidy = replace(here, lenient=True)
-        after = [
-            self._steps(step.finally_, end, tidy) if end is not None else None for end in (ends.success, ends.failure)
-        ]
-        done = [join(join(one.success, one.failure), one.skipped) if one is not None else None for one in after]
-        return Ends(done[0], done[1], ends.skipped)
+        return Ends(self._tidied(step, ends.success, tidy), self._tidied(step, ends.failure, tidy), ends.skipped)
+
+    def _tidied(self, step: Sequence, sky: Sky | None, here: Place) -> Sky | None:
+        """Return what `finally` leaves; as at the end of a task, its own failure is not followed."""
+        if sky is None:
+            return None
+        ends = self._steps(step.finally_, sky, here)
+        done = join(ends.success, ends.skipped)
+        return done if done is not None else ends.failure
 
     # --- loops -------------------------------------------------------------------------------------------------
 
@@ -281,9 +285,10 @@ class Interpreter:
         loose = {name: replace(one, all=False) for name, one in bound.items()}
         some = any(one.all and not one.open for one in bound.values()) or is_filled(step)
         failure = back(sky, join(ends.failure, join(end, inside) if ends.failure is not None else None), loose)
-        success = back(sky, end, bound if some and step.need == "all" else loose)
-        if not some:
-            success = join(success, sky)
+        success = back(sky, end, bound if step.need == "all" else loose)
+        if not some and success is not None:  # an empty list has no items to be left in another state
+            items = {key: success[key] for one in bound.values() if one.all for key in one.keys}
+            success = {**(join(success, sky) or {}), **items}
         success = join(success, back(sky, broke, loose))
         if step.need != "all":
             success, failure = join(success, failure), failing(join(success, failure), step.mark, here)
@@ -338,8 +343,8 @@ class Interpreter:
     def _check_requires(self, step: Do, spec: ActionSpec, states: States, here: Place) -> None:
         """Report E030 once for the first state in which the action cannot start."""
         want = spec.requires
-        shown = (here.outer or {}).get(step.who.name, step.who.name)
-        if not want or here.silent or self.contended & {shown.partition("[")[0], *self.owners.get(shown, ())}:
+        role = (here.outer or {}).get(step.who.name, step.who.name)
+        if not want or here.silent or self.contended & {role.partition("[")[0], *self.owners.get(role, ())}:
             return
         other: Air = "grounded" if want == "airborne" else "airborne"
         why, is_ = states.get(other), f"it is {other}"
@@ -347,7 +352,6 @@ class Interpreter:
             why, is_ = states.get("unknown"), f"it may be {other}"
         if why is None:
             return
-        role = shown
         path = f" {why.path}" if why.path else ""
         action = spec.name if here.call is None else f"{here.called}, which begins with {spec.name},"
         if here.call is not None and step.seg != "steps[0]":
@@ -356,5 +360,5 @@ class Interpreter:
         hint = f"do: {role}.TakeOff first" if want == "airborne" else f"land it first, or add when: not {role}.airborne"
         if "unknown" in states and other not in states:
             hint = f"add when: {'' if want == 'airborne' else 'not '}{role}.airborne"
-        self.reported |= {role, *self.owners.get(role, ())}
+        self.reported |= {role.partition("[")[0], *self.owners.get(role, ())}
         self.problems.add("E030", here.call or step.mark, what, hint)

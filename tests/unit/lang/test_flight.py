@@ -115,3 +115,188 @@ def test_people_are_not_followed(load: Load) -> None:
     )
 
     assert loaded.diagnostics == []
+
+
+def lines(load: Load, text: str) -> list[tuple[str, int]]:
+    """Return the codes of a task's text and their lines; the text's first line is 1."""
+    found = load("imports: [lib/flying.yaml]\n" + text.lstrip("\n")).diagnostics
+    return [(d.code, d.mark.line - 3) for d in found if d.code != "W060"]
+
+
+LIST = """
+agents:
+  drones: {type: lwd, count: 3}
+steps:
+"""
+UP_ALL = """
+  - for: {drone: "${drones}"}
+    mode: parallel
+    steps:
+      - do: drone.TakeOff
+"""
+HOME_ALL = """
+  - for: {drone: "${drones}"}
+    steps:
+      - call: ReturnHome
+        with: {drone: "${drone}"}
+"""
+
+
+class TestLists:
+    def test_what_a_for_does_to_one_it_does_to_all(self, load: Load) -> None:
+        assert lines(load, LIST + UP_ALL + HOME_ALL) == []
+        assert lines(load, LIST + HOME_ALL) == [("E030", 7)]
+        assert lines(load, LIST + UP_ALL) == [("E031", 8)]
+
+    def test_some_may_be_left_up(self, load: Load) -> None:
+        broken = HOME_ALL + "      - break_if: drones[0].battery < 50 %\n"
+        assert [code for code, _ in lines(load, LIST + UP_ALL + broken)] == ["E031"]
+        enough = UP_ALL + HOME_ALL.replace("    steps", "    need: 2\n    steps", 1)
+        assert [code for code, _ in lines(load, LIST + enough)] == ["E031"]
+
+    def test_items_are_followed_one_by_one(self, load: Load) -> None:
+        text = LIST + UP_ALL
+        for which in ("drones[0]", "drones[1]", "last(drones)"):
+            text += f'  - call: ReturnHome\n    with: {{drone: "${{{which}}}"}}\n'
+
+        assert lines(load, text) == []
+        assert lines(load, text.replace("drones[1]", "drones[0]")) == [("E030", 11)]
+
+    def test_a_list_written_out_is_a_list(self, load: Load) -> None:
+        text = """
+agents:
+  one: {type: lwd}
+  two: {type: hwd}
+steps:
+  - for: {drone: "${[one, two]}"}
+    mode: parallel
+    steps:
+      - do: drone.TakeOff
+  - for:
+      drone:
+        - ${one}
+        - ${two}
+    steps:
+      - call: ReturnHome
+        with: {drone: "${drone}"}
+"""
+        assert lines(load, text) == []
+
+    def test_a_subtree_may_take_the_list(self, load: Load) -> None:
+        text = LIST + UP_ALL + '  - call: All\n    with: {drones: "${drones}"}\n'
+        home = "    params: {drones: {type: {list: agent}, of: [lwd]}}\n    steps:\n" + HOME_ALL.lstrip("\n").replace(
+            "\n", "\n    "
+        ).replace("  - for", "      - for", 1)
+
+        assert lines(load, text + "subtrees:\n  All:\n" + home.rstrip() + "\n") == []
+
+
+ONE = """
+agents:
+  drone: {type: hwd}
+steps:
+"""
+
+
+class TestRounds:
+    def test_the_second_round_starts_where_the_first_ended(self, load: Load) -> None:
+        up = "  - repeat: 3\n    steps:\n      - do: drone.TakeOff\n"
+        down = '      - do: drone.LandIn\n        with: {at: "${drone.home}"}\n'
+
+        assert lines(load, ONE + up + down) == []
+        assert lines(load, ONE + up) == [("E030", 6)]
+        narrowed = up + "        when: not drone.airborne\n"
+        assert lines(load, ONE + narrowed) == [("E031", 6)]
+
+    def test_a_loop_that_may_not_run_changes_nothing_for_sure(self, load: Load) -> None:
+        text = (
+            "  - while: drone.battery > 50 %\n    steps:\n      - do: drone.TakeOff\n        when: not drone.airborne\n"
+        )
+        home = '  - call: ReturnHome\n    with: {drone: "${drone}"}\n'
+
+        assert [code for code, _ in lines(load, ONE + text + home)] == ["E030"]
+        assert lines(load, ONE + text + home + "    when: drone.airborne\n") == []
+
+    def test_the_way_out_tells_the_state(self, load: Load) -> None:
+        text = """
+  - repeat: forever
+    every: 5 s
+    steps:
+      - do: drone.TakeOff
+        when: not drone.airborne
+      - break_if: drone.airborne
+"""
+        home = '  - call: ReturnHome\n    with: {drone: "${drone}"}\n'
+
+        assert lines(load, ONE + text + home) == []
+        assert lines(load, ONE + text) == [("E031", 8)]
+
+
+class TestAtOnce:
+    def test_each_branch_is_followed(self, load: Load) -> None:
+        text = """
+agents:
+  one: {type: lwd}
+  two: {type: hwd}
+steps:
+  - parallel:
+      - do: one.TakeOff
+      - do: two.TakeOff
+  - parallel:
+      - call: ReturnHome
+        with: {drone: "${one}"}
+      - call: ReturnHome
+        with: {drone: "${two}"}
+"""
+        assert lines(load, text) == []
+        raced = text.replace("  - parallel:\n      - call", "    need: any\n  - parallel:\n      - call")
+        assert [code for code, _ in lines(load, raced)] == ["E030", "E030"]
+
+    def test_a_branch_knows_nothing_of_what_another_commands(self, load: Load) -> None:
+        text = """
+agents:
+  one: {type: lwd}
+  two: {type: hwd}
+steps:
+  - parallel:
+      - sequence:
+          - do: one.TakeOff
+          - call: ReturnHome
+            with: {drone: "${one}"}
+      - sequence:
+          - wait_until: one.airborne
+            timeout: 5 min
+          - do: two.TakeOff
+          - call: ReturnHome
+            with: {drone: "${two}"}
+"""
+        assert lines(load, text) == []
+
+    def test_a_guard_may_stop_anywhere(self, load: Load) -> None:
+        text = """
+  - fallback:
+      - guard: drone.battery > 40 %
+        steps:
+          - do: drone.TakeOff
+          - do: drone.LandIn
+            with: {at: "${drone.home}"}
+      - call: ReturnHome
+        with: {drone: "${drone}"}
+"""
+        assert [code for code, _ in lines(load, ONE + text)] == ["E030"]
+
+    def test_a_finally_may_bring_it_home(self, load: Load) -> None:
+        text = """
+  - sequence:
+      - do: drone.TakeOff
+      - check: drone.battery > 50 %
+    finally:
+      - call: ReturnHome
+        with: {drone: "${drone}"}
+        when: drone.airborne
+"""
+        assert lines(load, ONE + text) == []
+
+
+def test_a_released_drone_is_brought_home_by_the_engine(load: Load) -> None:
+    assert lines(load, ONE + "  - do: drone.TakeOff\n  - release: drone\n") == []
