@@ -1,6 +1,7 @@
 """The demo: an engine in this process, each agent in a process of its own, Zenoh between them on the loopback.
 
-`Demo` is the run without any display; `cli/demo.py` shows it. Everything it starts it ends, also when it is interrupted.
+`Demo` is the run without any display, `ScenarioDemo` one that plays a scenario; `cli/demo.py` shows it. Everything it starts
+it ends, also when it is interrupted.
 """
 
 import tempfile
@@ -14,17 +15,19 @@ from typing import Any
 from msgspec.structs import replace
 
 from agents_sim.launch import FleetProcesses
-from agents_sim.ledger import judge
-from agents_sim.referee import Referee, Verdict
+from agents_sim.referee import Verdict
 from agents_sim.world import AgentSpec
+from formiga_bt.clock import SECOND
 from formiga_bt.engine.drivers.realtime import RealtimeDriver
 from formiga_bt.engine.engine import Engine
 from formiga_bt.engine.inputs import Abort, Step, Submit
 from formiga_bt.errors import FormigaError, TaskError
 from formiga_bt.lang.model import Catalogue, Site, Task
+from formiga_bt.lang.scenario import Scenario, ScenarioFault
 from formiga_bt.lang.types import AgentRef
 from formiga_bt.rehearsal import fleet_of
 from formiga_bt.show.runlog import RunLog
+from formiga_bt.simulation import Played, Timetable, site_of, specs_of
 from formiga_bt.transport.zenoh import ZenohTransport
 
 READY_S = 30.0
@@ -69,10 +72,20 @@ class Demo:
         site, catalogue, tasks: what the engine is made of.
         speed: engine seconds per wall second.
         listen: the engine's endpoint; port 0 takes a free one.
+        specs: the agents; without, those of the site with the demo's people.
+        referee: whether a referee runs as a process beside them.
     """
 
     def __init__(
-        self, site: Site, catalogue: Catalogue, tasks: Sequence[Task], *, speed: float, listen: str = FREE_PORT
+        self,
+        site: Site,
+        catalogue: Catalogue,
+        tasks: Sequence[Task],
+        *,
+        speed: float,
+        listen: str = FREE_PORT,
+        specs: Sequence[AgentSpec] | None = None,
+        referee: bool = False,
     ) -> None:
         self.site = site
         self.log = RunLog()
@@ -80,7 +93,14 @@ class Demo:
         self._transport = ZenohTransport(site.name, listen=listen)
         engine = Engine(site, catalogue, {task.name: task for task in tasks})
         self.driver = RealtimeDriver(engine, [self._transport], speed=speed, listeners=[self._steps.put])
-        self._specs = [_placed(spec, site) for spec in fleet_of(site, catalogue, scripts=SCRIPTS)]
+        self._specs = (
+            [_placed(spec, site) for spec in fleet_of(site, catalogue, scripts=SCRIPTS)]
+            if specs is None
+            else list(specs)
+        )
+        self._has_referee = referee
+        self.down: set[str] = set()
+        """Agents whose processes are meant to be gone."""
         self._folder = tempfile.TemporaryDirectory(prefix="formiga-demo-")
         self.fleet: FleetProcesses | None = None
         self._aborted: set[str] = set()
@@ -89,7 +109,11 @@ class Demo:
         try:
             self.driver.start()
             self.fleet = FleetProcesses(
-                self._specs, site=self.site.name, connect=self._transport.endpoint, state_dir=self.folder
+                self._specs,
+                site=self.site.name,
+                connect=self._transport.endpoint,
+                state_dir=self.folder,
+                referee=self._has_referee,
             )
             self.fleet.__enter__()
         except BaseException:
@@ -144,8 +168,11 @@ class Demo:
             FormigaError: the engine stopped, or an agent's process ended by itself.
         """
         self.take(seconds)
-        if self.fleet is not None and (ended := self.fleet.ended()):
-            agent, code = next(iter(ended.items()))
+        ended = self.fleet.ended() if self.fleet is not None else {}
+        for agent, code in ended.items():
+            if agent in self.down:
+                continue
+            assert self.fleet is not None
             said = self.fleet.log_of(agent).read_text(errors="replace").strip().splitlines()[-3:]
             raise FormigaError(
                 f"the process of {agent} ended with status {code}: {' / '.join(said) or 'it said nothing'}"
@@ -195,6 +222,53 @@ class Demo:
         return all(task.section == "done" for task in self.log.state.tasks.values())
 
     def verdict(self) -> Verdict:
-        """Return what a referee finds in the agents' own ledgers."""
-        referee = Referee()
-        return referee.verdict(judge(self.folder, referee))
+        """Return what the referee finds in the agents' own ledgers; its process, if there is one, ends."""
+        assert self.fleet is not None, "the demo was not entered"
+        return self.fleet.verdict()
+
+
+class ScenarioDemo(Demo):
+    """A demo that plays a scenario: its agents, its tasks at their times, its faults.
+
+    When all agents are there: `begin`, then `play_due` again and again until `is_over`.
+    """
+
+    def __init__(self, scenario: Scenario, *, speed: float | None = None, listen: str = FREE_PORT) -> None:
+        self.speed = scenario.speed if speed is None else speed
+        super().__init__(
+            site_of(scenario),
+            scenario.catalogue,
+            list(scenario.tasks.values()),
+            speed=self.speed,
+            listen=listen,
+            specs=specs_of(scenario, with_base=True),
+            referee=True,
+        )
+        self.played = Played()
+        self._table = Timetable(scenario)
+
+    def begin(self) -> None:
+        """Start the scenario's clock."""
+        self._table.begin(self.driver.now())
+
+    def play_due(self) -> list[ScenarioFault]:
+        """Submit the tasks and play the faults that are due; return the faults."""
+        assert self.fleet is not None, "the demo was not entered"
+        due = self._table.due(self.driver.now())
+        for entry in due:
+            if isinstance(entry, ScenarioFault) and entry.kind in ("kill", "restart"):
+                (self.down.add if entry.kind == "kill" else self.down.discard)(entry.agent)
+            self.played.carry_out(entry, self.driver.now(), self.fleet, self.driver.ask)
+        return [entry for entry in due if isinstance(entry, ScenarioFault)]
+
+    def wait_s(self, most_s: float) -> float:
+        """Return the wall time until the next thing is due, at most `most_s`."""
+        at = self._table.next_time()
+        if at is None:
+            return most_s
+        return min(most_s, max(0.0, (at - self.driver.now()) / SECOND / self.speed))
+
+    @property
+    def is_over(self) -> bool:
+        """Return whether all was played and all tasks have ended."""
+        return self._table.is_done and self.ended(self.played.task_ids) and self.all_ended()

@@ -174,9 +174,17 @@ class Played:
 
 
 class VirtualRun:
-    """A scenario on the virtual clock. `run` it, then read `played`, `rehearsal.steps` and `verdict()`."""
+    """A scenario on the virtual clock. `run` it, then read `played`, `steps` and `verdict()`.
 
-    def __init__(self, scenario: Scenario, *, seed: int | None = None) -> None:
+    Args:
+        scenario: what to play.
+        seed: instead of the scenario's own.
+        pace: told engine time as it passes; it may wait, for those who want to watch.
+    """
+
+    def __init__(
+        self, scenario: Scenario, *, seed: int | None = None, pace: Callable[[Micros], None] | None = None
+    ) -> None:
         self.scenario = scenario
         self.rehearsal = Rehearsal(
             site_of(scenario),
@@ -188,6 +196,7 @@ class VirtualRun:
         self.played = Played()
         self.began: Micros = 0
         self._table = Timetable(scenario)
+        self._pace = pace
 
     @property
     def steps(self) -> Sequence[Step]:
@@ -201,7 +210,12 @@ class VirtualRun:
         self.began = world.now
         self._table.begin(world.now)
         self._next()
-        return world.run_until(lambda: self._table.is_done and world.ended(), limit_s)
+        return world.run_until(self._is_over, limit_s)
+
+    def _is_over(self) -> bool:
+        if self._pace is not None:
+            self._pace(self.rehearsal.now)
+        return self._table.is_done and self.rehearsal.ended()
 
     def verdict(self) -> Verdict:
         """Return what the referee found until now."""

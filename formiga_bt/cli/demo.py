@@ -8,34 +8,34 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from formiga_bt.cli.inputs import read_task, read_world
+from formiga_bt.cli.scenarios import read_scenario
 from formiga_bt.clock import SECOND
-from formiga_bt.errors import FormigaError, TreeError
-from formiga_bt.packaged import folder
+from formiga_bt.errors import FormigaError
 
 if TYPE_CHECKING:
-    from formiga_bt.demo import Demo
-    from formiga_bt.lang.model import Catalogue, Site, Task
+    from formiga_bt.demo import ScenarioDemo
     from formiga_bt.show.live import View
 
-TASKS = ("move_task.yaml", "pick_up.yaml")
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 EXIT_NO, EXIT_INTERRUPTED = 1, 130
 LIMIT_S = 1800
-"""Engine time that the missions may take; they need about 300 s."""
+"""Engine time that the missions may take; those of the scenario demo need about 300 s."""
 
 
 def command(
     headless: Annotated[bool, typer.Option("--headless", help="Plain lines instead of the live display.")] = False,
     speed: Annotated[
-        float,
+        float | None,
         typer.Option(
-            help="Engine seconds per wall second: 1 is real time, 20 the most (people are asked).",
+            help="Engine seconds per wall second: 1 is real time, 20 the most (people are asked). Default: the scenario's.",
             metavar="X",
             min=0.1,
             max=20.0,
         ),
-    ] = 6.0,
+    ] = None,
+    scenario: Annotated[
+        str, typer.Option(help="What to fly: a scenario file, or one that ships with formiga.", metavar="S")
+    ] = "demo",
     listen: Annotated[
         str | None,
         typer.Option(
@@ -44,20 +44,21 @@ def command(
         ),
     ] = None,
 ) -> None:
-    """Fly one MoveTask and two PickUps at once on 2 light and 2 heavy drones, with 2 pickers and a watcher.
+    """Fly the missions of a scenario at once, each drone and person a process of its own.
 
-    It takes about a minute at the default speed. Exit code 0 only if every task succeeded and nothing crashed. Ctrl-C
-    aborts the tasks and waits until the drones have landed; a second Ctrl-C ends at once.
+    The scenario `demo` has 3 light and 3 heavy drones, 2 pickers and a watcher, and takes about a minute. Exit code 0 only if
+    every task succeeded and nothing crashed. Ctrl-C aborts the tasks and waits until the drones have landed; a second Ctrl-C
+    ends at once.
     """
-    site, catalogue, tasks = _world()
-    from formiga_bt.demo import FREE_PORT, Demo
+    play = read_scenario(scenario)
+    from formiga_bt.demo import FREE_PORT, ScenarioDemo
     from formiga_bt.show.live import LiveView, PlainView
 
     view = PlainView() if headless or not sys.stdout.isatty() else LiveView()
     with ExitStack() as stack:
         stack.enter_context(_signals())
-        demo = Demo(site, catalogue, tasks, speed=speed, listen=listen or FREE_PORT)
-        view.say(f"starting {len(demo.agents)} agents, each a process of its own, at {speed:g}x")
+        demo = ScenarioDemo(play, speed=speed, listen=listen or FREE_PORT)
+        view.say(f"starting {len(demo.agents)} agents, each a process of its own, at {demo.speed:g}x")
         with _held_back():
             stack.enter_context(demo)
         stack.callback(_deaf)
@@ -111,19 +112,9 @@ def _held_back() -> Iterator[None]:
         signal.raise_signal(signum)
 
 
-def _world() -> "tuple[Site, Catalogue, list[Task]]":
-    world = read_world((), folder("trees") / "demo-site.yaml")
-    read = [read_task(folder("trees") / name, world) for name in TASKS]
-    problems = [*world.diagnostics, *(d for r in read for d in r.diagnostics)]
-    tasks = [r.task for r in read if r.task is not None]
-    if world.site is None or len(tasks) < len(TASKS):
-        raise TreeError("the demo's own files have errors", problems)
-    return world.site, world.catalogue, tasks
-
-
-def _fly(demo: "Demo", view: "View") -> bool:
+def _fly(demo: "ScenarioDemo", view: "View") -> bool:
     """Run the missions; return False if they were interrupted (the drones have landed then)."""
-    from formiga_bt.demo import missions
+    from formiga_bt.simulation import describe
 
     def show() -> None:
         view.show(demo.log, demo.driver.now())
@@ -134,12 +125,14 @@ def _fly(demo: "Demo", view: "View") -> bool:
 
     try:
         demo.wait_ready(show_missing)
-        ids = demo.submit(missions(demo.site))
+        demo.begin()
         until = demo.driver.now() + LIMIT_S * SECOND
-        while not demo.ended(ids):
+        while not demo.is_over:
             if demo.driver.now() > until:
                 raise FormigaError(f"the missions did not end within {LIMIT_S} s of engine time")
-            demo.pump(0.2)
+            for fault in demo.play_due():
+                view.say(f"fault: {describe(fault)}")
+            demo.pump(demo.wait_s(0.2))
             show()
     except KeyboardInterrupt:
         view.say("Ctrl-C: aborting the tasks and bringing the drones home; once more to end at once")

@@ -28,6 +28,7 @@ _TABLE = (
     Verb("check", "check", "Check task files and report all problems at once."),
     Verb("show", "show", "Print a task as a tree."),
     Verb("dryrun", "dryrun", "Run a task against simulated agents in virtual time."),
+    Verb("sim", "sim", "Play a scenario: a fleet, its tasks, and what goes wrong."),
     Verb("demo", "demo", "See a small fleet work through missions in simulation."),
     Verb("up", "up", "Start the engine of a site as a service."),
     Verb("run", "run", "Request a task; with --follow, watch it to its end."),

@@ -45,6 +45,7 @@ from formiga_bt.lang.reading import (
     read_words,
     shorten,
 )
+from formiga_bt.lang.site import plain
 from formiga_bt.lang.synonyms import nearest
 from formiga_bt.lang.types import PLACE, AgentRef
 from formiga_bt.packaged import folder
@@ -158,6 +159,8 @@ class ScenarioTask:
     task: str
     params: Mapping[str, Any]
     priority: Priority | None = None
+    texts: Mapping[str, Any] = field(default_factory=dict)
+    """The parameters as written: texts, lists and mappings of texts."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -485,7 +488,9 @@ class _Reader:
             with self.problems.within(task.name):
                 params = self._params(task, keys.get("params"), name)
             wanted: dict[str, Priority] = {"low": "low", "medium": "medium", "high": "high"}
-            found.append(ScenarioTask(at, task.name, params, wanted.get(priority)))
+            written = keys["params"].value if "params" in keys else None
+            texts = plain(written) if isinstance(written, Mapping_) else {}
+            found.append(ScenarioTask(at, task.name, params, wanted.get(priority), texts))
         return found
 
     def _task(self, name: Scalar) -> Task | None:

@@ -98,17 +98,18 @@ def demo() -> Iterator[Demo]:
 def test_it_flies_and_ends_with_a_table(demo: Demo) -> None:
     run = demo()
     run.wait_for(r"MoveTask-3: lwd_1\.TakeOff")
-    assert len(run.agents) == 7
+    assert len(run.agents) == 10  # and the referee
     assert run.ended(45.0) == 0
-    assert run.lines[0] == "starting 7 agents, each a process of its own, at 20x"
+    assert run.lines[0] == "starting 9 agents, each a process of its own, at 20x"
     head = next(i for i, line in enumerate(run.lines) if line.startswith("Missions"))
     cells = [[c.strip() for c in line.split("│")[1:-1]] for line in run.lines[head:] if line.startswith("│")]
     assert [(row[0], row[4]) for row in cells] == [
         ("PickUp-1", "SUCCEEDED"),
         ("PickUp-2", "SUCCEEDED"),
         ("MoveTask-3", "SUCCEEDED"),
+        ("WatchDogSOS-4", "SUCCEEDED"),
     ]
-    assert cells[2][1:3] == ["lwd_1", "4"]
+    assert cells[2][1:3] == ["lwd_1", "5"]  # it stands away from its port: people are asked before its rotors turn
     assert all(re.fullmatch(r"\d+ s", row[3]) for row in cells)
     assert re.search(r"crashes: 0, .*closest pass: \d+ m \(", run.text)
     assert run.lines[-1].startswith("All tasks succeeded. Next: ")
@@ -143,7 +144,7 @@ def test_a_second_ctrl_c_ends_at_once_and_leaves_no_process(demo: Demo) -> None:
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_signal_while_agents_come_up_leaves_no_process(demo: Demo, number: signal.Signals) -> None:
     run = demo()
-    run.wait_for("starting 7 agents")
+    run.wait_for("starting 9 agents")
     wait_until(lambda: len(children(run.process.pid)) > 2, what="the first agents are started")
     run.agents = children(run.process.pid)
     run.process.send_signal(number)

@@ -36,10 +36,9 @@ def test_an_endpoint_that_cannot_be_is_said_in_words(capsys: Capture) -> None:
     assert "cannot open Zenoh at carrier/pigeon" in capsys.readouterr().err
 
 
-def test_the_demos_own_files_are_clean() -> None:
-    site, _, tasks = verb._world()
-    assert site.name == "rovaniemi"
-    assert [task.name for task in tasks] == ["MoveTask", "PickUp"]
+def test_a_scenario_that_is_not_there_is_named_with_the_nearest(capsys: Capture) -> None:
+    assert run(["demo", "--scenario", "nosense"]) == 2
+    assert "no scenario is called 'nosense'; did you mean 'nonsense'?" in capsys.readouterr().err
 
 
 def test_a_signal_is_held_back_while_processes_start() -> None:
