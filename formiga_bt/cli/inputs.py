@@ -96,7 +96,7 @@ def read_world(actions: Sequence[Path] = (), site: Path | None = None) -> World:
     catalogue, diagnostics, sources = load_catalogue(files)
     if site is None:
         return World(catalogue, None, tuple(diagnostics), dict(sources))
-    the_site, more, site_sources = load_site(readable(site))
+    the_site, more, site_sources = load_site(readable(site), catalogue)
     return World(catalogue, the_site, (*diagnostics, *more), {**sources, **site_sources})
 
 

@@ -57,6 +57,19 @@ TYPE: Final = (
     Option("lost_after", "value", "Silence after which it is lost.", type="duration"),
 )
 
+ENVELOPE: Final = (
+    Option("reserve", "value", "Charge that is kept for the way home.", type="percent"),
+    Option("max_height", "value", "Over the ground.", type="distance"),
+    Option("terrain_clearance", "value", "Least distance from the ground.", type="distance"),
+    Option("keep_in", "word", "The region that no flight leaves.", values=("fence",)),
+    Option("keep_out", "word", "The regions that no flight enters.", values=("no_fly",)),
+    Option("people_clearance", "value", "Least distance from people at take-off and landing.", type="distance"),
+    Option("link_silence", "value", "Silence after which the agent acts by itself.", type="duration"),
+    Option("wind_max", "value", "The strongest wind.", type="speed"),
+    Option("daylight_only", "flag", "No flight between sunset and sunrise."),
+)
+"""Numbers and words of a type that no flight may break."""
+
 _SUFFIX: Final[Mapping[str, str]] = {
     "speed": "m_s",
     "distance": "m",
@@ -213,7 +226,7 @@ class _CatalogueReader:
             seconds = read_quantity(keys[key].value, problems, key, "duration") if key in keys else None
             if seconds is not None:
                 new[key + "_us"] = micros(seconds)
-        new["limits"] = {**base.limits, **_limits(keys, "limits", problems), **_limits(keys, "envelope", problems)}
+        new["limits"] = {**base.limits, **_limits(keys, problems), **_envelope(keys, problems)}
         return replace(base, **new)
 
     def _known_actions(self, node: Node, actions: Mapping[str, ActionSpec], problems: Problems) -> list[str]:
@@ -248,9 +261,10 @@ class _CatalogueReader:
             what = f"no file '{file}' for recover" if name else "'recover' must be FILE#Subtree"
             self.problems.add("E050", at.mark, what, help_)
             return None
-        unit = self.shelf.units.get(str(path))
+        label = self.shelf.label(path)
+        unit = self.shelf.units.get(label)
         if unit is None:
-            unit = self.shelf.open_text(path.read_text(encoding="utf-8"), str(path), path.parent, library=True)
+            unit = self.shelf.open_text(path.read_text(encoding="utf-8"), label, path.parent, library=True)
         callee = subtrees.read_one(unit, name)
         if name not in unit.own:
             what = f"{file} has no subtree '{name}'{did_you_mean(name, unit.own)}"
@@ -265,9 +279,27 @@ class _CatalogueReader:
         return callee.subtree
 
 
-def _limits(keys: dict[str, Entry], key: str, problems: Problems) -> dict[str, float]:
+def _envelope(keys: dict[str, Entry], problems: Problems) -> dict[str, float]:
+    """Return the numbers of an envelope; its words (`keep_in: fence`) are the same for all types and only checked."""
+    mapping = read_mapping(keys["envelope"].value, problems, "envelope") if "envelope" in keys else None
+    given = read_keys(mapping, ENVELOPE, problems, "an envelope") if mapping is not None else {}
+    found: dict[str, float] = {}
+    for option in ENVELOPE:
+        node = given[option.name].value if option.name in given else None
+        if node is None:
+            continue
+        if option.form == "word":
+            read_word(node, problems, option.name, option.values)
+        elif option.form == "flag":
+            found[option.name] = float(read_flag(node, problems, option.name))
+        elif (value := read_quantity(node, problems, option.name, option.type)) is not None:
+            found[f"{option.name}_{_SUFFIX[option.type]}"] = value
+    return found
+
+
+def _limits(keys: dict[str, Entry], problems: Problems) -> dict[str, float]:
     """Return numbers by name with the SI unit in it: `speed: 8 m/s` is `speed_m_s`; bare numbers keep theirs."""
-    mapping = read_mapping(keys[key].value, problems, key) if key in keys else None
+    mapping = read_mapping(keys["limits"].value, problems, "limits") if "limits" in keys else None
     found: dict[str, float] = {}
     for entry in mapping.entries if mapping is not None else ():
         name, node = entry.key.text, entry.value

@@ -59,6 +59,7 @@ class Shelf:
         self.sources: dict[str, str] = {}
         self.units: dict[str, Unit] = {}
         self._library = tuple(library)
+        self._labels: dict[str, Path] = {}
         self._open: list[str] = []
 
     def open_text(self, text: str, file: str, folder: Path | None, *, library: bool) -> Unit:
@@ -143,7 +144,7 @@ class Shelf:
         if path is None:
             self._report_missing(unit, at)
             return None
-        file = str(path)
+        file = self.label(path)
         if file in self._open:
             circle = [Path(name).name for name in [*self._open[self._open.index(file) :], file]]
             self.problems.add("E051", at.mark, f"imports go in a circle: {' -> '.join(circle)}", "remove one of them")
@@ -157,6 +158,14 @@ class Shelf:
             return None
         with self.problems.outermost():
             return self.open_text(text, file, path.parent, library=True)
+
+    def label(self, path: Path) -> str:
+        """Return how messages call a file: one of the library by its place in it (`trees/lib/flying.yaml`)."""
+        for place in self._library:
+            if path.is_relative_to(place):
+                short = (Path(place.name) / path.relative_to(place)).as_posix()
+                return short if self._labels.setdefault(short, path) == path else str(path)
+        return str(path)
 
     def _report_missing(self, unit: Unit, at: Scalar) -> None:
         folders = [*([unit.folder] if unit.folder is not None else []), *self._library]

@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from typing import Any, Final
 
 from formiga_bt.diagnostics import Mark
+from formiga_bt.geo import Position
 from formiga_bt.lang import records
 from formiga_bt.lang.document import Entry, Mapping_, Node, Scalar
 from formiga_bt.lang.expressions import plain_name
@@ -29,7 +30,9 @@ from formiga_bt.lang.reading import (
 from formiga_bt.lang.scopes import Body, Callee, is_free
 from formiga_bt.lang.synonyms import action_for, nearest
 from formiga_bt.lang.types import ANY, DURATION, Type
-from formiga_bt.units import format_quantity
+from formiga_bt.units import format_quantity, parse_quantity
+
+_HEIGHT: Final = re.compile(r"(?:above|at_height)\(.*,\s*([\d.]+)\s*(k?m)\s*\)\s*\}?\s*\Z")
 
 Keys = Mapping[str, Entry]
 Part = dict[str, Any]
@@ -126,6 +129,8 @@ def _read_fields(body: Body, given: Entry | None, spec: ActionSpec, at: Scalar) 
             continue
         values[name] = body.value(entry.value, field.type, name, optional=field.optional or field.default is not None)
         _check_field_range(body, values[name], field, spec.name)
+        if field.type.name == "position":
+            _check_ceiling(body, values[name], entry.value, at.text.partition(".")[0])
     ordered: dict[str, Expr] = {}
     for name, field in spec.fields.items():
         if name in values:
@@ -155,6 +160,24 @@ def _check_field_range(body: Body, expr: Expr, field: FieldSpec, owner: str) -> 
     if field.min is not None and expr.const < field.min:
         limit = format_quantity(field.type.name, field.min)
         body.problems.add("E062", expr.mark, f"{field.name} {shown} is below the limit of {limit} for {owner}")
+
+
+def _check_ceiling(body: Body, expr: Expr, node: Node, role: str) -> None:
+    """Report E062 for a position that is written higher than the envelope of a type allows."""
+    written = _HEIGHT.search(expr.source)
+    if written is not None:
+        quantity = parse_quantity(f"{written[1]} {written[2]}")
+        height = float(quantity[1]) if quantity is not None else 0.0
+    else:
+        height = expr.const.up_m if isinstance(expr.const, Position) else 0.0
+    for name in body.agents.get(role, ()):
+        known = body.world.catalogue.types.get(name)
+        limit = known.limits.get("max_height_m") if known is not None else None
+        if limit is not None and height > limit:
+            shown, most = format_quantity("distance", height), format_quantity("distance", limit)
+            help_ = "the envelope of the type in the catalogue says so"
+            body.problems.add("E062", node.mark, f"{shown} is above the limit of {most} for {name}", help_)
+            return
 
 
 def read_save(body: Body, node: Node, of: Type) -> str:

@@ -13,7 +13,7 @@ from formiga_bt.diagnostics import Diagnostic, Mark, in_order
 from formiga_bt.geo import Frame, Place, Position, Region, mm
 from formiga_bt.lang.document import Entry, Listing, Mapping_, Node, Scalar, parse
 from formiga_bt.lang.kinds import Option
-from formiga_bt.lang.model import Port, Site, SiteAgent
+from formiga_bt.lang.model import Catalogue, Port, Site, SiteAgent
 from formiga_bt.lang.reading import (
     Problems,
     did_you_mean,
@@ -73,8 +73,12 @@ _METRES: Final = (Option("east", "value", "", required=True), Option("north", "v
 _HEIGHT: Final = (Option("height", "value", "", required=True),)
 
 
-def load_site(path: Path) -> tuple[Site | None, list[Diagnostic], dict[str, str]]:
+def load_site(path: Path, catalogue: Catalogue | None = None) -> tuple[Site | None, list[Diagnostic], dict[str, str]]:
     """Read a site file.
+
+    Args:
+        path: of the file.
+        catalogue: the agent types that its agents may have; without one, any type is accepted.
 
     Returns:
         The site (None if there is any error), all problems in file order, and the file's text by its name.
@@ -84,11 +88,13 @@ def load_site(path: Path) -> tuple[Site | None, list[Diagnostic], dict[str, str]
         text = path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
         return None, [Diagnostic("E008", Mark(file, 1, 1), f"the file cannot be read: {error}")], {}
-    return load_site_text(text, file)
+    return load_site_text(text, file, catalogue)
 
 
-def load_site_text(text: str, file: str) -> tuple[Site | None, list[Diagnostic], dict[str, str]]:
-    """Read the text of a site file; `file` is its name in marks."""
+def load_site_text(
+    text: str, file: str, catalogue: Catalogue | None = None
+) -> tuple[Site | None, list[Diagnostic], dict[str, str]]:
+    """Read the text of a site file; `file` is its name in marks, and `catalogue` has the types of its agents."""
     problems = Problems()
     node, found = parse(text, file)
     problems.extend(found)
@@ -98,15 +104,18 @@ def load_site_text(text: str, file: str) -> tuple[Site | None, list[Diagnostic],
     site = None
     if root is not None:
         keys = read_keys(root, SITE, problems, "a site")
-        site = _SiteReader(problems, keys).read(file, hashlib.sha256(text.encode("utf-8", "surrogatepass")).hexdigest())
+        site = _SiteReader(problems, keys, catalogue).read(
+            file, hashlib.sha256(text.encode("utf-8", "surrogatepass")).hexdigest()
+        )
     return (None if problems.has_errors() else site), in_order(problems.found), {file: text}
 
 
 class _SiteReader:
     """Reads the keys of one site file; places are resolved as they are asked for, so that their order is free."""
 
-    def __init__(self, problems: Problems, keys: dict[str, Entry]) -> None:
+    def __init__(self, problems: Problems, keys: dict[str, Entry], catalogue: Catalogue | None) -> None:
         self.problems = problems
+        self.catalogue = catalogue
         self.keys = keys
         self.lat, self.lng, self.msl = self._base()
         self.frame = Frame(self.lat, self.lng, self.msl)
@@ -311,8 +320,21 @@ class _SiteReader:
                 self._check_home(home, ports, homes)
                 homes.setdefault(home.text, name)
             if of is not None:
+                self._check_type(of, home)
                 found[name] = SiteAgent(name, of.text, home.text if home is not None else "")
         return found
+
+    def _check_type(self, of: Scalar, home: Scalar | None) -> None:
+        """Report a type that the catalogue does not have, and a home of one that needs none."""
+        types = self.catalogue.types if self.catalogue is not None else {of.text: None}
+        if of.text not in types:
+            meant = nearest(of.text, types)
+            what = f"no agent type is called '{shorten(of.text)}'{did_you_mean(of.text, types)}"
+            self.problems.add("E020", of.mark, what, f"types: {quoted_list(types)}", fix_word(of, meant))
+            return
+        known = types[of.text]
+        if known is not None and known.rest == "grounded_at_port" and home is None:
+            self.problems.add("E008", of.mark, f"an agent of type {of.text} needs a home of its own", "add home: with one of ports:")
 
     def _check_home(self, at: Scalar, ports: Sequence[str], homes: Mapping[str, str]) -> None:
         if at.text not in ports:

@@ -20,8 +20,8 @@ def catalogue() -> Catalogue:
 
 
 @pytest.fixture(scope="session")
-def demo_site() -> Site:
-    found, problems, _ = load_site(ROOT / "trees" / "demo-site.yaml")
+def demo_site(catalogue: Catalogue) -> Site:
+    found, problems, _ = load_site(ROOT / "trees" / "demo-site.yaml", catalogue)
 
     assert problems == []
     assert found is not None

@@ -29,7 +29,7 @@ def catalogue() -> Catalogue:
 def read(name: str, catalogue: Catalogue) -> tuple[list[Diagnostic], str]:
     path = Path(name)
     if name.startswith("site_"):
-        _, found, sources = load_site(path)
+        _, found, sources = load_site(path, catalogue)
     elif name.startswith("catalogue_"):
         _, found, sources = load_catalogue([path])
     else:

@@ -313,3 +313,15 @@ def test_importing_the_loader_loads_nothing_heavy() -> None:
     done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
 
     assert done.stdout.strip() == "[]"
+
+
+def test_problems_of_a_library_are_shown_by_its_place_in_it(catalogue: Catalogue, tmp_path: Path) -> None:
+    (tmp_path / "trees" / "lib").mkdir(parents=True)
+    (tmp_path / "trees" / "lib" / "odd.yaml").write_text(
+        "formiga: 1\nsubtrees:\n  Odd:\n    steps:\n      - wait: 5\n", encoding="utf-8"
+    )
+    text = "formiga: 1\ntask: Example\nimports: [lib/odd.yaml]\nsteps:\n  - call: Odd\n"
+    loaded = load_task_text(text, "example.yaml", catalogue=catalogue, library=[tmp_path / "trees"])
+
+    assert [str(d.mark) for d in loaded.diagnostics] == ["trees/lib/odd.yaml:5:15"]
+    assert "      - wait: 5" in render(loaded.diagnostics[0], loaded.sources)
