@@ -39,6 +39,8 @@ class Core:
         self.wake_now: Callable[[str], None] | None = None
         self.due: set[tuple[str, str]] = set()
         """(task, node key) whose deadline fired in this step"""
+        self.instants: dict[tuple[str, str], Micros] = {}
+        """(task, node key) -> when its live condition next turns with `now`: in every step from then on it is looked at"""
         self.answered: list[str] = []
         """Confirm goals that ended in this step and whose question must be looked at."""
         self.gate_stale = False
@@ -60,6 +62,9 @@ class Core:
         self.state.seq += 1
         self.changes, self.effects = [], []
         self.due.clear()
+        for (task_id, key), at in self.instants.items():
+            if at <= now:
+                self.wake(task_id, key)
 
     def emit(self, change: ch.Change) -> None:
         """Record a change and apply it."""

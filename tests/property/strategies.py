@@ -1,16 +1,23 @@
-"""Random missions for hypothesis: task files as YAML text, what the agents make of their goals, what happens meanwhile."""
+"""Random missions by seed: task files as YAML text, what the agents make of their goals, what happens meanwhile.
+
+Not drawn by hypothesis: its examples of this size would nearly all be refused as too large, and the rest are small.
+"""
 
 import json
+import os
+from collections.abc import Iterator
 from functools import lru_cache
+from random import Random
+from time import time_ns
 from typing import Any
 
-from hypothesis import assume
-from hypothesis import strategies as st
 from msgspec import Struct
 
 from formiga_bt.lang.loader import load_task_text
 from formiga_bt.lang.model import Task
 from tests.property.world import CARTS, PEOPLE, Deed, Event, yard
+
+EXAMPLES = int(os.environ.get("FORMIGA_EXAMPLES", "0"))
 
 
 class Mission(Struct, frozen=True):
@@ -32,14 +39,16 @@ def load(text: str) -> Task | None:
     return load_task_text(text, "random.yaml", catalogue=catalogue, site=site, library=[]).task
 
 
-SPANS = st.sampled_from(["0.5 s", "1 s", "2 s", "3 s", "5 s"])
+SPANS = ("0.5 s", "1 s", "2 s", "3 s", "5 s")
 
 
 class Writer:
     """Draws the steps of one scope; remembers the names used there."""
 
-    def __init__(self, draw: Any, carts: tuple[str, ...], people: tuple[str, ...], subtrees: tuple[str, ...]) -> None:
-        self.draw = draw
+    def __init__(
+        self, dice: Random, carts: tuple[str, ...], people: tuple[str, ...], subtrees: tuple[str, ...]
+    ) -> None:
+        self.dice = dice
         self.carts = carts
         """Those that may be commanded here; `seen`: those whose fields may be read."""
         self.seen = carts
@@ -62,10 +71,10 @@ class Writer:
         self.loops = 0
 
     def pick(self, *things: Any) -> Any:
-        return self.draw(st.sampled_from(things))
+        return self.dice.choice(things)
 
     def chance(self, percent: int) -> bool:
-        return bool(self.draw(st.integers(0, 99)) >= 100 - percent)
+        return bool(self.dice.randint(0, 99) >= 100 - percent)
 
     def cond(self) -> str:
         conds = ["n == 0", "n < 2", "n != 1", "flag", "not flag", f"{self.seen[0]}.battery > 50 %"]
@@ -113,7 +122,7 @@ class Writer:
         ]
 
     def steps(self, depth: int, most: int = 3) -> list[dict[str, Any]]:
-        return [self.step(depth) for _ in range(self.draw(st.integers(1, most)))]
+        return [self.step(depth) for _ in range(self.dice.randint(1, most))]
 
     def fallible(self, depth: int) -> dict[str, Any]:
         """Draw a step that can fail: after another one the checker refuses the next child of a fallback."""
@@ -168,16 +177,16 @@ class Writer:
             step["ignore_failure"] = True
         instant = kind in ("check", "set", "notify", "fail", "break_if")
         if kind in ("ask", "wait_until") or (not instant and self.chance(35)):
-            step["timeout"] = self.draw(SPANS)
+            step["timeout"] = self.dice.choice(SPANS)
         repeatable = not self.hauls(step)  # else the checker refuses
         if kind not in ("set", "notify", "break_if") and repeatable and self.chance(30):
             retry: dict[str, Any] = {"attempts": self.pick(2, 3, 4)}
             if self.chance(60):
-                retry["delay"] = self.draw(SPANS)
+                retry["delay"] = self.dice.choice(SPANS)
                 if self.chance(40):
                     retry["backoff"] = 2
             if not instant and self.chance(50):
-                retry["attempt_timeout"] = self.draw(SPANS)
+                retry["attempt_timeout"] = self.dice.choice(SPANS)
             step["retry"] = retry
 
     def hauls(self, step: Any) -> bool:
@@ -210,7 +219,7 @@ class Writer:
         return step
 
     def _wait(self, depth: int) -> dict[str, Any]:
-        return {"wait": self.draw(SPANS)}
+        return {"wait": self.dice.choice(SPANS)}
 
     def _check(self, depth: int) -> dict[str, Any]:
         step = {"check": self.cond()}
@@ -237,7 +246,7 @@ class Writer:
         leave, self.may_leave = self.may_leave, False
         steps = [self.fallible(depth - 1)]
         self.errors += 1
-        steps += [self.fallible(depth - 1) for _ in range(self.draw(st.integers(0, 1)))]
+        steps += [self.fallible(depth - 1) for _ in range(self.dice.randint(0, 1))]
         steps.append(self.step(depth - 1))
         self.errors -= 1
         self.may_leave = leave
@@ -247,7 +256,7 @@ class Writer:
         kind = self.pick("sequence", "fallback")
         leave, self.may_leave = self.may_leave, self.may_leave and kind == "sequence"
         steps = []
-        for index in range(self.draw(st.integers(1, 2))):
+        for index in range(self.dice.randint(1, 2)):
             cond = "error.code == 'check'" if kind == "fallback" and index and self.chance(30) else self.live()
             steps.append({"check": cond, **({"message": "n is ${n}"} if self.chance(30) else {})})
         steps.append(self.step(depth - 1))
@@ -270,8 +279,8 @@ class Writer:
     def _parallel(self, depth: int) -> dict[str, Any]:
         branches: list[dict[str, Any]] = []
         carts = list(self.carts)
-        writer = self.draw(st.integers(0, 2))
-        for index in range(self.draw(st.integers(2, 3))):
+        writer = self.dice.randint(0, 2)
+        for index in range(self.dice.randint(2, 3)):
             mine = (carts.pop(0),) if carts else ()
             limits = {"carts": mine, "may_leave": False, "may_set": self.may_set and index == writer}
             (branch,) = self.within(depth - 1, 1, **limits)
@@ -293,15 +302,17 @@ class Writer:
         step = {"repeat": self.pick(1, 2, 3, "2 s", "4 s", "forever"), **self.round(depth)}
         if step["repeat"] == "forever":
             step["max"] = 5
-            step["timeout"] = self.draw(SPANS)
+            step["timeout"] = self.dice.choice(SPANS)
         elif self.chance(20):
             step["max"] = 2
         return step
 
     def round(self, depth: int) -> dict[str, Any]:
-        step: dict[str, Any] = {"steps": [*self.within(depth - 1, 3, may_leave=True), {"wait": self.draw(SPANS)}]}
+        step: dict[str, Any] = {
+            "steps": [*self.within(depth - 1, 3, may_leave=True), {"wait": self.dice.choice(SPANS)}]
+        }
         if self.chance(40):
-            step["every"] = self.draw(SPANS)
+            step["every"] = self.dice.choice(SPANS)
         if self.chance(40):
             step["until"] = self.cond()
         return step
@@ -357,13 +368,12 @@ class Writer:
         return step
 
 
-@st.composite
-def task_texts(draw: Any, name: str = "Random") -> str:
+def task_text(dice: Random, name: str = "Random") -> str:
     """Draw a task file."""
     subtrees: dict[str, Any] = {}
     hauling: tuple[str, ...] = ()
-    for index in range(draw(st.integers(0, 2))):
-        inner = Writer(draw, ("cart",), ("who",), tuple(subtrees))
+    for index in range(dice.randint(0, 2)):
+        inner = Writer(dice, ("cart",), ("who",), tuple(subtrees))
         inner.hauling = hauling
         subtrees[f"Sub{index}"] = {
             "params": {
@@ -372,12 +382,12 @@ def task_texts(draw: Any, name: str = "Random") -> str:
                 "n": {"type": "int", "default": 1},
                 "flag": {"type": "bool", "default": True},
             },
-            "steps": inner.steps(draw(st.integers(0, 2))) + inner.uses(),
+            "steps": inner.steps(dice.randint(0, 2)) + inner.uses(),
             "returns": "${n}",
         }
         if inner.hauls(subtrees[f"Sub{index}"]):
             hauling = (*hauling, f"Sub{index}")
-    writer = Writer(draw, ("one", "two"), ("ann",), tuple(subtrees))
+    writer = Writer(dice, ("one", "two"), ("ann",), tuple(subtrees))
     writer.hauling = hauling
     task: dict[str, Any] = {
         "formiga": 1,
@@ -390,12 +400,12 @@ def task_texts(draw: Any, name: str = "Random") -> str:
         "agents": {"one": {"type": "cart"}, "two": {"type": "cart"}, "ann": {"type": "person"}},
     }
     if writer.chance(25):
-        task["timeout"] = draw(st.sampled_from(["4 s", "8 s", "20 s"]))
+        task["timeout"] = dice.choice(["4 s", "8 s", "20 s"])
     if writer.chance(25):
-        task["cleanup_timeout"] = draw(st.sampled_from(["2 s", "5 s"]))
+        task["cleanup_timeout"] = dice.choice(["2 s", "5 s"])
     task["steps"] = writer.steps(3, 4)
     if writer.chance(20):
-        task["steps"].append({"parallel": [{"release": writer.pick("one", "two")}, {"wait": draw(SPANS)}]})
+        task["steps"].append({"parallel": [{"release": writer.pick("one", "two")}, {"wait": dice.choice(SPANS)}]})
     for section in ("on_failure", "on_abort", "finally"):
         if writer.chance(45):
             task[section] = writer.steps(1, 2)
@@ -403,47 +413,54 @@ def task_texts(draw: Any, name: str = "Random") -> str:
         task["finally"] = [*task.get("finally", ()), *writer.uses()]
     if subtrees:
         task["subtrees"] = subtrees
-    text = json.dumps(task, indent=1)
-    assume(load(text) is not None)  # a few have steps that can never run, which the checker refuses
-    return text
+    return json.dumps(task, indent=1)
 
 
-DEEDS = st.builds(
-    Deed,
-    end=st.sampled_from(["succeeded"] * 6 + ["failed", "failed", "rejected", "never", "bad", "lost"]),
-    after=st.sampled_from([0.0, 0.5, 1.0, 1.0, 2.0, 3.0, 4.0, 7.0]),
-    ok=st.sampled_from([True, True, False]),
-    n=st.integers(0, 3),
-    cancel=st.sampled_from(["confirm", "confirm", "at_once", "refuse", "never"]),
-    cancel_after=st.sampled_from([0.0, 0.5, 1.0, 3.0]),
-)
-MOMENTS = st.integers(0, 60).map(lambda half: half / 2)
+def deed(dice: Random) -> Deed:
+    """Draw what an agent makes of a goal."""
+    return Deed(
+        end=dice.choice(["succeeded"] * 6 + ["failed", "failed", "rejected", "never", "bad", "lost"]),
+        after=dice.choice([0.0, 0.5, 1.0, 1.0, 2.0, 3.0, 4.0, 7.0]),
+        ok=dice.choice([True, True, False]),
+        n=dice.randint(0, 3),
+        cancel=dice.choice(["confirm", "confirm", "at_once", "refuse", "never"]),
+        cancel_after=dice.choice([0.0, 0.5, 1.0, 3.0]),
+    )
 
 
-WHAT = ("abort", "now", "abandon", "kill", "freeze", "take_over", "take_over", "clear")
-WHAT = ("abort", *WHAT, "low", "low", "full", "pulse", "pulse", "rise", "sink", "drift")
+FAULTS = ("abort", "abort", "now", "abandon", "kill", "freeze", "take_over", "take_over", "clear")
+NEWS = ("low", "low", "full", "pulse", "pulse", "rise", "sink", "drift")
 
 
-@st.composite
-def events(draw: Any) -> tuple[Event, ...]:
-    """Draw what happens from outside; often nothing."""
-    if draw(st.booleans()):
-        return ()
-    found = []
-    for _ in range(draw(st.integers(1, 3))):
-        what = draw(st.sampled_from(WHAT))
-        at, whom = draw(MOMENTS), draw(st.sampled_from(CARTS))
+def events(dice: Random) -> list[Event]:
+    """Draw what happens from outside."""
+    found = [Event(dice.randint(2, 30) / 2, dice.choice(NEWS), dice.choice(CARTS)) for _ in range(dice.randint(0, 6))]
+    for _ in range(dice.choice((0, 0, 1, 2, 3))):
+        what, at, whom = dice.choice(FAULTS), dice.randint(0, 60) / 2, dice.choice(CARTS)
         found.append(Event(at, what, whom))
         back = {"kill": "restart", "freeze": "thaw", "take_over": "hand_back"}.get(what)
-        if back and draw(st.booleans()):
-            found.append(Event(at + draw(st.sampled_from([0.0, 1.0, 4.0, 18.0, 40.0])), back, whom))
-    return tuple(found)
+        if back and dice.random() < 0.5:
+            found.append(Event(at + dice.choice([0.0, 1.0, 4.0, 18.0, 40.0]), back, whom))
+    return found
 
 
-@st.composite
-def missions(draw: Any, tasks: int = 1) -> Mission:
-    """Draw a mission of one task or more."""
-    texts = tuple(draw(task_texts(f"Random{index}")) for index in range(tasks))
-    deeds = {one: tuple(draw(st.lists(DEEDS, max_size=6))) for one in (*CARTS, *PEOPLE)}
-    submits = tuple(Event(0.5 * draw(st.integers(0, 8)) + 1.0, "submit", f"Random{i}") for i in range(tasks))
-    return Mission(texts, deeds, (*submits, *draw(events())))
+def mission(seed: int, tasks: int = 1) -> Mission:
+    """Return the mission of a seed. A few drafts have steps that can never run, which the checker refuses."""
+    dice = Random(seed)
+    texts: list[str] = []
+    while len(texts) < tasks:
+        text = task_text(dice, f"Random{len(texts)}")
+        if load(text) is not None:
+            texts.append(text)
+    deeds = {one: tuple(deed(dice) for _ in range(dice.randint(0, 6))) for one in (*CARTS, *PEOPLE)}
+    submits = [Event(0.5 * dice.randint(0, 8) + 1.0, "submit", f"Random{i}") for i in range(tasks)]
+    return Mission(tuple(texts), deeds, (*submits, *events(dice)))
+
+
+def missions(number: int, first: int = 0, tasks: int = 1) -> Iterator[Mission]:
+    """Iterate over the missions of so many seeds; with FORMIGA_EXAMPLES, of that many others."""
+    if EXAMPLES:
+        number, first = EXAMPLES, time_ns() % 2**40
+    for seed in range(first, first + number):
+        print("seed", seed)  # shown when a test fails
+        yield mission(seed, tasks)

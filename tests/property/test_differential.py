@@ -3,12 +3,10 @@
 More examples: FORMIGA_EXAMPLES=5000 pytest tests/property
 """
 
-import os
 from itertools import zip_longest
 from typing import Any
 
 import pytest
-from hypothesis import HealthCheck, given, settings
 
 from formiga_bt.engine import changes as ch
 from formiga_bt.engine.inputs import Step
@@ -16,19 +14,6 @@ from formiga_bt.engine.treerun import CompiledTrees, TreesFactory
 from tests.oracle.naive import NaiveTrees
 from tests.property.strategies import Mission, missions
 from tests.property.world import World
-
-EXAMPLES = int(os.environ.get("FORMIGA_EXAMPLES", "0"))
-
-
-def profile(examples: int) -> Any:
-    """Return the settings of a fixed run; with FORMIGA_EXAMPLES, of a random one."""
-    return settings(
-        max_examples=EXAMPLES or examples,
-        derandomize=not EXAMPLES,
-        database=None,
-        deadline=None,
-        suppress_health_check=list(HealthCheck),
-    )
 
 
 def fly(mission: Mission, trees: TreesFactory = CompiledTrees) -> World:
@@ -62,21 +47,21 @@ def first_difference(nodes: Any, oracle: Any) -> list[str]:
     return [f"nodes:  {nodes}", f"oracle: {oracle}"]
 
 
-@given(missions())
-@profile(250)
-def test_the_nodes_do_what_the_naive_interpreter_does(mission: Mission) -> None:
-    assert_equal(fly(mission), fly(mission, NaiveTrees), mission)
+@pytest.mark.parametrize("first", range(0, 400, 50))
+def test_the_nodes_do_what_the_naive_interpreter_does(first: int) -> None:
+    for mission in missions(50, first):
+        assert_equal(fly(mission), fly(mission, NaiveTrees), mission)
 
 
-@given(missions(tasks=2))
-@profile(60)
-def test_two_tasks_at_once_run_as_in_the_naive_interpreter(mission: Mission) -> None:
-    assert_equal(fly(mission), fly(mission, NaiveTrees), mission)
+@pytest.mark.parametrize("first", range(0, 80, 40))
+def test_two_tasks_at_once_run_as_in_the_naive_interpreter(first: int) -> None:
+    for mission in missions(40, first, tasks=2):
+        assert_equal(fly(mission), fly(mission, NaiveTrees), mission)
 
 
-@given(missions())
-@profile(80)
-def test_driven_by_py_trees_own_tick_the_steps_are_equal(mission: Mission) -> None:
-    ours, ticked = fly(mission), fly(mission, lambda host: CompiledTrees(host, tick=True))
-    assert ours.statuses == ticked.statuses
-    assert ours.steps == ticked.steps
+@pytest.mark.parametrize("first", range(400, 500, 50))
+def test_driven_by_py_trees_own_tick_the_steps_are_equal(first: int) -> None:
+    for mission in missions(50, first):
+        ours, ticked = fly(mission), fly(mission, lambda host: CompiledTrees(host, tick=True))
+        assert ours.statuses == ticked.statuses
+        assert ours.steps == ticked.steps

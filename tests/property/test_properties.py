@@ -2,12 +2,12 @@
 
 import json
 
-from hypothesis import given
+import pytest
 
 from formiga_bt.engine import inputs as inp
 from formiga_bt.lang.model import Task
-from tests.property.strategies import Mission, load, missions
-from tests.property.test_differential import fly, profile
+from tests.property.strategies import load, missions
+from tests.property.test_differential import fly
 from tests.property.world import START, World
 
 
@@ -22,21 +22,27 @@ def only_its_section_runs(world: World, step: inp.Step) -> None:
         assert sections(world, task.id) <= may_run, (task, step.input)
 
 
-@given(missions(tasks=2))
-@profile(80)
-def test_no_node_runs_after_its_section_ended_and_every_memory_belongs_to_a_running_node(mission: Mission) -> None:
+def test_no_node_runs_after_its_section_ended_and_every_memory_belongs_to_a_running_node() -> None:
     def watch(world: World, step: inp.Step) -> None:
         only_its_section_runs(world, step)
         for task in world.open_tasks():
             assert set(world.engine.state.memory.get(task, {})) == set(world.engine.statuses(task)), step.input
 
-    World(mission.tasks(), mission.deeds, mission.events, watch=watch).run()
+    for mission in missions(70, 1000, tasks=2):
+        World(mission.tasks(), mission.deeds, mission.events, watch=watch).run()
 
 
-@given(missions(tasks=2))
-@profile(80)
-def test_a_goal_is_sent_again_only_when_its_agent_never_had_it(mission: Mission) -> None:
-    world = fly(mission)
+@pytest.fixture(scope="module")
+def flown() -> list[World]:
+    return [fly(mission) for mission in missions(100, 2000, tasks=2)]
+
+
+def test_a_goal_is_sent_again_only_when_its_agent_never_had_it(flown: list[World]) -> None:
+    for world in flown:
+        assert_sent_once(world)
+
+
+def assert_sent_once(world: World) -> None:
     sent: set[str] = set()
     lost: set[str] = set()
     for step in world.steps:
@@ -55,10 +61,12 @@ def test_a_goal_is_sent_again_only_when_its_agent_never_had_it(mission: Mission)
         assert len(started) == len(set(started)), started
 
 
-@given(missions(tasks=2))
-@profile(120)
-def test_when_all_tasks_have_ended_nothing_of_them_is_left(mission: Mission) -> None:
-    world = fly(mission)
+def test_when_all_tasks_have_ended_nothing_of_them_is_left(flown: list[World]) -> None:
+    for world in flown:
+        assert_nothing_left(world)
+
+
+def assert_nothing_left(world: World) -> None:
     state = world.engine.state
     assert not world.open_tasks(), [state.tasks[t] for t in world.open_tasks()]
     assert not any(state.memory.values())
