@@ -28,6 +28,7 @@ from formiga_bt.lang.model import (
     WaitUntil,
 )
 from formiga_bt.lang.reading import Problems
+from formiga_bt.lang.spacing import check_spacing
 from formiga_bt.lang.types import agent_type
 from formiga_bt.lang.walk import children, orders
 from formiga_bt.units import format_quantity
@@ -49,6 +50,7 @@ def check_task(task: Task, catalogue: Catalogue, problems: Problems) -> None:
         with problems.within(name):
             checks.check(steps, bounded=False, cleanup=name != "steps")
             contended |= check_contention(steps, types, catalogue, problems)
+            check_spacing(steps, catalogue, problems)
     for subtree in task.subtrees.values():
         checks.check_subtree(subtree)
     with problems.within("steps"):

@@ -31,7 +31,21 @@ from formiga_bt.lang.model import (
     WaitUntil,
 )
 from formiga_bt.lang.reading import Problems
-from formiga_bt.lang.sky import Air, Ends, Place, Sky, States, Why, failing, join, line_of, merge, narrow, same
+from formiga_bt.lang.sky import (
+    Air,
+    Ends,
+    Place,
+    Sky,
+    States,
+    Why,
+    failing,
+    join,
+    line_of,
+    merge,
+    narrow,
+    same,
+    signature,
+)
 from formiga_bt.lang.types import agent_type
 
 _MADE_OF_STEPS: Final = (Sequence, Fallback, If, Call, Parallel, Loop, For, Guard)
@@ -61,6 +75,9 @@ class Interpreter:
         """Loop names -> the roles whose list they go over."""
         self.breaks: list[Sky | None] = []
         """For each loop around: where its `break_if`s leave it."""
+        self.rounds: dict[tuple[object, ...], tuple[Sky | None, Ends]] = {}
+        self.calls: dict[tuple[object, ...], Ends] = {}
+        """What was followed before, by place and states: how it ended."""
 
     def _steps(self, steps: tuple[Step, ...], sky: Sky, here: Place) -> Ends:
         """Interpret steps one after another."""
@@ -175,7 +192,11 @@ class Interpreter:
             called=here.called or subtree.name,
             outer={name: outer.get(one.name, one.name) for name, one in bound.items()},
         )
-        ends = self._steps(subtree.steps, {name: one.states(sky) for name, one in bound.items()}, inside)
+        local = {name: one.states(sky) for name, one in bound.items()}
+        known = (subtree.mark, signature(local), inside)
+        if known not in self.calls:
+            self.calls[known] = self._steps(subtree.steps, local, inside)
+        ends = self.calls[known]
         return Ends(*(back(sky, end, bound) for end in (ends.success, ends.failure, ends.skipped)))
 
     # --- branches ----------------------------------------------------------------------------------------------
@@ -255,10 +276,14 @@ class Interpreter:
         return head, broke, ends
 
     def _round(self, step: Loop | For, head: Sky, here: Place, cond: Expr | None) -> tuple[Sky | None, Ends]:
+        known = (step.seg, step.mark, signature(head), here)
+        if here.silent and known in self.rounds:  # loops in loops would be followed exponentially often
+            return self.rounds[known]
         at = narrow(head, cond, True) if cond is not None else head
         self.breaks.append(None)
         ends = self._steps(step.steps, at, here) if at is not None else Ends(None, None)
-        return self.breaks.pop(), ends
+        self.rounds[known] = self.breaks.pop(), ends
+        return self.rounds[known]
 
     def _next(self, step: Loop | For, end: Sky | None, sky: Sky) -> Sky | None:
         """Return the start of the next round: the items of a `for` are fresh ones."""

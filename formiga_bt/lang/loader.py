@@ -27,11 +27,13 @@ from formiga_bt.lang.scopes import Body, Flow, Named, World, agent_types_of, sav
 from formiga_bt.lang.site import load_site
 from formiga_bt.lang.steps import read_bound, read_steps
 from formiga_bt.lang.subtrees import Subtrees
+from formiga_bt.lang.walk import size
 from formiga_bt.packaged import folder
 
 __all__ = ["Loaded", "bundle_hash", "load_catalogue", "load_site", "load_task", "load_task_text"]
 
 _TASK_NAME: Final = re.compile(r"[A-Z][A-Za-z0-9]*")
+_MOST_STEPS: Final = 20_000
 _SECTIONS: Final = ("steps", "on_failure", "on_abort", "finally")
 
 
@@ -123,8 +125,19 @@ class _TaskReader:
             if "steps" in self.unit.keys:
                 self._report_unused()
             if not self.body.dropped and not self.subtrees.dropped and name and "steps" in self.unit.keys:
-                check_task(task, self.world.catalogue, self.problems)
+                self._check(task)
         return task if name else None
+
+    def _check(self, task: Task) -> None:
+        """Run the checks of the whole task, unless its calls multiply beyond what can be run."""
+        known: dict[Mark, int] = {}
+        steps = sum(size(part, known) for part in (task.steps, task.on_failure, task.on_abort, task.finally_))
+        most = max((steps, *known.values()))
+        if most > _MOST_STEPS:
+            what = f"with all calls written out this has {most} steps"
+            self.problems.add("E003", task.mark, what, f"at most {_MOST_STEPS}; use a loop, or call less deep")
+        else:
+            check_task(task, self.world.catalogue, self.problems)
 
     def _name(self) -> str:
         entry = self.unit.keys.get("task")

@@ -334,7 +334,8 @@ class _SiteReader:
             return
         known = types[of.text]
         if known is not None and known.rest == "grounded_at_port" and home is None:
-            self.problems.add("E008", of.mark, f"an agent of type {of.text} needs a home of its own", "add home: with one of ports:")
+            what = f"an agent of type {of.text} needs a home of its own"
+            self.problems.add("E008", of.mark, what, "add home: with one of ports:")
 
     def _check_home(self, at: Scalar, ports: Sequence[str], homes: Mapping[str, str]) -> None:
         if at.text not in ports:

@@ -5,7 +5,7 @@ The data of `flight`, which moves them through a task's steps.
 
 import re
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import PurePath
 from typing import Final, Literal
 
@@ -53,7 +53,7 @@ class Place:
     call: Mark | None = None
     """The outermost call that led here."""
     called: str = ""
-    outer: Mapping[str, str] | None = None
+    outer: Mapping[str, str] | None = field(default=None, hash=False)
 
 
 def start(role: Role) -> States:
@@ -92,6 +92,11 @@ def merge(these: Iterable[States]) -> States:
 def same(one: Sky, other: Sky) -> bool:
     """Return whether two skies have the same states, whatever their reasons."""
     return all(states.keys() == other[name].keys() for name, states in one.items())
+
+
+def signature(sky: Sky) -> tuple[object, ...]:
+    """Return the states of a sky without their reasons, as a key."""
+    return tuple((name, *states) for name, states in sky.items())
 
 
 def join(left: Sky | None, right: Sky | None, only_left: str = "", only_right: str = "") -> Sky | None:

@@ -7,6 +7,7 @@ import re
 from collections.abc import Iterator, Mapping
 from typing import Final
 
+from formiga_bt.diagnostics import Mark
 from formiga_bt.lang.expressions import plain_name
 from formiga_bt.lang.model import (
     Call,
@@ -42,6 +43,19 @@ def children(step: Step) -> tuple[Step, ...]:
             return (*step.then, *step.otherwise)
         case _:
             return ()
+
+
+def size(steps: tuple[Step, ...], known: dict[Mark, int]) -> int:
+    """Return how many steps these are with those of called subtrees; `known` holds the sizes found so far."""
+    total = 0
+    for step in steps:
+        total += 1 + size(children(step), known)
+        if isinstance(step, Call):
+            mark = step.subtree.mark
+            if mark not in known:
+                known[mark] = size(step.subtree.steps, known)
+            total += known[mark]
+    return total
 
 
 def orders(step: Step, names: Mapping[str, str] | None = None) -> Iterator[tuple[str, Do]]:

@@ -63,6 +63,7 @@ def test_every_code_that_the_loader_reports_is_in_the_museum() -> None:
         "loops",
         "over_lists",
         "contention",
+        "spacing",
         "flying",
         "leaves",
         "roles",

@@ -325,3 +325,27 @@ def test_problems_of_a_library_are_shown_by_its_place_in_it(catalogue: Catalogue
 
     assert [str(d.mark) for d in loaded.diagnostics] == ["trees/lib/odd.yaml:5:15"]
     assert "      - wait: 5" in render(loaded.diagnostics[0], loaded.sources)
+
+
+def test_calls_that_multiply_are_refused_before_anything_walks_them(load: Load) -> None:
+    text = "steps:\n  - call: S0\nsubtrees:\n"
+    for level in range(40):
+        text += f"  S{level}:\n    steps:\n" + f"      - call: S{level + 1}\n" * 2
+    found = load(text + "  S40:\n    steps:\n      - wait: 5 s\n").diagnostics
+
+    assert [d.code for d in found] == ["E003"]
+    assert "steps" in found[0].message
+
+
+def test_loops_in_loops_are_followed_in_good_time(load: Load) -> None:
+    text, pad = "agents: {drone: {type: hwd}, picker: {type: picker}}\nsteps:\n", "  "
+    for level in range(28):
+        body = (
+            "- repeat: 3\n  steps:\n    - notify: 'Found ${fix.go_to}.'\n      when: is_set(fix)\n"
+            "    - do: picker.MiniFinder\n      with: {base: '${base}'}\n      save_as: fix\n"
+            "    - do: drone.TakeOff\n      when: not drone.airborne\n"
+        )
+        text += "".join(pad + line + "\n" for line in body.replace("fix", f"fix_{level}").splitlines())
+        pad += "    "
+
+    assert [d.code for d in load(text).diagnostics] == ["E031"]
