@@ -69,7 +69,8 @@ def command(
         left = host.open_tasks()
     host.check()
     if left:
-        _say(f"the engine has ended; not ended: {', '.join(left)}. Their agents go on with the goals they have")
+        names = ", ".join(left[:5]) + (f" and {len(left) - 5} more" if len(left) > 5 else "")
+        _say(f"the engine has ended; not ended: {names}. Their agents go on with the goals they have")
     else:
         _say("the engine has ended")
 

@@ -28,6 +28,9 @@ from formiga_bt.lang.types import AgentRef
 EVERY_US: Micros = 50_000
 """Least engine time between two looks."""
 
+EACH_US: Micros = 100
+"""The same for each waiting request: looking at thousands takes longer than 50 ms, and nothing else would be done."""
+
 LOW_AGES_US: Micros = 3600 * SECOND
 """After so long a LOW request ranks as MEDIUM; nothing ever ages to HIGH."""
 
@@ -102,12 +105,12 @@ class Allocation:
 
     # -- looking ---------------------------------------------------------------------------------------------------
     def poke(self) -> None:
-        """Look at the requests soon: at once, but not within 50 ms of the last look."""
+        """Look at the requests soon: at once, but not within 50 ms of the last look, or longer if very many wait."""
         core = self._core
         if not core.state.requests or "alloc" in core.state.deadlines:
             return
         last = core.state.counters.get("alloc_at", -EVERY_US)
-        core.set_deadline("alloc", max(core.now, last + EVERY_US))
+        core.set_deadline("alloc", max(core.now, last + max(EVERY_US, len(core.state.requests) * EACH_US)))
 
     def look(self) -> None:
         """Let the policy decide; record grants and explanations."""

@@ -81,6 +81,7 @@ class EngineHost:
             self._zenoh = ZenohTransport(site.name, listen=listen or listen_of(site))
         self._wires = list(wires) if wires is not None else [self._zenoh]
         self._folder = SiteFolder(beside, site.name)
+        self._server: server.HttpServer | None = None
         self._stop = threading.Event()
         self._opened: list[Any] = []
         self.draining = False
@@ -122,10 +123,10 @@ class EngineHost:
             self.orders.desk_people.add(person)
         self.view.start()
         self._opened.append(self.view.stop)
-        self._opened.append(self._stop_driver)
+        self._opened.append(self._stop_server)
+        self._opened.append(self._stop_driver)  # first: requests that wait for it are answered, then the server ends
         self.driver.start()
         self._server = server.HttpServer(api.build(self, token=token, needs_token=self._needs_token), sock)
-        self._opened.append(self._stop_server)
         self._server.start()
         self.address = self._folder.publish(epoch=self.epoch, url=self._server.url, endpoint=self.endpoint)
 
@@ -141,7 +142,8 @@ class EngineHost:
 
     def _stop_server(self) -> None:
         self.view.feed.close()  # readers of the event stream would keep the server waiting
-        self._server.stop()
+        if self._server is not None:
+            self._server.stop()
 
     def close(self) -> None:
         """End; may be called twice. Agents go on with the goals they have."""

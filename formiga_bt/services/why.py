@@ -48,7 +48,7 @@ def _waiting(state: EngineState, task: TaskRecord, now: Micros) -> Iterator[Beca
     yield Because("pending", f"it waits for agents since {waited}; all of its roles are granted together")
     ahead = [r for r in state.requests.values() if _rank(r) < _rank(request)]
     if ahead:
-        names = ", ".join(sorted((r.task for r in ahead), key=str)[:3])
+        names = ", ".join(r.task for r in sorted(ahead, key=_rank)[:3]) + (" ..." if len(ahead) > 3 else "")
         yield Because("queue", f"{len(ahead)} of the same or a higher priority wait before it ({names})")
     verdicts = state.explanations.get(task.id)
     if verdicts is None:

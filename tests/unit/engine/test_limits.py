@@ -2,7 +2,8 @@
 
 import pytest
 
-from formiga_bt.engine import tasks
+from formiga_bt.engine import allocation, tasks
+from formiga_bt.engine.inputs import TimerDue
 from formiga_bt.errors import TaskError
 from tests.unit.engine.conftest import Make
 
@@ -23,3 +24,16 @@ def test_more_than_so_many_waiting_tasks_are_busy(make: Make, monkeypatch: pytes
     yard.start()
     yard.run_for(60)
     assert yard.task(last).status == "SUCCEEDED"
+
+
+def test_the_more_requests_wait_the_rarer_they_are_looked_at(make: Make, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(allocation, "EACH_US", 1_000_000)
+    yard = make("agents: {cart: {type: cart}}\nsteps: [{wait: 10 s}]", carts=1)
+    for _ in range(5):
+        yard.start()
+    looks = [s.at for s in yard.steps if s.input == TimerDue("alloc")]
+    yard.run_for(9.5)
+    later = [s.at for s in yard.steps if s.input == TimerDue("alloc")][len(looks) :]
+    assert 1 <= len(later) <= 3
+    yard.run_for(70)
+    assert all(task.status == "SUCCEEDED" for task in yard.engine.state.tasks.values())
