@@ -39,6 +39,13 @@ def load(text: str) -> Task | None:
     return load_task_text(text, "random.yaml", catalogue=catalogue, site=site, library=[]).task
 
 
+def why_refused(text: str) -> str:
+    """Return the errors of a text that `load` refuses."""
+    site, catalogue = yard()
+    found = load_task_text(text, "random.yaml", catalogue=catalogue, site=site, library=[]).diagnostics
+    return "\n".join(f"{d.code} line {d.mark.line}: {d.message}" for d in found if d.code.startswith("E"))
+
+
 SPANS = ("0.5 s", "1 s", "2 s", "3 s", "5 s")
 
 

@@ -1,0 +1,329 @@
+"""Parallel, loops, live conditions, `finally` and release at the edges of their rules, by nodes, oracle and py_trees' tick.
+
+Each name says the rule. The numbers of seconds: agents need 1 s for an action unless a `Deed` says else, tasks start at 1 s.
+"""
+
+import json
+from typing import Any
+
+import pytest
+
+from formiga_bt.engine import inputs as inp
+from formiga_bt.engine.treerun import CompiledTrees
+from tests.oracle.naive import NaiveTrees
+from tests.property.strategies import Mission, load
+from tests.property.test_differential import assert_equal
+from tests.property.world import START, Deed, Event, World
+
+SLOW = Deed(after=9.0, cancel_after=2.0)
+FAILS = Deed(end="failed")
+SILENT = Deed(end="never", cancel="never")
+ONE, TWO = {"do": "one.Move"}, {"do": "two.Move"}
+NEVER = {"wait": "1 s", "when": "n == 7"}
+COUNT = {"set": {"n": "${n + 1}"}}
+FIVE = "now > t5"
+
+
+def say(text: str) -> dict[str, Any]:
+    return {"notify": f"={text}" if text.startswith("${") else text}  # a text, not a number
+
+
+def after(seconds: float, *steps: dict[str, Any]) -> dict[str, Any]:
+    return {"sequence": [{"wait": f"{seconds} s"}, *steps]}
+
+
+def text_of(task: dict[str, Any]) -> str:
+    head = {
+        "formiga": 1,
+        "task": "Edge",
+        "params": {"t5": {"type": "time", "default": "1970-01-12T13:46:45Z"}},
+        "vars": {"n": "${0}", "flag": "${1 > 2}"},
+        "agents": {"one": {"type": "cart"}, "two": {"type": "cart"}},
+    }
+    return json.dumps({**head, **task}, indent=1)
+
+
+Case = tuple[list[dict[str, Any]], dict[str, list[Deed]], list[Event], str, str, list[str]]
+
+CASES: dict[str, Case] = {
+    # rule: steps, deeds, events; status, code, and "seconds text" of what was told
+    "parallel: need all waits for all": (
+        [{"parallel": [after(1, say("a")), after(3, say("b"))]}, say("end")],
+        {}, [], "SUCCEEDED", "", ["2 a", "4 b", "4 end"],
+    ),
+    "parallel: finish waits for the others, then fails with the first failure": (
+        [{"parallel": [after(1, {"fail": "x", "code": "late"}), {"fail": "y", "code": "soon"}, after(3, say("b"))]}],
+        {}, [], "FAILED", "failed:soon", ["4 b"],
+    ),
+    "parallel: cancel stops the others as soon as need cannot be reached": (
+        [{"parallel": [after(1, {"fail": "x"}), after(3, say("b"))], "on_child_failure": "cancel"}],
+        {}, [], "FAILED", "failed", [],
+    ),
+    "parallel: cancel goes on while need can still be reached": (
+        [{"parallel": [{"fail": "x"}, after(2, say("b")), after(3, say("c"))], "need": 2, "on_child_failure": "cancel"}],
+        {}, [], "SUCCEEDED", "", ["3 b", "4 c"],
+    ),
+    "parallel: any ends with the first success and stops the rest": (
+        [{"parallel": [after(1, say("a")), after(3, say("b"))], "need": "any"}, say("end")],
+        {}, [], "SUCCEEDED", "", ["2 a", "2 end"],
+    ),
+    "parallel: it ends when the stopped goals have drained": (
+        [{"parallel": [{"wait": "1 s"}, ONE], "need": "any"}, say("end")],
+        {"c1": [SLOW]}, [], "SUCCEEDED", "", ["4 end"],
+    ),
+    "parallel: a count that is reached stays reached while a sibling drains and fails": (
+        [{"parallel": [{"wait": "1 s"}, ONE], "need": "any"}, say("end")],
+        {"c1": [Deed(end="failed", after=3.0, cancel="refuse")]}, [], "SUCCEEDED", "", ["4 end"],
+    ),
+    "parallel: success stays when a stopped goal ends in doubt": (
+        [{"parallel": [{"wait": "1 s"}, ONE], "need": "any"}, say("end")],
+        {"c1": [SILENT]}, [], "SUCCEEDED", "", ["8 end"],
+    ),
+    "parallel: failure becomes cancel_unconfirmed when a stopped goal ends in doubt": (
+        [{"parallel": [after(1, {"fail": "x"}), ONE], "on_child_failure": "cancel"}],
+        {"c1": [SILENT]}, [], "FAILED", "cancel_unconfirmed", [],
+    ),
+    "parallel: success is looked at before failure, at the end of the visit": (
+        [{"parallel": [{"fail": "x"}, say("a"), say("b")], "need": 2, "on_child_failure": "cancel"}],
+        {}, [], "SUCCEEDED", "", ["1 a", "1 b"],
+    ),
+    "parallel: a goal of a child that is stopped in the same step never leaves": (
+        [{"parallel": [ONE, say("a")], "need": "any"}],
+        {"c1": [SLOW]}, [], "SUCCEEDED", "", ["1 a"],
+    ),
+    "parallel: skipped children do not count": (
+        [{"parallel": [NEVER, after(1, say("a"))], "need": "any"}, say("end")],
+        {}, [], "SUCCEEDED", "", ["2 a", "2 end"],
+    ),
+    "parallel: a number that skipped children keep out of reach fails": (
+        [{"parallel": [NEVER, say("a"), say("b")], "need": 3}],
+        {}, [], "FAILED", "nothing_applied", ["1 a", "1 b"],
+    ),
+    "parallel: all skipped is skipped": (
+        [{"fallback": [{"parallel": [NEVER, NEVER], "need": "any"}, say("second")]}],
+        {}, [], "SUCCEEDED", "", ["1 second"],
+    ),
+    "parallel: a write wakes readers ahead in the same pass and those behind in the next": (
+        [{"parallel": [
+            {"sequence": [{"wait_until": "n == 1", "timeout": "5 s"}, say("behind")]},
+            {"sequence": [{"wait": "1 s"}, COUNT]},
+            {"sequence": [{"wait_until": "n == 1", "timeout": "5 s"}, say("ahead")]},
+        ]}],
+        {}, [], "SUCCEEDED", "", ["2 ahead", "2 behind"],
+    ),
+    "stops: what drains under a parallel moves to the outer timeout": (
+        [{"sequence": [{"parallel": [{"wait": "1 s"}, ONE], "need": "any"}], "timeout": "2 s", "ignore_failure": True},
+         say("end")],
+        {"c1": [Deed(after=30.0, cancel_after=4.0)]}, [], "SUCCEEDED", "", ["6 end"],
+    ),
+    "stops: a guard that is stopped while it halts hands its goals on": (
+        [{"sequence": [{"guard": "one.battery > 50 %", "steps": [ONE]}], "timeout": "3 s", "ignore_failure": True},
+         say("end")],
+        {"c1": [Deed(after=30.0, cancel_after=5.0)]}, [Event(2.0, "low", "c1")], "SUCCEEDED", "", ["7 end"],
+    ),
+    "stops: nested guards, the outer one decides": (
+        [{"fallback": [
+            {"guard": "not two.airborne", "steps": [{"guard": "one.battery > 50 %", "steps": [ONE]}]},
+            say("${error.code} ${error.step}"),
+        ]}],
+        {"c1": [Deed(after=30.0, cancel_after=4.0)]}, [Event(2.0, "low", "c1"), Event(3.0, "rise", "c2")],
+        "SUCCEEDED", "", ["6 =guard steps/steps[0].fallback[0]"],
+    ),
+    "guard: false at entry fails before anything starts": (
+        [{"guard": "flag", "steps": [say("never")]}], {}, [], "FAILED", "guard", [],
+    ),
+    "guard: what its own steps write at once counts": (
+        [{"guard": "n == 0", "steps": [COUNT, {"wait": "3 s"}]}], {}, [], "FAILED", "guard", [],
+    ),
+    "guard: a pulse too short for polling is seen": (
+        [{"guard": "one.battery > 50 %", "steps": [{"wait": "5 s"}]}],
+        {}, [Event(3.0, "pulse", "c1")], "FAILED", "guard", [],
+    ),
+    "guard: it comes before its child at one instant": (
+        [{"guard": "n == 0", "steps": [{"wait_until": "n == 1", "timeout": "9 s"}]}, say("never")],
+        {}, [], "FAILED", "timeout", [],
+    ),
+    "guard: with a sibling's write, guard before child": (
+        [{"parallel": [
+            after(1, COUNT),
+            {"guard": "n == 0", "steps": [{"wait_until": "n == 1", "timeout": "9 s"}, say("never")]},
+        ]}],
+        {}, [], "FAILED", "guard", [],
+    ),
+    "guard: with `now` it ends to the microsecond": (
+        [{"guard": "now < t5", "steps": [{"wait": "30 s"}], "ignore_failure": True}, say("end")],
+        {}, [], "SUCCEEDED", "", ["5 end"],
+    ),
+    "wait_until: a pulse is enough": (
+        [{"wait_until": "one.battery < 50 %", "timeout": "9 s"}, say("low")],
+        {}, [Event(3.0, "pulse", "c1")], "SUCCEEDED", "", ["3 low"],
+    ),
+    "wait_until: `now` in two places is seen by both in one step": (
+        [{"parallel": [{"wait_until": FIVE, "timeout": "9 s"}, {"wait_until": FIVE, "timeout": "9 s"}]}, say("end")],
+        {}, [], "SUCCEEDED", "", ["5 end"],
+    ),
+    "reactive sequence: a check that turns false stops what runs, with its own words": (
+        [{"fallback": [
+            {"sequence": [{"check": "one.battery > 50 %", "message": "low"}, ONE], "reactive": True},
+            say("${error.code} ${error.reason} ${error.step}"),
+        ]}],
+        {"c1": [SLOW]}, [Event(2.0, "low", "c1")],
+        "SUCCEEDED", "", ["4 =check low steps/steps[0].fallback[0].sequence[0]"],
+    ),
+    "reactive fallback: a check that turns true stops what runs and succeeds": (
+        [{"fallback": [{"check": "one.battery < 50 %"}, ONE], "reactive": True}, say("end")],
+        {"c1": [SLOW]}, [Event(2.0, "low", "c1")], "SUCCEEDED", "", ["4 end"],
+    ),
+    "reactive fallback: its success stays when a stopped goal ends in doubt": (
+        [{"fallback": [{"check": "one.battery < 50 %"}, ONE], "reactive": True}, say("end")],
+        {"c1": [SILENT]}, [Event(2.0, "low", "c1")], "SUCCEEDED", "", ["8 end"],
+    ),
+    "finally: it runs after success and after failure, and changes neither": (
+        [{"fallback": [
+            {"sequence": [{"fail": "x", "code": "first"}], "finally": [say("tidy"), {"fail": "y", "when": "n == 0"}]},
+            {"sequence": [say("${error.code}")], "finally": [{"wait": "1 s"}, say("again")]},
+        ]}],
+        {}, [], "SUCCEEDED", "", ["1 tidy", "1 =failed:first", "2 again"],
+    ),
+    "while: the condition is read before each round": (
+        [{"while": "n < 2", "steps": [{"wait": "1 s"}, COUNT]}, say("${n}")],
+        {}, [], "SUCCEEDED", "", ["3 =2"],
+    ),
+    "while: no round at all is success, not skipped": (
+        [{"fallback": [{"while": "flag", "steps": [{"wait": "1 s"}]}, say("never")]}],
+        {}, [], "SUCCEEDED", "", [],
+    ),
+    "loops: when all steps of all rounds were skipped the loop is": (
+        [{"fallback": [{"repeat": 2, "every": "1 s", "steps": [NEVER]}, say("second")]}],
+        {}, [], "SUCCEEDED", "", ["2 second"],
+    ),
+    "repeat: until is read after each round": (
+        [{"repeat": 9, "steps": [COUNT, {"wait": "1 s"}], "until": "n == 3"}, say("${n}")],
+        {}, [], "SUCCEEDED", "", ["4 =3"],
+    ),
+    "repeat: every counts from start to start, and not after the last round": (
+        [{"repeat": 3, "every": "2 s", "steps": [say("round")]}, say("end")],
+        {}, [], "SUCCEEDED", "", ["1 round", "3 round", "5 round", "5 end"],
+    ),
+    "repeat: a round longer than every starts the next at once": (
+        [{"repeat": 2, "every": "1 s", "steps": [say("round"), {"wait": "3 s"}]}, say("end")],
+        {}, [], "SUCCEEDED", "", ["1 round", "4 round", "7 end"],
+    ),
+    "repeat: with a duration no round starts after it is over": (
+        [{"repeat": "4 s", "steps": [say("round"), {"wait": "3 s"}]}, say("end")],
+        {}, [], "SUCCEEDED", "", ["1 round", "4 round", "7 end"],
+    ),
+    "repeat: with a duration and every it ends with the duration": (
+        [{"repeat": "5 s", "every": "3 s", "steps": [say("round")]}, say("end")],
+        {}, [], "SUCCEEDED", "", ["1 round", "4 round", "6 end"],
+    ),
+    "repeat: max is a bound, not a check": (
+        [{"repeat": 9, "every": "1 s", "max": 2, "steps": [say("round")]}, say("end")],
+        {}, [], "SUCCEEDED", "", ["1 round", "2 round", "2 end"],
+    ),
+    "repeat: a failed round fails the loop": (
+        [{"repeat": 3, "steps": [{"wait": "1 s"}, COUNT, {"check": "n < 2"}]}], {}, [], "FAILED", "check", [],
+    ),
+    "break_if: it leaves the nearest loop only, through sequences, ifs and modifiers": (
+        [{"repeat": 2, "steps": [
+            {"repeat": 9, "steps": [
+                COUNT, {"wait": "1 s"},
+                {"if": "n > 1", "then": [{"sequence": [{"break_if": "n > 1"}, say("never")], "timeout": "5 s"}]},
+            ]},
+            say("out"),
+        ]}],
+        {}, [], "SUCCEEDED", "", ["3 out", "4 out"],
+    ),
+    "for: rounds in the order of the list, the name is gone after it": (
+        [{"for": {"i": "${[3, 1]}"}, "steps": [say("${i}"), {"wait": "1 s"}]}],
+        {}, [], "SUCCEEDED", "", ["1 =3", "2 =1"],
+    ),
+    "for: the first failure ends it": (
+        [{"for": {"i": "${[1, 2, 3]}"}, "steps": [{"wait": "1 s"}, {"check": "i != 2"}, say("${i}")]}],
+        {}, [], "FAILED", "check", ["2 =1"],
+    ),
+    "for: with need N all run, enough is success": (
+        [{"for": {"i": "${[1, 2, 3]}"}, "need": 1, "steps": [{"wait": "1 s"}, {"check": "i != 2"}, say("${i}")]}],
+        {}, [], "SUCCEEDED", "", ["2 =1", "4 =3"],
+    ),
+    "for: with need N too few is the first failure": (
+        [{"for": {"i": "${[1, 2]}"}, "need": 2, "steps": [{"wait": "1 s"}, {"check": "i != 2"}, say("${i}")]}],
+        {}, [], "FAILED", "check", ["2 =1"],
+    ),
+    "for in parallel: with need N all run, reaching it stops nobody": (
+        [{"for": {"i": "${[1, 2, 3]}"}, "mode": "parallel", "need": 1, "steps": [
+            {"repeat": "${i}", "steps": [{"wait": "1 s"}]}, say("${i}"),
+        ]}, say("end")],
+        {}, [], "SUCCEEDED", "", ["2 =1", "3 =2", "4 =3", "4 end"],
+    ),
+    "for in parallel: max_parallel starts the next when one ends": (
+        [{"for": {"i": "${[1, 2, 3]}"}, "mode": "parallel", "max_parallel": 2, "steps": [say("${i}"), {"wait": "2 s"}]}],
+        {}, [], "SUCCEEDED", "", ["1 =1", "1 =2", "3 =3"],
+    ),
+    "for in parallel: cancel starts no further item": (
+        [{"for": {"i": "${[1, 2]}"}, "mode": "parallel", "max_parallel": 1, "on_child_failure": "cancel", "steps": [
+            say("${i}"), {"check": "i == 2"}]}],
+        {}, [], "FAILED", "check", ["1 =1"],
+    ),
+    "for in parallel: collect is in the order of the loop, whoever is first": (
+        [{"for": {"cart": "${[one, two]}"}, "mode": "parallel", "collect": "got", "steps": [
+            {"do": "cart.Move", "save_as": "got"}]}, say("${got[0].n} ${got[1].n}")],
+        {"c1": [Deed(after=3.0, n=1)], "c2": [Deed(n=2)]}, [], "SUCCEEDED", "", ["4 =1 2"],
+    ),
+    "for: collect starts afresh when the loop runs again": (
+        [{"repeat": 2, "steps": [
+            {"for": {"i": "${[1, 2]}"}, "collect": "got", "steps": [
+                {"do": "one.Move", "save_as": "got", "when": "n == 0"}, {"wait": "1 s"}]},
+            {"if": "len(got) == 0", "then": [say("none")], "else": [say("${got[0].n}")]},
+            COUNT,
+        ]}],
+        {"c1": [Deed(n=1), Deed(n=2)]}, [], "SUCCEEDED", "", ["5 =1", "7 none"],
+    ),
+    "release: it waits until the machine is home, the rest goes on": (
+        [{"do": "two.Haul"}, {"parallel": [{"sequence": [{"release": "two"}, say("home")]}, after(3, say("b"))]}],
+        {"c2": [Deed(), Deed(after=2.0)]}, [], "SUCCEEDED", "", ["4 home", "5 b"],
+    ),
+    "release: the end of the task waits for a release under way": (
+        [{"do": "two.Haul"}, {"sequence": [{"release": "two"}], "timeout": "1 s", "ignore_failure": True}, say("end")],
+        {"c2": [Deed(), Deed(after=4.0)]}, [], "SUCCEEDED", "", ["3 end"],
+    ),
+    "abort: a parallel, a guard and a loop are stopped at once": (
+        [{"parallel": [
+            {"guard": "not flag", "steps": [ONE]},
+            {"repeat": "forever", "timeout": "1 min", "steps": [{"wait": "1 s"}]},
+            {"sequence": [TWO]},
+        ]}],
+        {"c1": [SLOW], "c2": [SLOW]}, [Event(3.5, "abort")], "CANCELED", "aborted", [],
+    ),
+}  # fmt: skip
+
+
+def told(world: World) -> list[str]:
+    found = []
+    for step in world.steps:
+        for effect in step.effects:
+            if isinstance(effect, inp.Notify) and effect.task == "Edge-1":
+                found.append(f"{(step.at - START) / 1e6:.0f} {effect.text}")
+    return found
+
+
+@pytest.mark.parametrize("rule", CASES)
+def test_it_goes_as_the_rule_says(rule: str) -> None:
+    steps, deeds, events, status, code, texts = CASES[rule]
+    text = text_of({"steps": steps})
+    model = load(text)
+    if model is None:
+        from tests.property.strategies import why_refused
+
+        pytest.fail(why_refused(text))
+    mission = Mission((text,), {a: tuple(d) for a, d in deeds.items()}, (Event(1.0, "submit", "Edge"), *events))
+    ours, theirs, ticked = (
+        World([model], mission.deeds, mission.events, trees=trees)
+        for trees in (CompiledTrees, NaiveTrees, lambda host: CompiledTrees(host, tick=True))
+    )
+    for world in (ours, theirs, ticked):
+        world.run(60.0)
+    record = ours.engine.state.tasks["Edge-1"]
+    assert (record.status, record.code, told(ours)) == (status, code, texts), record
+    assert_equal(ours, theirs, mission)
+    assert ours.steps == ticked.steps
