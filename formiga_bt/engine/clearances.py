@@ -10,7 +10,7 @@ from collections.abc import Iterable
 
 from formiga_bt.clock import SECOND, micros
 from formiga_bt.engine import changes as ch
-from formiga_bt.engine.core import Core
+from formiga_bt.engine.core import EVERYTHING, Core
 from formiga_bt.engine.holds import hold, unhold
 from formiga_bt.engine.inputs import Alarm
 from formiga_bt.engine.people import People
@@ -161,7 +161,7 @@ class Clearances:
                 ),
             )
         )  # fmt: skip
-        core.gate_stale = True
+        core.stale.add(EVERYTHING)
 
     def on_deadline(self, word: str, agent_id: str) -> None:
         """Ask again after `wait`, or give up."""

@@ -6,7 +6,7 @@ through `emit`, which applies each change at once, so that what is read next is 
 
 import heapq
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import Any, Final
 
 from msgspec.structs import replace
 
@@ -18,6 +18,24 @@ from formiga_bt.engine.records import AgentRecord, Deadline, GoalRecord, TaskRec
 from formiga_bt.engine.state import EngineState, apply, board_of
 from formiga_bt.geo import Frame
 from formiga_bt.lang.model import ActionSpec, AgentType, Catalogue, Site, Task
+
+EVERYTHING: Final = ""
+"""In `Core.stale`: look at all waiting goals."""
+
+GATE_READS: Final = (
+    "position",
+    "landed",
+    "control",
+    "goal",
+    "task",
+    "liveness",
+    "present",
+    "pool",
+    "lost_leg",
+    "layer_m",
+    "home",
+)
+"""Fields of an agent that the gate's verdict on some goal depends on."""
 
 
 class Core:
@@ -43,8 +61,10 @@ class Core:
         """(task, node key) -> when its live condition next turns with `now`: in every step from then on it is looked at"""
         self.answered: list[str] = []
         """Confirm goals that ended in this step and whose question must be looked at."""
-        self.gate_stale = False
-        """Something changed that a waiting goal may wait for."""
+        self.stale: set[str] = set()
+        """Agents of which something changed that a waiting goal may wait for; `EVERYTHING` = look at all."""
+        self.gated: dict[str, None] = {goal.id: None for goal in state.goals.values() if goal.state == "gated"}
+        """Goals that wait at the gate: an index of the state."""
         self.touched: dict[str, None] = {}
         """Tasks whose ending or sections must be looked at."""
         self._heap: list[tuple[Micros, int, str]] = [(d.at, d.seq, key) for key, d in state.deadlines.items()]
@@ -69,11 +89,30 @@ class Core:
     def emit(self, change: ch.Change) -> None:
         """Record a change and apply it."""
         self.changes.append(change)
+        if type(change) is ch.AgentPut:
+            self._note_agent(change.agent)
+        elif type(change) is ch.GoalPut:
+            self._note_goal(change.goal)
+        elif type(change) is ch.GoalDrop:
+            self.gated.pop(change.goal, None)
         apply(self.state, self.board, change)
         if self.board.has_hits:
             for reader in self.board.take_hits():
                 task_id, _, key = reader.partition("|")
                 self.wake(task_id, key)
+
+    def _note_agent(self, new: AgentRecord) -> None:
+        old = self.state.agents.get(new.id)
+        if old is None or any(getattr(old, name) != getattr(new, name) for name in GATE_READS):
+            self.stale.add(new.id)
+
+    def _note_goal(self, goal: GoalRecord) -> None:
+        if goal.state == "gated":
+            self.gated[goal.id] = None
+            return
+        self.gated.pop(goal.id, None)
+        if goal.leg is not None:
+            self.stale.add(goal.agent)
 
     def effect(self, effect: Effect) -> None:
         """Add an effect; it leaves the process after the step is persisted."""

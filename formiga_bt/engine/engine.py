@@ -202,7 +202,7 @@ class Engine:
                 order = sorted(touched, key=lambda t: core.state.tasks[t].order if t in core.state.tasks else 0)
                 for task_id in order:
                     self.tasks.settle(task_id)
-            elif core.gate_stale:
+            elif core.stale:
                 self.gatekeeper.review()
             else:
                 self.people.pump()

@@ -143,7 +143,6 @@ class Fleet:
             heard_wall=wall or agent.heard_wall,
             bad=0,
         )
-        core.gate_stale = True
         self._mark_alive(agent.id, wall)
         self._take_back(agent.id)
         if took_over:
@@ -212,7 +211,6 @@ class Fleet:
         if agent.liveness != "ALIVE":
             was = agent.liveness
             core.put_agent(agent_id, liveness="ALIVE")
-            core.gate_stale = True
             if was == "SUSPECT":
                 self._ask_about_goals(agent_id)
         if agent.human:
@@ -355,7 +353,6 @@ class Fleet:
         core.put_agent(agent.id, goal="", action="", pool="ASSIGNED" if agent.task else agent.pool)
         if goal.task:
             hold(core, goal.task, f"take-over:{goal.agent}")
-        core.gate_stale = True
 
     def _pilot_has(self, agent: AgentRecord) -> None:
         if agent.task:
@@ -391,4 +388,3 @@ class Fleet:
             if not self.at_port(agent):
                 core.put_agent(agent_id, pool="PARKED_AWAY")
                 core.effect(Alarm("parked_away", f"{agent_id} stands away from its port", task_id, agent_id))
-        core.gate_stale = True

@@ -4,12 +4,12 @@ Waiting goals are looked at when something that one may wait for has changed (a 
 in the order safety goal, priority, age.
 """
 
-from formiga_bt.engine.core import Core
+from formiga_bt.engine.core import EVERYTHING, Core
 from formiga_bt.engine.inputs import SendGoal
 from formiga_bt.engine.ports import ClearancePort
 from formiga_bt.engine.records import PRIORITIES, AgentRecord, GoalRecord
 from formiga_bt.geo import Place, Position, horizontal_m
-from formiga_bt.safety.gate import AT_PORT_M, GROUND_M, Ask, Go, Hold, Refuse, Traffic, judge
+from formiga_bt.safety.gate import AT_PORT_M, GROUND_M, Ask, Go, Hold, Refuse, Traffic, judge, traffic_of
 from formiga_bt.transport.messages import to_wire
 
 TTL_BEATS = 10
@@ -26,6 +26,7 @@ class Gatekeeper:
 
     def __init__(self, core: Core) -> None:
         self._core = core
+        self._known: dict[str, tuple[AgentRecord, GoalRecord | None, Traffic]] = {}
 
     def try_send(self, goal_id: str) -> None:
         """Show a goal to the gate and act on the verdict."""
@@ -90,10 +91,11 @@ class Gatekeeper:
         self._core.effect(self._effect(goal))
 
     def review(self) -> None:
-        """Look at all waiting goals again."""
+        """Look again at the waiting goals that wait for something that has changed."""
         core = self._core
-        core.gate_stale = False
-        waiting = [g for g in core.state.goals.values() if g.state == "gated" and g.code != "taken_over"]
+        stale, core.stale = core.stale, set()
+        goals = [core.state.goals[goal_id] for goal_id in core.gated]
+        waiting = [g for g in goals if g.code != "taken_over" and _may_go(g, stale)]
         waiting.sort(key=lambda g: (not g.safety, PRIORITIES[self._priority(g)], g.order))
         for goal in waiting:
             if core.state.goals.get(goal.id) is goal:
@@ -105,7 +107,7 @@ class Gatekeeper:
         """A waiting goal was withdrawn."""
         self.clearances.withdraw(goal)
         self._core.clear_deadline(f"busy|{goal.id}")
-        self._core.gate_stale = True
+        self._core.stale.add(EVERYTHING)
 
     def _priority(self, goal: GoalRecord) -> str:
         task = self._core.state.tasks.get(goal.task)
@@ -142,11 +144,19 @@ class Gatekeeper:
 
     def _traffic(self, goal: GoalRecord) -> list[Traffic]:
         core = self._core
-        return [
-            Traffic(agent.id, agent.task, agent.landed, agent.position, self._leg(agent), self._column_m(agent))
-            for agent in core.state.agents.values()
-            if not agent.human and agent.id != goal.agent
-        ]
+        return [self._seen(agent) for agent in core.state.agents.values() if not agent.human and agent.id != goal.agent]
+
+    def _seen(self, agent: AgentRecord) -> Traffic:
+        # Records are frozen: as long as they are the same objects, so is what traffic they make.
+        goal = self._core.state.goals.get(agent.goal) if agent.goal else None
+        known = self._known.get(agent.id)
+        if known is not None and known[0] is agent and known[1] is goal:
+            return known[2]
+        traffic = traffic_of(
+            agent.id, agent.task, agent.landed, agent.position, self._leg(agent), self._column_m(agent)
+        )
+        self._known[agent.id] = (agent, goal, traffic)
+        return traffic
 
     def _column_m(self, agent: AgentRecord) -> float | None:
         leg = self._leg(agent)
@@ -159,6 +169,11 @@ class Gatekeeper:
     def _leg(self, agent: AgentRecord) -> tuple[Position, Position] | None:
         goal = self._core.state.goals.get(agent.goal) if agent.goal else None
         return goal.leg if goal is not None and goal.in_flight and goal.leg is not None else agent.lost_leg
+
+
+def _may_go(goal: GoalRecord, stale: set[str]) -> bool:
+    # A goal that waits for a machine in its way waits on while neither that machine nor its own has changed.
+    return EVERYTHING in stale or goal.agent in stale or (goal.code in BUSY and goal.text in stale)
 
 
 def _holds(held: tuple[str, ...], agent: str, section: str) -> bool:

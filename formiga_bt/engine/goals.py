@@ -178,7 +178,7 @@ class Goals:
     def _free_agent(self, goal: GoalRecord) -> None:
         core = self._core
         agent = core.state.agents[goal.agent]
-        core.gate_stale = True
+        core.stale.add(goal.agent)
         if agent.goal == goal.id:
             pool = agent.pool
             if pool == "EXECUTING ACTION":

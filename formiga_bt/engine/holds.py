@@ -4,7 +4,7 @@ While held, no new goal of `steps` leaves, goals in flight end naturally, and - 
 task's deadlines stand still.
 """
 
-from formiga_bt.engine.core import Core, clock_stands
+from formiga_bt.engine.core import EVERYTHING, Core, clock_stands
 
 
 def hold(core: Core, task_id: str, cause: str) -> None:
@@ -27,4 +27,4 @@ def unhold(core: Core, task_id: str, cause: str) -> None:
     task = core.put_task(task_id, held=tuple(c for c in task.held if c != cause))
     if stood and not clock_stands(task):
         core.resume_deadlines(task_id)
-    core.gate_stale = True
+    core.stale.add(EVERYTHING)

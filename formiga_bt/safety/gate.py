@@ -7,6 +7,7 @@ Rules of this version: who is in command, link, one goal at a time, task held, c
 machine on a spot, and legs kept apart. Codes are listed in docs/reasons.md.
 """
 
+import math
 from collections.abc import Sequence
 
 from msgspec import Struct
@@ -31,16 +32,22 @@ VERTICAL_M = 10.0
 """A leg that stays within this (horizontally) is a vertical move at its place."""
 
 
+Way = tuple[Position, Position]
+"""A straight way; both ends equal = a hover."""
+
+
 class Traffic(Struct, frozen=True):
-    """Another machine: where it is, and the way that was granted to it."""
+    """Another machine: where it is, and the ways that it takes up. Made by `traffic_of`."""
 
     agent: str
     task: str
     landed: Landed
     position: Position | None
-    leg: tuple[Position, Position] | None = None
-    rises_to_m: float | None = None
-    """Where it will climb to from the ground for its task: nobody stops in that column, else both may wait for ever."""
+    leg: Way | None
+    ways: tuple[Way, ...]
+    """Where it is or will be: its leg, its hover, the column of its next climb."""
+    box: tuple[float, float, float, float]
+    """Horizontal bounds of the ways: west, east, south, north, metres."""
 
 
 class Ask(Struct, frozen=True, kw_only=True):
@@ -156,7 +163,7 @@ def _clear(ask: Ask, now: Micros) -> Verdict | None:
     return Hold("clearance")
 
 
-def leg_of(ask: Ask) -> tuple[Position, Position] | None:
+def leg_of(ask: Ask) -> Way | None:
     """Return the straight way that a goal flies, or None if it does not move the agent."""
     here = ask.position
     if here is None:
@@ -170,29 +177,59 @@ def leg_of(ask: Ask) -> tuple[Position, Position] | None:
     return None
 
 
-def first_in_the_way(ask: Ask, leg: tuple[Position, Position], traffic: Sequence[Traffic], separation_m: float) -> str:
+def first_in_the_way(ask: Ask, leg: Way, traffic: Sequence[Traffic], separation_m: float) -> str:
     """Return the agent whose granted leg or hover is within the separation of `leg`, or "".
 
     Machines of the same task are the author's business, those on the ground are no traffic. Vertical moves at a place keep
     half the separation: ports and spots lie closer together than cruise legs may pass.
     """
     keep_m = separation_m / 2 if horizontal_m(leg[0], leg[1]) <= VERTICAL_M else separation_m
+    west, east, south, north = box_of((leg,))
+    west, east, south, north = west - keep_m, east + keep_m, south - keep_m, north + keep_m
     for other in traffic:
+        box = other.box
+        if box[1] < west or box[0] > east or box[3] < south or box[2] > north:
+            continue
         if other.agent == ask.agent or (other.task and other.task == ask.task):
             continue
-        if any(segment_distance_m(*leg, *way) < keep_m for way in _ways(other)):
+        if any(segment_distance_m(*leg, *way) < keep_m for way in other.ways):
             return other.agent
     return ""
 
 
-def _ways(other: Traffic) -> list[tuple[Position, Position]]:
-    """Return where another machine is or will be: its leg, its hover, and the column of its next climb."""
-    if other.position is None:
-        return []
-    ways = []
-    end = other.leg[1] if other.leg is not None else other.position
-    if other.leg is not None or other.landed != "grounded":
-        ways.append((other.position, end))
-    if other.rises_to_m is not None:
-        ways.append((end, Position(end.east_m, end.north_m, other.rises_to_m)))
-    return ways
+def traffic_of(
+    agent: str,
+    task: str,
+    landed: Landed,
+    position: Position | None,
+    leg: Way | None = None,
+    rises_to_m: float | None = None,
+) -> Traffic:
+    """Return a machine as traffic.
+
+    Args:
+        agent: who.
+        task: for which task.
+        landed: as last known.
+        position: as last known.
+        leg: the way that was granted to it.
+        rises_to_m: where it will climb to from the ground for its task, metres over the base's ground: nobody stops in that
+            column, else both may wait for ever.
+    """
+    ways: list[Way] = []
+    if position is not None:
+        end = leg[1] if leg is not None else position
+        if leg is not None or landed != "grounded":
+            ways.append((position, end))
+        if rises_to_m is not None:
+            ways.append((end, Position(end.east_m, end.north_m, rises_to_m)))
+    return Traffic(agent, task, landed, position, leg, tuple(ways), box_of(ways))
+
+
+def box_of(ways: Sequence[Way]) -> tuple[float, float, float, float]:
+    """Return the horizontal bounds (west, east, south, north, metres) of ways; of none, bounds that meet nothing."""
+    if not ways:
+        return math.inf, -math.inf, math.inf, -math.inf
+    easts = [point.east_m for way in ways for point in way]
+    norths = [point.north_m for way in ways for point in way]
+    return min(easts), max(easts), min(norths), max(norths)

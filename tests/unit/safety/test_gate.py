@@ -6,7 +6,7 @@ import pytest
 
 from formiga_bt.clock import SECOND
 from formiga_bt.geo import Place, Position
-from formiga_bt.safety.gate import Ask, Go, Hold, Refuse, Traffic, judge, needs_clearance
+from formiga_bt.safety.gate import Ask, Go, Hold, Refuse, Traffic, judge, needs_clearance, traffic_of
 from formiga_bt.transport.messages import Clearance
 
 PORT, OTHER_PORT = Place(0.0, 0.0), Place(30.0, 0.0)
@@ -31,7 +31,7 @@ def ask(**fields: Any) -> Ask:
 
 def other(**fields: Any) -> Traffic:
     given: dict[str, Any] = {"agent": "d2", "task": "T-2", "landed": "airborne", "position": Position(100.0, 0.0, 60.0)}
-    return Traffic(**{**given, **fields})
+    return traffic_of(**{**given, **fields})
 
 
 def verdict(request: Ask, *traffic: Traffic) -> object:
