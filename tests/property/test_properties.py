@@ -2,13 +2,18 @@
 
 import json
 
+import msgspec
 import pytest
 
 from formiga_bt.engine import inputs as inp
+from formiga_bt.engine.engine import Engine
+from formiga_bt.engine.state import load_snapshot, snapshot
 from formiga_bt.lang.model import Task
 from tests.property.strategies import load, missions
 from tests.property.test_differential import fly
-from tests.property.world import START, World
+from tests.property.world import START, World, yard
+
+ENCODER = msgspec.json.Encoder()
 
 
 def sections(world: World, task: str) -> set[str]:
@@ -82,6 +87,24 @@ def assert_nothing_left(world: World) -> None:
     open_goals = {goal.id for goal in state.goals.values() if not goal.ended}
     timers = [key for key in state.wall if not key.startswith("live|") and key.split("|", 1)[1] not in open_goals]
     assert not timers
+
+
+def test_the_snapshot_after_any_step_goes_on_to_the_same_steps() -> None:
+    for mission in missions(40, 3000):
+        shots: list[bytes] = []
+        world = World(mission.tasks(), mission.deeds, mission.events, watch=lambda w, _: shots.append(shot(w)))  # noqa: B023
+        world.run()
+        steps = world.steps[len(world.steps) - len(shots) :]
+        for index in range(len(shots) // 9, len(shots), len(shots) // 9 + 1):
+            engine = Engine(*yard(), world.models, state=load_snapshot(shots[index]))
+            assert snapshot(engine.state) == shots[index]
+            for step in steps[index + 1 : index + 60]:
+                again = engine.handle(step.at, step.input)
+                assert ENCODER.encode(again) == ENCODER.encode(step), (steps[index], step)
+
+
+def shot(world: World) -> bytes:
+    return snapshot(world.engine.state)
 
 
 def two_of_one_file() -> Task:

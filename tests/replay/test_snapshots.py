@@ -1,6 +1,7 @@
 """A snapshot after any step is enough to go on, in another process and under another hash seed, byte for byte."""
 
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -27,10 +28,15 @@ def test_the_missions_pass_through_what_must_be_restored(films: dict[str, tuple[
     text = b"".join(shot for _, shots in films.values() for shot in shots)
     for part in ("steps", "on_abort", "finally", "recover"):
         assert f'"section":"{part}"'.encode() in text, part
-    for memory in ("sequence", "fallback", "call", "do", "ask", "wait", "pass", "timeout", "retry"):
+    kinds = "sequence fallback call do ask wait pass timeout retry tidy live gather loop"
+    for memory in kinds.split():
         assert f'"mem":"{memory}"'.encode() in text, memory
     for detail in ('"halting":true', '"waiting":true', '"state":"canceling"', '"stopping":true', '"held":["take-over:'):
         assert detail.encode() in text, detail
+    assert re.search(rb'"mem":"live"[^}]*"halting":true,"drain":\["Survey', text)
+    assert re.search(rb'"releasing":\{"lwd', text)
+    assert re.search(rb'"states":"RR\.","failure":null,"halting":false,"drain":\[\],"items":\[\{"place"', text)
+    assert re.search(rb'"mem":"loop"[^]]*"items":\[\{"fix"', text)
 
 
 @pytest.mark.parametrize("name", MISSIONS)
