@@ -15,7 +15,7 @@ from formiga_bt.nodes.base import FAILURE, RUNNING, SUCCESS, Node
 from formiga_bt.nodes.composites import Chain, adopt_children
 from formiga_bt.nodes.leaves import Leaf
 from formiga_bt.nodes.memory import LoopMem, Mem
-from formiga_bt.nodes.parallel import zip_items
+from formiga_bt.nodes.parallel import OverItems, zip_items
 from formiga_bt.nodes.run import Failure, Run
 
 
@@ -188,7 +188,7 @@ class LoopNode(Rounds):
         return None
 
 
-class ForNode(Rounds):
+class ForNode(OverItems, Rounds):
     """`for` in order: a round per item; the loop names are set in the scope around it."""
 
     kind: ClassVar[str] = "for"
@@ -203,21 +203,22 @@ class ForNode(Rounds):
 
     def on_enter(self, run: Run) -> Status:
         """Read the lists once and start the first round."""
-        self.state = LoopMem(1, waiting=True)
+        self.state, self.items = LoopMem(1, waiting=True), ()
         items = zip_items(self, run, self.step)
         if items is None:
             return FAILURE
-        self.state = LoopMem(1, items=items)
+        self.state = LoopMem(1)
+        self.keep_items(run, items)
         self._take(run)  # the list of an earlier run of this loop
         return self.rounds(run)
 
     def more(self) -> bool:
         """Return whether there is an item left."""
-        return self.state.round <= len(self.state.items)
+        return self.state.round <= len(self.items)
 
     def may_start(self, run: Run) -> bool:
         """Set the loop names of the next item."""
-        for name, value in self.state.items[self.state.round - 1].items():
+        for name, value in self.items[self.state.round - 1].items():
             run.set_var(self.scope, name, value)
         return True
 
@@ -249,7 +250,7 @@ class ForNode(Rounds):
     def finish(self, run: Run) -> Status:
         """Unset the loop names, hand the collected list over, count what `need` asks for."""
         self._clear(run)
-        counts = bool(self.state.items) and not self.breaking and self.state.ever_ran
+        counts = bool(self.items) and not self.breaking and self.state.ever_ran
         if self._needs is not None and counts and self.state.succeeded < self._needs:
             few = Failure("nothing_applied", f"fewer than {self._needs} succeeded", self.path)
             return self.fail_as(self.state.failure or few)
@@ -258,13 +259,18 @@ class ForNode(Rounds):
         return super().finish(run)
 
     def _clear(self, run: Run) -> None:
-        for name in self.step.lists if self.state.items else ():
+        for name in self.step.lists if self.items else ():
             run.set_var(self.scope, name, None)
 
     def on_halt(self, run: Run) -> list[str]:
         """Stop the round and unset the loop names."""
         goals = super().on_halt(run)
-        if self.state.items:
+        if self.items:
             self._take(run)
             self._clear(run)
         return goals
+
+    def on_restore(self, run: Run, mem: Mem) -> None:
+        """Go on where it was."""
+        self.find_items(run)
+        super().on_restore(run, mem)

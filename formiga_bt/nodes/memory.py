@@ -104,10 +104,14 @@ class GatherMem(Struct, frozen=True, tag="gather", tag_field="mem"):
     failure: Any = None
     halting: bool = False
     drain: tuple[str, ...] = ()
-    items: tuple[dict[str, Any], ...] = ()
-    """Of a `for`: the loop names of each item, read once at entry."""
     collected: tuple[Any, ...] = ()
     """Of a `for` with `collect`: what each item saved, None if nothing."""
+
+
+class ItemsMem(Struct, frozen=True, tag="items", tag_field="mem"):
+    """Of a `for`: the loop names of each item, read once at entry. Beside the other memory, so that it is written once."""
+
+    items: tuple[dict[str, Any], ...]
 
 
 class LoopMem(Struct, frozen=True, tag="loop", tag_field="mem"):
@@ -124,7 +128,6 @@ class LoopMem(Struct, frozen=True, tag="loop", tag_field="mem"):
     times: int | None = None
     every_us: Micros = 0
     most: int | None = None
-    items: tuple[dict[str, Any], ...] = ()
     collected: tuple[Any, ...] = ()
     ever_ran: bool = False
     """A step of a round that ended was not skipped."""
@@ -135,5 +138,5 @@ class LoopMem(Struct, frozen=True, tag="loop", tag_field="mem"):
 
 Mem = (
     SequenceMem | FallbackMem | IfMem | CallMem | DoMem | AskMem | WaitMem | PassMem | TimeoutMem | RetryMem | TidyMem
-    | LiveMem | GatherMem | LoopMem
+    | LiveMem | GatherMem | ItemsMem | LoopMem
 )  # fmt: skip

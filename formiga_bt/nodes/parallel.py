@@ -15,7 +15,7 @@ from formiga_bt.lang import model
 from formiga_bt.nodes import draining
 from formiga_bt.nodes.base import FAILURE, RUNNING, SUCCESS, Node
 from formiga_bt.nodes.composites import SequenceNode, adopt_children
-from formiga_bt.nodes.memory import GatherMem, Mem
+from formiga_bt.nodes.memory import GatherMem, ItemsMem, Mem
 from formiga_bt.nodes.run import Failure, Run
 
 WAITS, RUNS, DONE, FAILED, SKIPPED = ".RSFK"
@@ -38,7 +38,6 @@ class Gathering(Node, composites.Parallel):
         self.first: Failure | None = None
         self.halting = False
         self.drain: tuple[str, ...] = ()
-        self.items: tuple[dict[str, Any], ...] = ()
         self.collected: list[Any] = []
 
     def place(self, index: int) -> str:
@@ -166,12 +165,12 @@ class Gathering(Node, composites.Parallel):
 
     def _remember(self, run: Run) -> None:
         states, collected = "".join(self.states), tuple(self.collected)
-        self.remember(run, GatherMem(states, self.first, self.halting, self.drain, self.items, collected))
+        self.remember(run, GatherMem(states, self.first, self.halting, self.drain, collected))
 
     def load(self, mem: GatherMem) -> None:
         """Take over what was remembered."""
         self.states, self.first, self.halting, self.drain = list(mem.states), mem.failure, mem.halting, mem.drain
-        self.items, self.collected = mem.items, list(mem.collected)
+        self.collected = list(mem.collected)
 
     def restore_children(self, run: Run) -> None:
         """Rebuild the children that run."""
@@ -204,14 +203,35 @@ class ParallelNode(Gathering):
         self.restore_children(run)
 
 
-class ForParallelNode(Gathering):
+class OverItems(Node):
+    """Common part of both forms of `for`: the items, in a memory of their own."""
+
+    items: tuple[dict[str, Any], ...] = ()
+
+    def keep_items(self, run: Run, items: tuple[dict[str, Any], ...]) -> None:
+        """Go over these from now on."""
+        self.items = items
+        run.remember(f"{self.path}:items", ItemsMem(items))
+
+    def find_items(self, run: Run) -> None:
+        """Take over what was remembered."""
+        mem = run.memory(f"{self.path}:items")
+        assert isinstance(mem, ItemsMem)
+        self.items = mem.items
+
+    def _leave(self, run: Run) -> None:
+        super()._leave(run)
+        run.remember(f"{self.path}:items", None)
+
+
+class ForParallelNode(OverItems, Gathering):
     """`for` with `mode: parallel`: a body per item, each with a scope of its own."""
 
     kind: ClassVar[str] = "for"
     all_run = True
 
     def __init__(self, step: model.For, body: Callable[[], list[Node]]) -> None:
-        super().__init__(step)
+        Gathering.__init__(self, step)
         self.step = step
         self.at_once = step.max_parallel
         self._body = body
@@ -229,7 +249,8 @@ class ForParallelNode(Gathering):
         items = zip_items(self, run, self.step)
         if items is None:
             return FAILURE
-        self.items, self.collected = items, [None] * len(items) if self.step.collect else []
+        self.keep_items(run, items)
+        self.collected = [None] * len(items) if self.step.collect else []
         if self.step.collect and run.env(self.scope).is_set(self.step.collect):
             run.set_var(self.scope, self.step.collect, None)  # the list of an earlier run of this loop
         self._grow()
@@ -260,6 +281,7 @@ class ForParallelNode(Gathering):
         """Go on where it was."""
         assert isinstance(mem, GatherMem)
         self.load(mem)
+        self.find_items(run)
         self._grow()
         self.restore_children(run)
 
