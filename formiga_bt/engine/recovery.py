@@ -55,7 +55,7 @@ class Recovery:
                 if self._under_way(task_id, agent_id):
                     continue
                 if agent.landed != "grounded" and core.agent_type(agent).recover is not None:
-                    self._try(task_id, agent_id, 1)
+                    self._try_again(task_id, agent_id)
                     continue
                 self._fleet.release(agent_id)
                 self._tasks.poke_allocator()
@@ -66,6 +66,18 @@ class Recovery:
                 roles={role: tuple(a for a in agents if a != agent_id) for role, agents in task.roles.items()},
             )
             core.wake(task_id, owner)
+
+    def _try_again(self, task_id: str, agent_id: str) -> None:
+        """Bring home who is to be released; a way home that ended well but not on the ground counts as one that failed."""
+        last = max((r.attempt for r in self._core.task(task_id).recovering if r.agent == agent_id), default=0)
+        if last < TRIES:
+            self._try(task_id, agent_id, last + 1)
+        else:
+            self._give_up(task_id, agent_id, "not_grounded")
+
+    def _give_up(self, task_id: str, agent_id: str, code: str) -> None:
+        self._tasks.alarm("agent_needs_help", f"{agent_id} could not be brought home: {code}", task_id, agent_id)
+        self._fleet.quarantine(agent_id, "recover_failed")
 
     def _try(self, task_id: str, agent_id: str, attempt: int) -> None:
         core = self._core
@@ -105,9 +117,7 @@ class Recovery:
             self._try(task_id, agent_id, now.attempt + 1)
         else:
             self._set(task_id, replace(now, state="failed"))
-            why = f"{agent_id} could not be brought home: {ended.failure.code}"
-            self._tasks.alarm("agent_needs_help", why, task_id, agent_id)
-            self._fleet.quarantine(agent_id, "recover_failed")
+            self._give_up(task_id, agent_id, ended.failure.code)
         self.proceed(task_id)
 
     def agent_left(self, task_id: str, agent_id: str) -> None:

@@ -4,6 +4,7 @@ Each name says the rule. The numbers of seconds: agents need 1 s for an action u
 """
 
 import json
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -13,7 +14,7 @@ from formiga_bt.engine.treerun import CompiledTrees
 from tests.oracle.naive import NaiveTrees
 from tests.property.strategies import Mission, load
 from tests.property.test_differential import assert_equal
-from tests.property.world import START, Deed, Event, World
+from tests.property.world import START, Deed, Event, Scripted, World
 
 SLOW = Deed(after=9.0, cancel_after=2.0)
 FAILS = Deed(end="failed")
@@ -327,3 +328,27 @@ def test_it_goes_as_the_rule_says(rule: str) -> None:
     assert (record.status, record.code, told(ours)) == (status, code, texts), record
     assert_equal(ours, theirs, mission)
     assert ours.steps == ticked.steps
+
+
+def test_who_is_released_and_never_comes_down_is_helped_after_three_ways_home(monkeypatch: pytest.MonkeyPatch) -> None:
+    def rise_for_good(body: Scripted, landed: str) -> None:
+        before = body.__dict__.get("height", "grounded")
+        body.__dict__["height"] = "airborne" if "airborne" in (before, landed) else landed
+
+    monkeypatch.setattr(
+        Scripted, "landed", property(lambda body: body.__dict__["height"], rise_for_good), raising=False
+    )
+    model = load(text_of({"steps": [{"do": "two.Haul"}, {"release": "two"}, ONE]}))
+    assert model is not None
+    world = World([model], {}, [Event(1.0, "submit", "Edge")])
+    catalogue = world.engine.core.catalogue
+    home = replace(catalogue.actions["Home"], effect="")
+    world.engine.core.catalogue = replace(catalogue, actions={**catalogue.actions, "Home": home})
+    world.run(60.0)
+    sent = [e.goal_id for s in world.steps for e in s.effects if isinstance(e, inp.SendGoal) and e.action == "Home"]
+    ways = [f"Edge-1/1/recover:c2#{attempt}/steps[0]@1" for attempt in (1, 2, 3)]
+    assert sent[:3] == ways
+    assert len(set(sent)) == len(sent)
+    alarms = [e.code for s in world.steps for e in s.effects if isinstance(e, inp.Alarm)]
+    assert "agent_needs_help" in alarms
+    assert world.engine.state.tasks["Edge-1"].status == "SUCCEEDED"
