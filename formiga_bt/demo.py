@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from queue import Empty, SimpleQueue
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from msgspec.structs import replace
 
@@ -28,11 +28,16 @@ from formiga_bt.lang.types import AgentRef
 from formiga_bt.rehearsal import fleet_of
 from formiga_bt.show.runlog import RunLog
 from formiga_bt.simulation import Played, Timetable, site_of, specs_of
+from formiga_bt.transport.desk import OpenQuestion
 from formiga_bt.transport.zenoh import ZenohTransport
+
+if TYPE_CHECKING:
+    from formiga_bt.services.host import EngineHost
 
 READY_S = 30.0
 """Wall time in which all agents must have announced themselves."""
 FREE_PORT = "tcp/127.0.0.1:0"
+FREE_HTTP = "127.0.0.1:0"
 
 SCRIPTS: Mapping[str, Sequence[Mapping[str, Any]]] = {
     "picker_1": [
@@ -74,6 +79,8 @@ class Demo:
         listen: the engine's endpoint; port 0 takes a free one.
         specs: the agents; without, those of the site with the demo's people.
         referee: whether a referee runs as a process beside them.
+        serve: run the engine as a service with its runtime folder here, so that the other verbs find it.
+        desk: with `serve`, people who answer at this machine instead of being simulated: id -> type.
     """
 
     def __init__(
@@ -86,13 +93,26 @@ class Demo:
         listen: str = FREE_PORT,
         specs: Sequence[AgentSpec] | None = None,
         referee: bool = False,
+        serve: Path | None = None,
+        desk: Mapping[str, str] | None = None,
     ) -> None:
         self.site = site
         self.log = RunLog()
         self._steps: SimpleQueue[Step] = SimpleQueue()
         self._transport = ZenohTransport(site.name, listen=listen)
-        engine = Engine(site, catalogue, {task.name: task for task in tasks})
-        self.driver = RealtimeDriver(engine, [self._transport], speed=speed, listeners=[self._steps.put])
+        self.speed = speed
+        models = {task.name: task for task in tasks}
+        self.host: EngineHost | None = None
+        if serve is not None:
+            from formiga_bt.services import host  # loads the web server: only where it is wanted
+
+            self.host = host.EngineHost(
+                site, catalogue, models, beside=serve, speed=speed, http=FREE_HTTP, desk=desk, wires=[self._transport],
+                listeners=[self._steps.put],
+            )  # fmt: skip
+        else:
+            engine = Engine(site, catalogue, models)
+            self.driver = RealtimeDriver(engine, [self._transport], speed=speed, listeners=[self._steps.put])
         self._specs = (
             [_placed(spec, site) for spec in fleet_of(site, catalogue, scripts=SCRIPTS)]
             if specs is None
@@ -107,7 +127,11 @@ class Demo:
 
     def __enter__(self) -> "Demo":
         try:
-            self.driver.start()
+            if self.host is not None:
+                self.host.__enter__()
+                self.driver = self.host.driver
+            else:
+                self.driver.start()
             self.fleet = FleetProcesses(
                 self._specs,
                 site=self.site.name,
@@ -143,7 +167,10 @@ class Demo:
         """End the agents' processes and the engine; may be called twice."""
         if self.fleet is not None:
             self.fleet.close()
-        self.driver.stop()
+        if self.host is not None:
+            self.host.close()
+        else:
+            self.driver.stop()
         self._folder.cleanup()
 
     def take(self, seconds: float) -> None:
@@ -227,25 +254,53 @@ class Demo:
         return self.fleet.verdict()
 
 
+def _watchers(specs: Sequence[AgentSpec]) -> dict[str, str]:
+    return {spec.id: spec.type for spec in specs if spec.type == "watcher"}
+
+
 class ScenarioDemo(Demo):
     """A demo that plays a scenario: its agents, its tasks at their times, its faults.
 
-    When all agents are there: `begin`, then `play_due` again and again until `is_over`.
+    When all agents are there: `begin`, then `play_due` again and again until `is_over`. `also`: tasks that may be requested
+    besides the scenario's.
     """
 
-    def __init__(self, scenario: Scenario, *, speed: float | None = None, listen: str = FREE_PORT) -> None:
-        self.speed = scenario.speed if speed is None else speed
+    def __init__(
+        self,
+        scenario: Scenario,
+        *,
+        speed: float | None = None,
+        listen: str = FREE_PORT,
+        serve: Path | None = None,
+        ask_me: bool = False,
+        also: Sequence[Task] = (),
+    ) -> None:
+        specs = specs_of(scenario, with_base=True)
+        self.me = _watchers(specs) if ask_me else {}
+        """Who the person at the keyboard is: id -> type."""
         super().__init__(
             site_of(scenario),
             scenario.catalogue,
-            list(scenario.tasks.values()),
-            speed=self.speed,
+            list({**{task.name: task for task in also}, **{t.name: t for t in scenario.tasks.values()}}.values()),
+            speed=scenario.speed if speed is None else speed,
             listen=listen,
-            specs=specs_of(scenario, with_base=True),
+            specs=[spec for spec in specs if spec.id not in self.me],
             referee=True,
+            serve=serve,
+            desk=self.me,
         )
         self.played = Played()
         self._table = Timetable(scenario)
+
+    def open_questions(self) -> tuple[OpenQuestion, ...]:
+        """Return what the person at the keyboard is asked."""
+        return self.host.desk.open_questions() if self.host is not None else ()
+
+    def keep_pace(self) -> None:
+        """Run at real time while the person at the keyboard is asked, else at the demo's speed."""
+        pace = min(1.0, self.speed) if self.open_questions() else self.speed
+        if self.driver.speed != pace:
+            self.driver.set_speed(pace)
 
     def begin(self) -> None:
         """Start the scenario's clock."""

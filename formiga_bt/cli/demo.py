@@ -2,18 +2,22 @@
 
 import signal
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from formiga_bt.cli.keyboard import Keyboard
 from formiga_bt.cli.scenarios import read_scenario
 from formiga_bt.clock import SECOND
 from formiga_bt.errors import FormigaError
 
 if TYPE_CHECKING:
     from formiga_bt.demo import ScenarioDemo
+    from formiga_bt.lang.model import Task
+    from formiga_bt.lang.scenario import Scenario
     from formiga_bt.show.live import View
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
@@ -36,6 +40,12 @@ def command(
     scenario: Annotated[
         str, typer.Option(help="What to fly: a scenario file, or one that ships with formiga.", metavar="S")
     ] = "demo",
+    stay: Annotated[
+        bool, typer.Option("--stay", help="Keep engine and fleet running afterwards, as a service, until Ctrl-C.")
+    ] = False,
+    ask_me: Annotated[
+        bool, typer.Option("--ask-me", help="You are the watcher: answer here, or by `formiga answer`.")
+    ] = False,
     listen: Annotated[
         str | None,
         typer.Option(
@@ -45,6 +55,9 @@ def command(
     ] = None,
 ) -> None:
     """Fly the missions of a scenario at once, each drone and person a process of its own.
+
+    With --stay or --ask-me the engine is a service meanwhile: `formiga tasks`, `run`, `answer` and the other verbs find it when
+    they are called in the same folder. While you are asked something, the clock runs at most in real time.
 
     The scenario `demo` has 3 light and 3 heavy drones, 2 pickers and a watcher, and takes about a minute. Exit code 0 only if
     every task succeeded and nothing crashed. Ctrl-C aborts the tasks and waits until the drones have landed; a second Ctrl-C
@@ -57,13 +70,18 @@ def command(
     view = PlainView() if headless or not sys.stdout.isatty() else LiveView()
     with ExitStack() as stack:
         stack.enter_context(_signals())
-        demo = ScenarioDemo(play, speed=speed, listen=listen or FREE_PORT)
+        serve = Path.cwd() if stay or ask_me else None
+        also = _shipped(play) if stay else []
+        demo = ScenarioDemo(play, speed=speed, listen=listen or FREE_PORT, serve=serve, ask_me=ask_me, also=also)
+        desk = Keyboard(demo, view) if demo.me else None
         view.say(f"starting {len(demo.agents)} agents, each a process of its own, at {demo.speed:g}x")
         with _held_back():
             stack.enter_context(demo)
         stack.callback(_deaf)
         stack.enter_context(view)
-        interrupted = not _fly(demo, view)
+        interrupted = not _fly(demo, view, desk)
+        if stay and not interrupted:
+            _stay(demo, view, desk)
         verdict = demo.verdict()
     view.close_with(demo.log, verdict)
     if interrupted:
@@ -71,6 +89,17 @@ def command(
         raise typer.Exit(EXIT_INTERRUPTED)
     if not demo.log.all_succeeded() or not verdict.is_clean:
         raise typer.Exit(EXIT_NO)
+
+
+def _shipped(play: "Scenario") -> "list[Task]":
+    """Return the tasks that ship with formiga, for a demo that stays as a service."""
+    from formiga_bt.cli.inputs import World, read_task, task_files
+    from formiga_bt.packaged import folder
+    from formiga_bt.simulation import site_of
+
+    world = World(play.catalogue, site_of(play))
+    read = [read_task(path, world).task for path in task_files([folder("trees")])]
+    return [task for task in read if task is not None]
 
 
 def _leave(number: int, _: object) -> None:
@@ -112,7 +141,28 @@ def _held_back() -> Iterator[None]:
         signal.raise_signal(signum)
 
 
-def _fly(demo: "ScenarioDemo", view: "View") -> bool:
+def _stay(demo: "ScenarioDemo", view: "View", desk: Keyboard | None) -> None:
+    """Keep everything running until Ctrl-C; then bring the drones home."""
+    view.say(
+        "The missions are over, engine and fleet stay. In this folder: formiga run PickUp --param ..., formiga tasks"
+    )
+    view.say("Ctrl-C ends the demo")
+    try:
+        while True:
+            _turn(demo, view, desk, 0.2)
+    except KeyboardInterrupt:
+        _land(demo, view, lambda: view.show(demo.log, demo.driver.now()))
+
+
+def _turn(demo: "ScenarioDemo", view: "View", desk: Keyboard | None, seconds: float) -> None:
+    if desk is not None:
+        desk.look()
+        demo.keep_pace()
+    demo.pump(seconds)
+    view.show(demo.log, demo.driver.now())
+
+
+def _fly(demo: "ScenarioDemo", view: "View", desk: Keyboard | None) -> bool:
     """Run the missions; return False if they were interrupted (the drones have landed then)."""
     from formiga_bt.simulation import describe
 
@@ -132,18 +182,23 @@ def _fly(demo: "ScenarioDemo", view: "View") -> bool:
                 raise FormigaError(f"the missions did not end within {LIMIT_S} s of engine time")
             for fault in demo.play_due():
                 view.say(f"fault: {describe(fault)}")
-            demo.pump(demo.wait_s(0.2))
-            show()
+            _turn(demo, view, desk, demo.wait_s(0.2))
     except KeyboardInterrupt:
-        view.say("Ctrl-C: aborting the tasks and bringing the drones home; once more to end at once")
-        try:
-            while True:
-                demo.abort_all()
-                demo.pump(0.2)
-                show()
-                if demo.all_ended():
-                    return False
-        except KeyboardInterrupt:
-            _deaf()
-            raise
+        _land(demo, view, show)
+        return False
     return True
+
+
+def _land(demo: "ScenarioDemo", view: "View", show: Callable[[], None]) -> None:
+    """Abort all tasks and wait until the drones have landed."""
+    view.say("Ctrl-C: aborting the tasks and bringing the drones home; once more to end at once")
+    try:
+        while True:
+            demo.abort_all()
+            demo.pump(0.2)
+            show()
+            if demo.all_ended():
+                return
+    except KeyboardInterrupt:
+        _deaf()
+        raise

@@ -17,6 +17,7 @@ from formiga_bt.engine.people import People
 from formiga_bt.engine.ports import TaskPort
 from formiga_bt.engine.records import AgentRecord, ClearanceRecord, GoalRecord, Question
 from formiga_bt.lang import model
+from formiga_bt.lang.walk import children
 from formiga_bt.nodes.run import AskOrder
 from formiga_bt.safety.gate import CLEARANCE_LIFE_US
 from formiga_bt.transport.messages import Clearance
@@ -217,12 +218,7 @@ def asks_of(task: model.Task) -> list[model.Ask]:
         for step in steps:
             if isinstance(step, model.Ask):
                 found.append(step)
-            elif isinstance(step, model.Call):
-                walk(step.subtree.steps)
-            elif isinstance(step, model.If):
-                walk((*step.then, *step.otherwise))
-            elif isinstance(step, model.Sequence | model.Fallback):
-                walk(step.steps)
+            walk(step.subtree.steps if isinstance(step, model.Call) else children(step))
 
     for section in (task.steps, task.on_failure, task.on_abort, task.finally_):
         walk(section)

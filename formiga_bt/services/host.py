@@ -13,7 +13,7 @@ from typing import Any
 
 from formiga_bt import __version__
 from formiga_bt.engine import changes as ch
-from formiga_bt.engine.drivers.realtime import RealtimeDriver
+from formiga_bt.engine.drivers.realtime import Listener, RealtimeDriver
 from formiga_bt.engine.engine import Engine
 from formiga_bt.engine.inputs import Abort, Step
 from formiga_bt.engine.state import EngineState
@@ -44,7 +44,8 @@ class EngineHost:
         listen: where agents connect; default: what the site says.
         refused: task files that are not served, one text each.
         needs_token: ask for the token on the loopback too.
-        wires: other transports instead of Zenoh, for tests.
+        wires: other transports instead of an own Zenoh.
+        listeners: called in the driver's thread after each step; they must only enqueue.
 
     Raises:
         SiteError: another engine has the site, a port is taken, or the runtime folder cannot be used.
@@ -65,6 +66,7 @@ class EngineHost:
         refused: Sequence[str] = (),
         needs_token: bool = False,
         wires: Sequence[AgentTransport] | None = None,
+        listeners: Sequence[Listener] = (),
     ) -> None:
         self.site = site
         self.refused = tuple(refused)
@@ -73,13 +75,12 @@ class EngineHost:
         self._tasks = dict(tasks)
         self._speed = speed
         self._http = http
+        self._listeners = tuple(listeners)
         self._needs_token = needs_token or not is_loopback(server.read_address(http)[0])
         self._desk_types = dict(desk or {})
         self._desk = DeskTransport(now=lambda: time.monotonic_ns() // 1000, boot_id=f"desk-{time.time_ns()}")
-        self._zenoh = None
-        if wires is None:
-            self._zenoh = ZenohTransport(site.name, listen=listen or listen_of(site))
-        self._wires = list(wires) if wires is not None else [self._zenoh]
+        own = ZenohTransport(site.name, listen=listen or listen_of(site)) if wires is None else None
+        self._wires: list[AgentTransport] = [own] if own is not None else list(wires or ())
         self._folder = SiteFolder(beside, site.name)
         self._server: server.HttpServer | None = None
         self._stop = threading.Event()
@@ -111,10 +112,10 @@ class EngineHost:
         engine = Engine(self.site, self._catalogue, self._tasks, state=state)
         self.driver = RealtimeDriver(
             engine,
-            [self._desk, *(wire for wire in self._wires if wire is not None)],
+            [self._desk, *self._wires],
             speed=self._speed,
             epoch=self.epoch,
-            listeners=[self.view.feed_step],
+            listeners=[self.view.feed_step, *self._listeners],
             persist=self._keep_marks,
         )
         self.orders = Orders(self.driver, self.view, self._desk, self.site, self._tasks)
@@ -153,6 +154,11 @@ class EngineHost:
         while self._opened:
             self._opened.pop()()
 
+    @property
+    def desk(self) -> DeskTransport:
+        """Return the people who answer at this engine."""
+        return self._desk
+
     # -- while it runs ---------------------------------------------------------------------------------------------
     @property
     def feed(self) -> Feed:
@@ -162,7 +168,7 @@ class EngineHost:
     @property
     def endpoint(self) -> str:
         """Return where agents connect."""
-        return self._zenoh.endpoint if self._zenoh is not None else ""
+        return next((wire.endpoint for wire in self._wires if isinstance(wire, ZenohTransport)), "")
 
     @property
     def runtime_folder(self) -> Path:
@@ -243,7 +249,7 @@ class EngineHost:
                 version=__version__,
                 epoch=self.epoch,
                 pid=os.getpid(),
-                speed=self._speed,
+                speed=self.driver.speed,
                 endpoint=self.endpoint,
                 unix_millis_now=shown.millis(self.driver.now()),
                 steps=state.seq,

@@ -30,6 +30,11 @@ Listener = Callable[[inp.Step], None]
 log = logging.getLogger("formiga.driver")
 
 
+def _check_speed(speed: float) -> None:
+    if not 0.0 < speed <= TOP_SPEED:
+        raise ValueError(f"speed must be above 0 and at most {TOP_SPEED:g} (people are asked), got {speed:g}")
+
+
 class EngineStopped(FormigaError):  # noqa: N818 - it names the state
     """The driver was stopped, or the engine met a bug and stopped; the text says which."""
 
@@ -56,14 +61,12 @@ class RealtimeDriver:
         listeners: Sequence[Listener] = (),
         persist: Listener | None = None,
     ) -> None:
-        if not 0.0 < speed <= TOP_SPEED:
-            raise ValueError(f"speed must be above 0 and at most {TOP_SPEED:g} (people are asked), got {speed:g}")
+        _check_speed(speed)
         self.engine = engine
         self.switchboard = Switchboard(transports)
         self.listeners = list(listeners)
         self.error: BaseException | None = None
         self._persist = persist
-        self._speed = speed
         self._epoch = epoch
         self._inbox = Inbox()
         self._wall: list[tuple[Micros, int, str]] = []
@@ -75,8 +78,8 @@ class RealtimeDriver:
         self._door = threading.Lock()
         self._refusing = False
         self._thread: threading.Thread | None = None
-        self._wall0 = self._wall_now()
-        self._engine0 = max(time.time_ns() // 1000, engine.state.now)
+        self._clock = (self._wall_now(), max(time.time_ns() // 1000, engine.state.now), speed)
+        """Wall time, engine time and speed since the last change of speed; replaced whole."""
 
     # -- time ------------------------------------------------------------------------------------------------------
     @staticmethod
@@ -85,7 +88,25 @@ class RealtimeDriver:
 
     def now(self) -> Micros:
         """Return the engine time; may be called from any thread."""
-        return self._engine0 + round((self._wall_now() - self._wall0) * self._speed)
+        wall0, engine0, speed = self._clock
+        return engine0 + round((self._wall_now() - wall0) * speed)
+
+    @property
+    def speed(self) -> float:
+        """Return engine seconds per wall second."""
+        return self._clock[2]
+
+    def set_speed(self, speed: float) -> None:
+        """Change the speed from now on; engine time goes on without a jump. May be called from any thread.
+
+        Raises:
+            ValueError: not above 0, or more than 20.
+        """
+        _check_speed(speed)
+        wall, engine = self._wall_now(), self.now()
+        self._clock = (wall, engine, speed)
+        self._next_beat = 0
+        self._inbox.wake()
 
     # -- from any thread -------------------------------------------------------------------------------------------
     def start(self) -> None:
@@ -236,7 +257,7 @@ class RealtimeDriver:
         self._next_beat = wall + SECOND
         self._beat += 1
         beat = ClockBeat(
-            wall_us=time.time_ns() // 1000, engine_us=self.now(), speed=self._speed, epoch=self._epoch, beat=self._beat
+            wall_us=time.time_ns() // 1000, engine_us=self.now(), speed=self.speed, epoch=self._epoch, beat=self._beat
         )
         for transport in self.switchboard.transports:
             transport.publish_clock(beat)
@@ -248,5 +269,5 @@ class RealtimeDriver:
             waits.append(self._wall[0][0] - wall)
         due = self.engine.next_deadline()
         if due is not None:
-            waits.append(round((due[0] - self.now()) / self._speed) + 1)
+            waits.append(round((due[0] - self.now()) / self.speed) + 1)
         return max(0.0, min(waits) / SECOND)

@@ -62,6 +62,23 @@ def test_engine_time_goes_at_its_speed_and_never_back(driver: RealtimeDriver) ->
     assert 0.5 < passed / wall_passed / 20.0 < 1.5
 
 
+def test_a_change_of_speed_makes_no_jump_and_is_told_at_once(engine: WatchedEngine, wire: FakeTransport) -> None:
+    """Formats 2: the clock is published at each change; engine time never goes back or leaps."""
+    driver = RealtimeDriver(engine, [wire], speed=20.0)
+    driver.start()
+    until(lambda: wire.beats)
+    before = driver.now()
+    driver.set_speed(1.0)
+    after = driver.now()
+    until(lambda: wire.beats[-1].speed == 1.0)
+    driver.stop()
+
+    assert before <= after < before + 20 * 1_000_000
+    assert wire.beats[-1].engine_us >= after
+    with pytest.raises(ValueError, match="above 0 and at most 20"):
+        driver.set_speed(21.0)
+
+
 def test_engine_time_begins_after_what_was_journaled(engine: WatchedEngine) -> None:
     engine.state.now = 3_000_000_000 * 1_000_000  # the wall clock was set back since
     assert RealtimeDriver(engine, []).now() >= engine.state.now
