@@ -92,7 +92,11 @@ class Node(Behaviour):
         self.failure = None
         self.status = RUNNING
         run.spend()
-        return self._settle(run, self._guarded(run, entering=True))
+        try:
+            status = self.on_enter(run)
+        except Exception as error:  # noqa: BLE001 - mapped to LeafError, or to a failure with its reason
+            status = self._failed_by(error)
+        return self._settle(run, status)
 
     def proceed(self, run: Run) -> Status:
         """Step a woken node. A node that was not woken, or does not run, is left as it is."""
@@ -100,7 +104,13 @@ class Node(Behaviour):
             return self.status
         self.dirty = False
         run.spend()
-        return self._settle(run, self._guarded(run, entering=False))
+        try:
+            status = self.on_proceed(run)
+        except Exception as error:  # noqa: BLE001 - mapped to LeafError, or to a failure with its reason
+            status = self._failed_by(error)
+        if status is RUNNING:  # most visits end here: nothing to settle
+            return status
+        return self._settle(run, status)
 
     def halt(self, run: Run) -> list[str]:
         """Stop this node and all below; return the goals whose end the caller must wait for. May be called twice."""
@@ -123,7 +133,7 @@ class Node(Behaviour):
     def wake(self) -> None:
         """Make this node, and the way from the root to it, due for a visit."""
         node: Any = self
-        while isinstance(node, Node) and not node.dirty:
+        while node is not None and not node.dirty:
             node.dirty = True
             node = node.parent
 
@@ -179,15 +189,12 @@ class Node(Behaviour):
         """Return the failure that the children of this node may read, if it provides one."""
         return None
 
-    def _guarded(self, run: Run, *, entering: bool) -> Status:
-        try:
-            return self.on_enter(run) if entering else self.on_proceed(run)
-        except (LeafError, Runaway):
-            raise
-        except UnknownState as unknown:
-            return self.fail("unknown_state", f"{unknown.key} is not known yet")
-        except Exception as cause:
-            raise LeafError(self.path, self.mark, cause) from cause
+    def _failed_by(self, error: Exception) -> Status:
+        if isinstance(error, LeafError | Runaway):
+            raise error
+        if isinstance(error, UnknownState):
+            return self.fail("unknown_state", f"{error.key} is not known yet")
+        raise LeafError(self.path, self.mark, error) from error
 
     def _settle(self, run: Run, status: Status) -> Status:
         self.status = status
