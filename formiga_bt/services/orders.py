@@ -15,7 +15,8 @@ from typing import Any, Final, Protocol
 from formiga_bt.clock import Micros
 from formiga_bt.diagnostics import render
 from formiga_bt.engine.inputs import Abort, Input, Operator, Submit
-from formiga_bt.engine.records import Priority, Question, TaskRecord
+from formiga_bt.engine.records import AgentRecord, Priority, Question, TaskRecord
+from formiga_bt.engine.state import EngineState
 from formiga_bt.errors import FormigaError, TaskError
 from formiga_bt.geo import Frame
 from formiga_bt.lang.binding import bind_params
@@ -244,8 +245,15 @@ class Orders:
         """Give a machine back to the engine; its interrupted step fails.
 
         Raises:
-            Refused: unknown, or its pilot still has it.
+            Refused: unknown, its pilot still has it, or none took it over.
         """
+        self._view.catch_up()
+        with self._view.reading() as state:
+            record = state.agents.get(agent)
+            if record is not None and record.control == "engine" and not _taken_over(state, record):
+                raise Refused(
+                    "not_taken_over", f"{agent} was not taken over by a pilot", "formiga agents tells who has it"
+                )
         self._ask(Operator("handback_end", agent, by))
         self._view.catch_up()
         return f"{agent} is the engine's again; its interrupted step fails (taken_over)"
@@ -323,6 +331,14 @@ HINTS: Final[Mapping[str, str]] = {
     "busy": "try again when some of the waiting tasks have started",
     "not_alive": "is its process running, and connected to this engine?",
 }
+
+
+def _taken_over(state: EngineState, agent: AgentRecord) -> bool:
+    """Return whether a task or a goal waits until this agent is handed back."""
+    task = state.tasks.get(agent.task)
+    return (task is not None and f"take-over:{agent.id}" in task.held) or any(
+        goal.agent == agent.id and goal.state == "gated" and goal.code == "taken_over" for goal in state.goals.values()
+    )
 
 
 def _fits(task: TaskRecord, status: str) -> bool:
