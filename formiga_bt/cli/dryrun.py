@@ -71,7 +71,7 @@ def command(
         report |= {"status": "UNFINISHED", "reason": f"given up after {limit:g} h", "duration_s": limit * 3600.0}
     typer.echo(json.dumps(report, indent=2) if as_json else _text(report))
     rehearsal.close()
-    if report["status"] != "SUCCEEDED" or any(report[name] for name in ("crashes", *RULES)):
+    if report["status"] != "SUCCEEDED" or any(report[name] for name in ("crashes", *RULES, "never_offered")):
         raise typer.Exit(1)
 
 
@@ -165,6 +165,7 @@ def _report(rehearsal: "Rehearsal", log: "RunLog", task_id: str, answers: dict[s
                 "start_s": round((row.start - zero) / 1e6, 1),
                 "end_s": None if row.end is None else round((row.end - zero) / 1e6, 1),
                 "state": row.outcome,
+                "where": row.detail,
             }
             for row in log.actions
         ],
@@ -205,7 +206,7 @@ def _text(report: dict[str, Any]) -> str:
         verdict,
         *(flew if battery else []),
         *(f"  not granted: {line}" for line in report["refused"]),
-        *(f"note: no question offered the answer {said}" for said in report["never_offered"]),
+        *(f"not answered as told: no question offered {said}" for said in report["never_offered"]),
     ]
     return "\n".join([*_table(report["actions"]), *notes, "", *closing])
 
@@ -216,7 +217,15 @@ def _table(actions: list[dict[str, Any]]) -> list[str]:
     rows = [("start", "end", "agent", "action", "")]
     for action in actions:
         end = "" if action["end_s"] is None else f"{action['end_s']:.1f} s"
-        rows.append((f"{action['start_s']:.1f} s", end, action["agent"], action["action"], action["state"]))
+        rows.append(
+            (
+                f"{action['start_s']:.1f} s",
+                end,
+                action["agent"],
+                f"{action['action']} {action['where']}".rstrip(),
+                action["state"],
+            )
+        )
     w = [max(len(row[i]) for row in rows) for i in range(5)]
     lines = (f"{r[0]:>{w[0]}}  {r[1]:>{w[1]}}  {r[2]:<{w[2]}}  {r[3]:<{w[3]}}  {r[4]}".rstrip() for r in rows)
     return [*lines, ""]

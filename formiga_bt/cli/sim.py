@@ -127,7 +127,7 @@ def _tasks(log: "RunLog") -> list[dict[str, Any]]:
             "code": task.code,
             "reason": task.reason,
             "agents": list(task.granted),
-            "actions": len([row for row in log.rows_of([task.id]) if row.state == "succeeded"]),
+            "actions": len([row for row in log.rows_of([task.id]) if row.state in ("succeeded", "answered")]),
             "duration_s": round(((task.ended_at or log.state.now) - task.submitted_at) / 1e6, 1),
         }
         for task in sorted(log.state.tasks.values(), key=lambda task: task.order)

@@ -24,6 +24,9 @@ STYLES = {
     "ACTIVE": "cyan",
     "ENDING": "cyan",
 }
+DONE = ("succeeded", "answered")
+"""How an action ends well."""
+
 TAIL = 8
 """Lines of the log in the live display."""
 
@@ -75,7 +78,7 @@ class View:
     def _missions(self, log: RunLog) -> None:
         table = Table("task", "agents", "actions", "duration", "outcome", title="Missions", title_justify="left")
         for task in sorted(log.state.tasks.values(), key=lambda t: t.order):
-            rows = [r for r in log.rows_of([task.id]) if r.state == "succeeded"]
+            rows = [r for r in log.rows_of([task.id]) if r.state in DONE]
             seconds = ((task.ended_at or log.state.now) - task.submitted_at) / 1e6
             why = f"{task.status}: {task.code} {task.reason}".rstrip() if task.code else task.status
             agents = ", ".join(task.granted)
@@ -101,13 +104,13 @@ class PlainView(View):
                 self.say(f"agent {agent.id} ({agent.type}) is there")
         news = [(line.at, line.text) for line in log.lines[self._lines :]]
         fresh = log.actions[self._actions :]
-        news += [(row.start, f"{row.task}: {row.agent}.{row.action}") for row in fresh]
+        news += [(row.start, f"{row.task}: {row.agent}.{row.action} {row.detail}".rstrip()) for row in fresh]
         self._lines, self._actions = len(log.lines), len(log.actions)
         self._open += fresh
         news += [
             (row.end, f"{row.task}: {row.agent}.{row.action} {row.outcome}")
             for row in self._open
-            if row.end is not None and row.state not in ("succeeded", "withdrawn")
+            if row.end is not None and row.state not in (*DONE, "withdrawn")
         ]
         self._open = [row for row in self._open if row.end is None]
         for at, text in sorted(news, key=lambda new: new[0]):
@@ -175,7 +178,7 @@ def _doing(log: RunLog, task: TaskRecord) -> str:
 
 def _agents(agents: Iterable[AgentRecord]) -> Table:
     table = Table("agent", "pool", "action", "battery", "height", expand=True)
-    for agent in agents:
+    for agent in sorted(agents, key=lambda a: (a.human, a.id)):
         battery = "" if agent.human or agent.battery is None else f"{agent.battery:.0f} %"
         up = f"{agent.position.up_m:.0f} m" if agent.position is not None and not agent.human else ""
         table.add_row(agent.id, agent.pool if not agent.human else agent.word, agent.action, battery, up)

@@ -11,9 +11,10 @@ from msgspec import Struct
 from formiga_bt.blackboard import Blackboard
 from formiga_bt.clock import Micros
 from formiga_bt.engine import changes as ch
-from formiga_bt.engine.inputs import Alarm, Notify, Step
-from formiga_bt.engine.records import GoalRecord, TaskRecord
+from formiga_bt.engine.inputs import Alarm, Notify, PublishState, Step
+from formiga_bt.engine.records import GoalRecord, Question
 from formiga_bt.engine.state import EngineState, apply
+from formiga_bt.geo import Place, Position
 
 
 class ActionRow(Struct):
@@ -27,6 +28,8 @@ class ActionRow(Struct):
     state: str = ""
     code: str = ""
     goal: str = ""
+    detail: str = ""
+    """Where it goes, for people."""
 
     @property
     def outcome(self) -> str:
@@ -45,6 +48,16 @@ class Line(Struct, frozen=True):
     severity: str = "info"
 
 
+def where(goal: GoalRecord) -> str:
+    """Return where a goal moves its agent: metres east, north and up of the base station."""
+    for value in goal.fields.values():
+        if isinstance(value, Position):
+            return f"to {value.east_m:.0f} E {value.north_m:.0f} N {value.up_m:.0f} up"
+        if isinstance(value, Place):
+            return f"at {value.east_m:.0f} E {value.north_m:.0f} N"
+    return ""
+
+
 class RunLog:
     """Folds steps; `feed` them in order."""
 
@@ -57,6 +70,8 @@ class RunLog:
         self.errors: list[str] = []
         self._board = Blackboard()
         self._open: dict[str, ActionRow] = {}
+        self._shown: dict[str, str] = {}
+        """task -> the status told last"""
 
     def feed(self, step: Step) -> None:
         """Take one step."""
@@ -64,27 +79,30 @@ class RunLog:
             self.started_at = step.at
         self.state.now, self.state.seq = step.at, step.seq
         for change in step.changes:
-            before = self._before(change)
+            asked = self._asked_before(change)
             apply(self.state, self._board, change)
-            self._note(step.at, change, before)
+            self._note(step.at, change, asked)
         for effect in step.effects:
             match effect:
                 case Notify(text, to, severity):
                     self.lines.append(Line(step.at, f"to {', '.join(to) or 'nobody'}: {text}", severity))
                 case Alarm(code, text, task):
                     self.lines.append(Line(step.at, f"{text} ({code}{', ' + task if task else ''})", "alarm"))
+                case PublishState(task, status, code, reason):
+                    self.lines.append(Line(step.at, f"{task} {self._status_text(task, status, code, reason)}"))
 
-    def _before(self, change: ch.Change) -> GoalRecord | TaskRecord | None:
-        match change:
-            case ch.GoalPut(goal):
-                return self.state.goals.get(goal.id)
-            case ch.GoalDrop(goal_id):
-                return self.state.goals.get(goal_id)
-            case ch.TaskPut(task):
-                return self.state.tasks.get(task.id)
-        return None
+    def _status_text(self, task: str, status: str, code: str, reason: str) -> str:
+        was, self._shown[task] = self._shown.get(task), status
+        if status == "HELD":
+            return f"HELD ({', '.join(self.state.tasks[task].held)})"
+        if was == "HELD" and status in ("ASSIGNED", "ACTIVE"):
+            return "goes on"
+        return f"{status}: {code} {reason}".rstrip() if code else status
 
-    def _note(self, at: Micros, change: ch.Change, before: GoalRecord | TaskRecord | None) -> None:
+    def _asked_before(self, change: ch.Change) -> Question | None:
+        return self.state.questions.get(change.question.id) if isinstance(change, ch.QuestionPut) else None
+
+    def _note(self, at: Micros, change: ch.Change, asked: Question | None) -> None:
         match change:
             case ch.GoalPut(goal):
                 self._goal(at, goal)
@@ -92,28 +110,31 @@ class RunLog:
                 row = self._open.pop(goal_id, None)
                 if row is not None:  # withdrawn: a question answered by another, a goal never sent
                     row.end, row.state = at, "withdrawn"
+            case ch.QuestionPut(question):
+                self._question(at, question, asked)
             case ch.AgentPut(agent) if agent.battery is not None and not agent.human:
                 self.least_battery[agent.id] = min(agent.battery, self.least_battery.get(agent.id, 100.0))
-            case ch.TaskPut(task):
-                self._task(at, task, before if isinstance(before, TaskRecord) else None)
+
+    def _question(self, at: Micros, question: Question, asked: Question | None) -> None:
+        if asked is None:
+            who = ", ".join(question.asked) or "nobody"
+            self.lines.append(Line(at, f"{question.number} to {who}: {question.text} ({', '.join(question.options)})"))
+        if question.reply is not None and (asked is None or asked.reply is None):
+            self.lines.append(
+                Line(at, f"{question.number} is answered: {question.reply['answer']} by {question.reply['by']}")
+            )
 
     def _goal(self, at: Micros, goal: GoalRecord) -> None:
         row = self._open.get(goal.id)
         if row is None and goal.in_flight:
-            row = ActionRow(goal.task, goal.agent, goal.action, at, goal=goal.id)
+            row = ActionRow(goal.task, goal.agent, goal.action, at, goal=goal.id, detail=where(goal))
             self._open[goal.id] = row
             self.actions.append(row)
         if row is not None and goal.ended:
             row.end, row.state, row.code = at, goal.state, goal.code
+            if goal.action == "Confirm" and goal.state == "succeeded":
+                row.state, row.code = "answered", str(goal.result.get("answer", ""))
             del self._open[goal.id]
-
-    def _task(self, at: Micros, task: TaskRecord, before: TaskRecord | None) -> None:
-        if before is None or task.status != before.status:
-            why = f": {task.code} {task.reason}".rstrip() if task.code else ""
-            self.lines.append(Line(at, f"{task.id} {task.status}{why}"))
-        elif task.held != before.held:
-            what = f"HELD ({', '.join(task.held)})" if task.held else "goes on"
-            self.lines.append(Line(at, f"{task.id} {what}"))
 
     def since_start(self, at: Micros) -> float:
         """Return seconds of engine time since the first step."""

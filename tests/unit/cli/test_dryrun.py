@@ -22,7 +22,8 @@ def test_a_mission_that_succeeds_is_told_with_its_actions(capsys: Capture) -> No
     assert run(["dryrun", *PICK_UP]) == 0
     lines = capsys.readouterr().out.splitlines()
     assert lines[0].split() == ["start", "end", "agent", "action"]
-    assert lines[1] == "  0.0 s   20.0 s  hwd_1      TakeOff  succeeded"
+    assert lines[1].split() == ["0.0", "s", "20.0", "s", "hwd_1", "TakeOff", "succeeded"]
+    assert any("LandIn at 30 E -40 N" in line for line in lines)
     assert "PickUp-1 SUCCEEDED after 130.5 s" in lines
     assert "least battery: hwd_1 91.7 %" in lines
     assert lines[-1] == "crashes: 0"
@@ -42,6 +43,7 @@ def test_json_is_the_same_each_time_and_complete(capsys: Capture) -> None:
     assert (report["task"], report["status"], report["code"], report["crashes"]) == ("PickUp-1", "SUCCEEDED", "", 0)
     assert report["actions"][0] == {
         "agent": "hwd_1", "action": "TakeOff", "start_s": 0.0, "end_s": 20.0, "state": "succeeded",
+        "where": "",
     }  # fmt: skip
     assert [a["action"] for a in report["actions"]].count("LandIn") == 2
 
@@ -64,8 +66,8 @@ def test_a_task_that_fails_says_code_and_reason(capsys: Capture) -> None:
 
 
 def test_an_answer_that_no_question_offered_is_noted(capsys: Capture) -> None:
-    assert run(["dryrun", *PICK_UP, "--answer", "picker_1=laoded"]) == 0
-    assert capsys.readouterr().out.splitlines()[-1] == "note: no question offered the answer picker_1=laoded"
+    assert run(["dryrun", *PICK_UP, "--answer", "picker_1=laoded"]) == 1
+    assert capsys.readouterr().out.splitlines()[-1] == "not answered as told: no question offered picker_1=laoded"
 
 
 def test_no_agent_names_who_refused(capsys: Capture) -> None:

@@ -8,7 +8,7 @@ from rich.console import Console
 from agents_sim.referee import Crash, Pass, Verdict
 from formiga_bt.clock import SECOND
 from formiga_bt.engine import changes as ch
-from formiga_bt.engine.inputs import Alarm, Started, Step
+from formiga_bt.engine.inputs import Alarm, PublishState, Started, Step
 from formiga_bt.engine.records import AgentRecord, GoalRecord, TaskRecord
 from formiga_bt.geo import Position
 from formiga_bt.show.live import LiveView, PlainView, View
@@ -39,14 +39,22 @@ def task(status: str, **more: object) -> ch.TaskPut:
 def log() -> RunLog:
     log = RunLog()
     agent = AgentRecord(id="hwd_1", type="hwd", battery=80.0, position=Position(0.0, 0.0, 60.0), pool="ASSIGNED")
-    log.feed(Step(1, SECOND, Started(1), (ch.AgentPut(agent), task("ACTIVE", section="steps")), ()))
+    log.feed(
+        Step(
+            1,
+            SECOND,
+            Started(1),
+            (ch.AgentPut(agent), task("ACTIVE", section="steps")),
+            (PublishState("T-1", "ACTIVE"),),
+        )
+    )
     log.feed(Step(2, 3 * SECOND, Started(1), (goal("sent"), goal("running")), ()))
     return log
 
 
 def end(log: RunLog, status: str = "SUCCEEDED", state: str = "succeeded", code: str = "") -> None:
     done = task(status, section="done", code=code, granted=("hwd_1",), ended_at=9 * SECOND)
-    log.feed(Step(3, 9 * SECOND, Started(1), (goal(state, code=code), done), ()))
+    log.feed(Step(3, 9 * SECOND, Started(1), (goal(state, code=code), done), (PublishState("T-1", status, code),)))
 
 
 def test_plain_lines_come_in_order_of_time_and_once(log: RunLog) -> None:

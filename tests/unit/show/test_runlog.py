@@ -3,11 +3,12 @@
 from pathlib import Path
 
 import pytest
+from msgspec.structs import replace
 
 from formiga_bt.clock import SECOND
 from formiga_bt.engine import changes as ch
-from formiga_bt.engine.inputs import Alarm, Effect, Notify, Started, Step
-from formiga_bt.engine.records import AgentRecord, GoalRecord, TaskRecord
+from formiga_bt.engine.inputs import Alarm, Effect, Notify, PublishState, Started, Step
+from formiga_bt.engine.records import AgentRecord, GoalRecord, Question, TaskRecord
 from formiga_bt.show.runlog import Line, RunLog
 
 
@@ -61,20 +62,34 @@ def test_a_question_taken_back_is_withdrawn(feed: Feeder) -> None:
 
 
 def test_a_task_gives_a_line_when_its_status_or_hold_changes(feed: Feeder) -> None:
-    feed(task("PENDING"))
-    feed(task("ACTIVE"))
+    feed(task("PENDING"), effects=(PublishState("T-1", "PENDING"),))
+    feed(task("ACTIVE"), effects=(PublishState("T-1", "ACTIVE"),))
     feed(task("ACTIVE", reason="of no interest"))
-    feed(task("ACTIVE", held=("clearance:hwd_1", "operator")))
-    feed(task("ACTIVE"))
-    feed(task("FAILED", code="timeout", reason="too slow"))
+    feed(task("ACTIVE", held=("clearance:hwd_1", "operator")), effects=(PublishState("T-1", "HELD"),))
+    feed(task("ACTIVE"), effects=(PublishState("T-1", "ACTIVE"),))
+    last = (Notify("home", ("a",), "info"), PublishState("T-1", "FAILED", "timeout", "too slow"))
+    feed(task("FAILED", code="timeout", reason="too slow"), effects=last)
     assert [line.text for line in feed.log.lines] == [
         "T-1 PENDING",
         "T-1 ACTIVE",
         "T-1 HELD (clearance:hwd_1, operator)",
         "T-1 goes on",
+        "to a: home",
         "T-1 FAILED: timeout too slow",
     ]
     assert feed.log.since_start(feed.log.lines[-1].at) == 5.0
+
+
+def test_a_question_is_told_with_its_options_and_then_its_answer(feed: Feeder) -> None:
+    open_ = Question(
+        id="q", number="Q1", task="T-1", priority="medium", kind="ask", text="Ready?", options=("yes", "no"),
+        tiers=(("ann", "bob"),),
+    )  # fmt: skip
+    feed(ch.QuestionPut(open_))
+    feed(ch.QuestionPut(replace(open_, reply={"answer": "no", "by": "bob", "at": 1})))
+    feed(ch.QuestionDrop("q"))
+
+    assert [line.text for line in feed.log.lines] == ["Q1 to ann, bob: Ready? (yes, no)", "Q1 is answered: no by bob"]
 
 
 def test_notices_and_alarms_are_lines(feed: Feeder) -> None:
