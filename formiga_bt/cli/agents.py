@@ -8,6 +8,8 @@ from formiga_bt.cli.client import JsonOption, SiteOption, connect, print_json, p
 from formiga_bt.cli.inputs import UnusableFile
 
 ORDERS = ("clear", "handback")
+HEARD = {"ALIVE": "yes", "SUSPECT": "suspect", "LOST": "lost"}
+"""Whether an agent is heard of."""
 
 
 def command(
@@ -40,7 +42,9 @@ def command(
         typer.echo(f"no agents yet; they connect at {client.address.endpoint}")
         show_next("formiga up --sim starts simulated ones with the engine")
         return
-    print_table([("AGENT", "TYPE", "STATE", "BATTERY", "WHERE", "TASK", "ACTION", ""), *map(_row, found["agents"])])
+    print_table(
+        [("AGENT", "TYPE", "STATE", "BATTERY", "WHERE", "TASK", "ACTION", "HEARD", "NOTE"), *map(_row, found["agents"])]
+    )
     bad = [a["id"] for a in found["agents"] if a["quarantine"]]
     show_next(*([f"formiga agents clear {bad[0]}"] if bad else ["formiga run TASK --follow"]))
 
@@ -50,8 +54,17 @@ def _row(agent: dict[str, Any]) -> tuple[str, ...]:
     place = "" if where is None else f"{where['east_m']:.0f} E {where['north_m']:.0f} N {where['up_m']:.0f} up"
     state = agent["pool"] if not agent["human"] else "here" if agent["at_desk"] else "person"
     notes = [agent["quarantine"], agent["refused"] and f"not admitted: {agent['refused']}"]
-    notes.append("" if agent["liveness"] == "ALIVE" else agent["liveness"])
     notes.append("" if agent["control"] == "engine" else f"control: {agent['control']}")
     battery = "" if agent["battery"] is None or agent["human"] else f"{agent['battery']:.0f} %"
     note = ", ".join(n for n in notes if n)
-    return agent["id"], agent["type"], state, battery, place, agent["task"], agent["action"], note
+    return (
+        agent["id"],
+        agent["type"],
+        state,
+        battery,
+        place,
+        agent["task"],
+        agent["action"],
+        HEARD[agent["liveness"]],
+        note,
+    )

@@ -118,7 +118,7 @@ class EngineHost:
             listeners=[self.view.feed_step, *self._listeners],
             persist=self._keep_marks,
         )
-        self.orders = Orders(self.driver, self.view, self._desk, self.site, self._tasks)
+        self.orders = Orders(self.driver, self.view, self._desk, self.site, self._tasks, self._catalogue)
         for person, kind in self._desk_types.items():
             self._desk.add_person(person, kind)
             self.orders.desk_people.add(person)

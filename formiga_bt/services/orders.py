@@ -8,6 +8,7 @@ Every refusal is a `Refused` with a code, a text and what helps; `api` makes a p
 import hashlib
 import json
 import threading
+import time
 from collections import OrderedDict
 from collections.abc import Mapping, Sequence
 from typing import Any, Final, Protocol
@@ -20,12 +21,12 @@ from formiga_bt.engine.state import EngineState
 from formiga_bt.errors import FormigaError, TaskError
 from formiga_bt.geo import Frame
 from formiga_bt.lang.binding import bind_params
-from formiga_bt.lang.model import Site, Task
+from formiga_bt.lang.model import Catalogue, Site, Task
 from formiga_bt.services import models as out
 from formiga_bt.services import shown
 from formiga_bt.services.places import StepPlaces
 from formiga_bt.services.view import TaskLog, View
-from formiga_bt.services.why import why
+from formiga_bt.services.why import Silence, why
 from formiga_bt.transport.desk import DeskTransport
 
 KEYS_KEPT: Final = 10_000
@@ -69,10 +70,19 @@ class Orders:
         driver: of the running engine.
         view: its read-only copy.
         desk: the people of this process.
-        site, tasks: what the engine was made of.
+        site, tasks, catalogue: what the engine was made of.
     """
 
-    def __init__(self, driver: Driver, view: View, desk: DeskTransport, site: Site, tasks: Mapping[str, Task]) -> None:
+    def __init__(
+        self,
+        driver: Driver,
+        view: View,
+        desk: DeskTransport,
+        site: Site,
+        tasks: Mapping[str, Task],
+        catalogue: Catalogue,
+    ) -> None:
+        self._catalogue = catalogue
         self._driver = driver
         self._view = view
         self._desk = desk
@@ -206,12 +216,23 @@ class Orders:
         now = self._driver.now()
         with self._view.reading() as state:
             task = self._known(state.tasks, task_id)
-            lines = why(state, task, now, self._places_of(task.name))
+            lines = why(state, task, now, self._places_of(task.name), self._silences(state))
         because = [
             out.BecauseOut(code=line.code, text=line.text, hint=line.hint, agent=line.agent, role=line.role)
             for line in lines
         ]
         return out.WhyOut(task=task.id, status=task.status, held=list(task.held), because=because)
+
+    def _silences(self, state: EngineState) -> dict[str, Silence]:
+        """Return the machines and people that are not heard of. Liveness is judged in wall time."""
+        wall = time.monotonic_ns() // 1000
+        found = {}
+        for agent in state.agents.values():
+            kind = self._catalogue.types.get(agent.type)
+            if agent.liveness != "ALIVE" and kind is not None:
+                lost_after = None if agent.human else kind.lost_after_us
+                found[agent.id] = Silence(max(0, wall - agent.heard_wall), lost_after)
+        return found
 
     def _known(self, tasks: Mapping[str, TaskRecord], task_id: str) -> TaskRecord:
         task = tasks.get(task_id)

@@ -3,11 +3,12 @@
 Pure functions over the view's copy of the state. The codes are the engine's; the words are in `words.py`.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 from msgspec import Struct
 
 from formiga_bt.clock import Micros
+from formiga_bt.engine.allocator.policy import UNREACHABLE
 from formiga_bt.engine.records import PRIORITIES, GoalRecord, Question, Request, RoleRequest, TaskRecord, Verdict
 from formiga_bt.engine.state import EngineState
 from formiga_bt.nodes.memory import WaitMem
@@ -28,12 +29,28 @@ class Because(Struct, frozen=True, omit_defaults=True):
     role: str = ""
 
 
-def why(state: EngineState, task: TaskRecord, now: Micros, places: StepPlaces | None) -> list[Because]:
-    """Return the chain of a task, most important first."""
+class Silence(Struct, frozen=True):
+    """An agent that is not heard of."""
+
+    since: Micros
+    """For so long, wall time."""
+    lost_after: Micros | None
+    """Silence after which it counts as lost; None for people, who are only unreachable."""
+
+
+def why(
+    state: EngineState,
+    task: TaskRecord,
+    now: Micros,
+    places: StepPlaces | None,
+    silences: Mapping[str, Silence] | None = None,
+) -> list[Because]:
+    """Return the chain of a task, most important first; `silences`: the agents that are not heard of."""
     if task.status == "PENDING":
         return list(_waiting(state, task, now))
     lines = [*_outcome(task, places)] if task.outcome else []
     if task.section != "done":
+        lines += _silent(state, task, silences or {})
         lines += _running(state, task, now, places)
     return [*lines, *_chosen(state, task)]
 
@@ -113,6 +130,24 @@ def _running(state: EngineState, task: TaskRecord, now: Micros, places: StepPlac
         yield Because("recover", f"its machines are brought home: {', '.join(home) or 'none left'}")
 
 
+def _silent(state: EngineState, task: TaskRecord, silences: Mapping[str, Silence]) -> Iterator[Because]:
+    """Tell of the task's agents that are not heard of."""
+    mine = [goal.agent for goal in state.goals.values() if goal.task == task.id and not goal.ended]
+    mine += [agent.id for agent in state.agents.values() if agent.task == task.id]
+    for agent in dict.fromkeys([*mine, *task.granted]):
+        silence = silences.get(agent)
+        if silence is None:
+            continue
+        text = f"{agent} has not been heard of for {span(silence.since)}"
+        lost = state.agents[agent].liveness == "LOST"
+        if lost:
+            text += "; it counts as lost"
+        elif silence.lost_after is not None:
+            text += f"; it counts as lost after {span(silence.lost_after)}"
+        hint = "is its process running, and connected to this engine? formiga agents"
+        yield Because("lost" if lost else "suspect", text, hint, agent)
+
+
 def _flight(goal: GoalRecord, now: Micros) -> str:
     since = span(now - (goal.sent_at if goal.sent_at is not None else goal.at))
     more = [goal.phase] if goal.phase else []
@@ -162,17 +197,21 @@ def _chosen(state: EngineState, task: TaskRecord) -> Iterator[Because]:
                             v.code, f"{role}: {v.agent} {say(VERDICTS, v.code, detail=v.detail)}", "", v.agent
                         )
             continue
-        names = ", ".join(_with_cost(v) for v in chosen)
-        rest = f"; others that fitted: {', '.join(_with_cost(v) for v in others)}" if others else ""
+        names = ", ".join(_with_cost(state, v) for v in chosen)
+        rest = f"; others that fitted: {', '.join(_with_cost(state, v) for v in others)}" if others else ""
         yield Because("chosen", f"{role} = {names}{rest}", role=role)
 
 
-def _with_cost(verdict: Verdict) -> str:
+def _with_cost(state: EngineState, verdict: Verdict) -> str:
     if verdict.cost is None or verdict.cost == 0.0:
         return verdict.agent
     if verdict.cost < 0.0:
         return f"{verdict.agent} (preferred)"
-    return f"{verdict.agent} (unreachable)" if verdict.cost >= 1e5 else f"{verdict.agent} ({verdict.cost:.0f} m)"
+    agent = state.agents.get(verdict.agent)
+    if agent is not None and agent.human and verdict.cost >= UNREACHABLE:
+        return f"{verdict.agent} (unreachable then)"
+    metres = verdict.cost
+    return f"{verdict.agent} ({metres:.0f} m)" if metres < 10_000 else f"{verdict.agent} ({metres / 1000:.0f} km)"
 
 
 def place(key: str, places: StepPlaces | None) -> str:

@@ -1,6 +1,7 @@
 """The HTTP API over a real socket, with a real engine behind it."""
 
 import json
+import re
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from urllib.request import urlopen
@@ -212,6 +213,19 @@ def test_why_tells_whom_a_task_waits_for(service: Service) -> None:
     assert "queue" in service.codes("Heavy-2")
     assert service.call("DELETE", f"/v1/tasks/{task_id}")[0] == 200
     assert service.codes(task_id)[0] == "aborted"
+
+
+def test_why_tells_of_a_machine_that_is_not_heard_of(start: Start) -> None:
+    with start(auto=False) as service:
+        task_id = service.submit("Hello")
+        service.wait(lambda: service.wire.machines["lwd_1"].goal)
+        assert "suspect" not in service.codes(task_id)
+        service.wire.gone("lwd_1")
+        service.wait(lambda: "suspect" in service.codes(task_id))
+        (line,) = [b for b in service.get(f"/v1/tasks/{task_id}/why")["because"] if b["code"] == "suspect"]
+        assert re.fullmatch(r"lwd_1 has not been heard of for \d s; it counts as lost after 30 s", line["text"]), line[
+            "text"
+        ]
 
 
 def test_why_tells_where_a_task_failed(start: Start) -> None:

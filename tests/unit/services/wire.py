@@ -8,6 +8,7 @@ from typing import Any
 from formiga_bt.geo import Place, Position
 from formiga_bt.transport.messages import (
     AgentCard,
+    AgentGone,
     AgentSeen,
     AgentStatus,
     ClockBeat,
@@ -78,6 +79,13 @@ class Wire:
     def say(self, agent: str) -> None:
         with self._lock:
             self._inbox.append(StatusArrived(self.machines[agent].status()))
+        self._wake()
+
+    def gone(self, agent: str) -> None:
+        """End the connection of a machine; it says nothing more."""
+        with self._lock:
+            del self.machines[agent]
+            self._inbox.append(AgentGone(agent))
         self._wake()
 
     def finish(self, agent: str, state: Any = "succeeded", code: str = "") -> None:
