@@ -13,25 +13,35 @@ from formiga_bt.diagnostics import Diagnostic, Mark
 from formiga_bt.geo import Frame, Place
 from formiga_bt.lang.document import parse
 from formiga_bt.lang.expressions import Scope, compile_value
-from formiga_bt.lang.model import Param, Site, Task, Unset
+from formiga_bt.lang.model import EvalError, Expr, Param, Site, Task, UnknownState, Unset
+from formiga_bt.lang.scope import OUTSIDE
 from formiga_bt.lang.types import AgentRef, Value
 
 _LAT_LNG: Final = re.compile(r"\s*(-?\d+(?:\.\d+)?)\s*,\s*(-?\d+(?:\.\d+)?)\s*")
 
 
+BASE: Final = Place(0.0, 0.0)
+
+
 class SiteEnv:
-    """What a literal may need: the site's frame. It has no names."""
+    """What a value given from outside may read: `base`, `site`, and the site's frame."""
 
     def __init__(self, site: Site) -> None:
+        self._site = site
         self._frame = Frame(site.lat, site.lng, site.ground_msl_m)
 
     def name(self, name: str) -> Value:
-        """Refuse: a literal reads no names."""
-        raise Unset(name)
+        """Return `base` or `site`; there is no task that has other names."""
+        match name:
+            case "base":
+                return BASE
+            case "site":
+                return names_of(self._site)
+        raise Unset(f"'{name}' has no value here")
 
-    def is_set(self, name: str) -> bool:  # noqa: ARG002
-        """Return False."""
-        return False
+    def is_set(self, name: str) -> bool:
+        """Return whether it is one of the two names."""
+        return name in OUTSIDE
 
     def agent_field(self, agent: AgentRef, name: str) -> Value:  # noqa: ARG002
         """Refuse."""
@@ -48,6 +58,21 @@ class SiteEnv:
     def ground_up_m(self, place: Any) -> float:  # noqa: ARG002
         """Return 0: flat."""
         return 0.0
+
+
+def names_of(site: Site) -> dict[str, Value]:
+    """Return the value of `site`."""
+    ports = {port.name: port.at for port in site.ports.values()}
+    return {"name": site.name, "ports": ports, "places": dict(site.places), "regions": dict(site.regions)}
+
+
+def run_outside(expr: Expr, site: Site, mark: Mark, what: str) -> tuple[Any, list[Diagnostic]]:
+    """Return an expression's value where there is no task, or None and the reason why it has none."""
+    try:
+        return expr.run(SiteEnv(site)), []
+    except (Unset, UnknownState, EvalError, ArithmeticError, LookupError) as error:
+        why = getattr(error, "reason", "") or str(error).strip("'\"") or type(error).__name__
+        return None, [Diagnostic("E062", mark, f"'{what}' has no value: {why}", "write a value that can be computed")]
 
 
 def bind_params(
@@ -104,21 +129,24 @@ def _read(param: Param, text: str, file: str, site: Site) -> tuple[Any, list[Dia
         problems = [Diagnostic("E008", Mark(file, 1, 1), f"'{param.name}' is empty, it needs a value ({param.type})")]
     if node is None or problems:
         return None, problems
-    expr, problems = compile_value(node, Scope({}, site=site), param.type)
+    expr, problems = compile_value(node, Scope({}, site=site, built_ins=OUTSIDE), param.type)
     if problems:
         return None, problems
-    env = SiteEnv(site)
-    value = expr.run(env)
+    value, problems = run_outside(expr, site, node.mark, param.name)
+    if problems:
+        return None, problems
     if param.type.name == "agent" and isinstance(value, str):
         value = AgentRef(value)
-    return value, _out_of_range(param, value, env, file, text)
+    return value, _out_of_range(param, value, site, file, text)
 
 
-def _out_of_range(param: Param, value: Any, env: SiteEnv, file: str, raw: str) -> list[Diagnostic]:
+def _out_of_range(param: Param, value: Any, site: Site, file: str, raw: str) -> list[Diagnostic]:
     for bound, word, beyond in ((param.min, "least", -1), (param.max, "most", 1)):
         if bound is None or not isinstance(value, int | float):
             continue
-        limit = bound.run(env)
+        limit, problems = run_outside(bound, site, bound.mark, f"the limit of {param.name}")
+        if problems:
+            return problems
         if (value - limit) * beyond > 0:
             text = f"'{param.name}' must be at {word} {bound.source}"
             return [Diagnostic("E062", Mark(file, 1, 1, 1, len(raw) + 1), text)]

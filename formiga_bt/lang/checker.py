@@ -22,7 +22,7 @@ from formiga_bt.lang.operators import (
     record_field_code,
 )
 from formiga_bt.lang.parts import poisoned, reads_of
-from formiga_bt.lang.scope import AGENT_FIELDS, PLACE_FIELDS, POSITION_FIELDS, Scope
+from formiga_bt.lang.scope import AGENT_FIELDS, BUILT_INS, PLACE_FIELDS, POSITION_FIELDS, Scope
 from formiga_bt.lang.tokens import Parsed
 from formiga_bt.lang.typed import Mismatch, Problems, Run, Typed, closest, constant, did_you_mean
 from formiga_bt.lang.types import ANY, BOOL, INT, NUMBER, Type, enum_of
@@ -113,6 +113,9 @@ class Checker(Operands):
     def _unknown_name(self, node: ast.Name, name: str) -> Typed:
         if self.scope.helpers.forms(name) or name == "is_set":
             return self.bad(node, "E010", f"'{name}' is a helper: call it", f"write {name}(...)")
+        if name in BUILT_INS:
+            said = f"'{name}' has no value here: this is read before there is a task"
+            return self.bad(node, "E027", said, f"it may read {' and '.join(self.scope.built_ins)}")
         near = closest(name, self.scope.visible())
         if near:
             message = f"unknown name '{name}'; did you mean '{near}'?"

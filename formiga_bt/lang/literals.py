@@ -14,9 +14,9 @@ from formiga_bt.clock import micros
 from formiga_bt.diagnostics import Diagnostic, Fix
 from formiga_bt.geo import Place
 from formiga_bt.lang.document import Node, Scalar
-from formiga_bt.lang.expressions import poison
+from formiga_bt.lang.expressions import compile_expr, poison
 from formiga_bt.lang.model import Env, EvalError, Expr, Read
-from formiga_bt.lang.scope import Scope
+from formiga_bt.lang.scope import BUILT_INS, Scope
 from formiga_bt.lang.typed import closest, constant, did_you_mean, unit_choices
 from formiga_bt.lang.types import BOOL, INT, NUMBER, POSITION, TEXT, AgentRef, Type
 from formiga_bt.lang.typing_rules import QUANTITIES, fits, in_words
@@ -62,16 +62,19 @@ def _not_so(node: Scalar, scope: Scope, expected: Type, what: str) -> Result:
     if not word:
         return refuse(node, "E016", f"{due(what, expected)}, nothing is written")
     known = scope.type_of(word)
-    if known is not None:
-        said = f"{due(what, expected)}, got the text '{word}'; did you mean ${{{word}}}?"
-        return refuse(node, "E016", said, f"write ${{{word}}}", mended=f"${{{word}}}")
-    if re.search(r"^\w+\s*\(.*\)$|^\w+\.\w+$", word):
+    like_code = re.search(r"^\w+\s*\(.*\)$|^\w+\.\w+$", word)
+    if (known is not None or like_code) and _may_be_meant(node, word, scope, expected):
         said = f"{due(what, expected)}, got the text '{word}'; did you mean ${{{word}}}?"
         return refuse(node, "E016", said, f"write ${{{word}}}", mended=f"${{{word}}}")
     near = closest(word, scope.names)
     hint = f"; did you mean ${{{near}}}?" if near else ""
     example = EXAMPLES.get(expected.name, "")
     return refuse(node, "E016", f"{due(what, expected)}, got the text '{word}'{hint}", example)
+
+
+def _may_be_meant(node: Scalar, word: str, scope: Scope, expected: Type) -> bool:
+    """Return whether `${word}` may be proposed; to a caller from outside, only what works is."""
+    return scope.built_ins == BUILT_INS or not compile_expr(word, node, 0, scope, expected)[1]
 
 
 def _quantity(node: Scalar, scope: Scope, expected: Type, what: str) -> Result:
@@ -178,14 +181,14 @@ def _place_name(node: Scalar, scope: Scope, expected: Type, what: str) -> Result
     if word in scope.site.places:
         return _of_site(node, expected, scope.site.places[word], word)
     if word in scope.site.ports:
-        return _of_site(node, expected, scope.site.ports[word].at, word)
+        return _of_site(node, expected, scope.site.ports[word].at, word, "ports")
     return _no_such(node, scope, expected, what, (*scope.site.places, *scope.site.ports))
 
 
-def _of_site(node: Scalar, expected: Type, value: Any, word: str) -> Result:
+def _of_site(node: Scalar, expected: Type, value: Any, word: str, group: str = "places") -> Result:
     if isinstance(value, Place) and expected == POSITION:
-        said = f"'{word}' is on the ground; say above(site.places.{word}, 60 m)"
-        mended = f"${{above(site.places.{word}, 60 m)}}"
+        said = f"'{word}' is on the ground; say above(site.{group}.{word}, 60 m)"
+        mended = f"${{above(site.{group}.{word}, 60 m)}}"
         return refuse(node, "E066", said, f"write {mended}", mended=mended)
     return literal_expr(node, expected, value), []
 

@@ -20,6 +20,7 @@ from formiga_bt.lang.reading import (
     read_text,
     read_words,
 )
+from formiga_bt.lang.scope import BUILT_INS, OUTSIDE
 from formiga_bt.lang.scopes import World, is_free
 from formiga_bt.lang.synonyms import nearest
 from formiga_bt.lang.types import ANY, Type, list_of
@@ -141,7 +142,8 @@ def _bound(keys: dict[str, Entry], key: str, of: Type, world: World, problems: P
     """Read default, min or max: a value of the param's type. A type that does not fit is E061."""
     if key not in keys:
         return None
-    scope = Scope({}, agent_types=world.catalogue.types, site=world.site)
+    known = BUILT_INS if key == "default" else OUTSIDE
+    scope = Scope({}, agent_types=world.catalogue.types, site=world.site, built_ins=known)
     expr, found = compile_value(keys[key].value, scope, of, what=key)
     problems.extend(_as_default(d) for d in found)
     return expr

@@ -22,7 +22,7 @@ from typing import Any, Final, Literal
 from formiga_bt.clock import Micros, micros
 from formiga_bt.diagnostics import Diagnostic, Mark, in_order
 from formiga_bt.geo import Place, Position, horizontal_m
-from formiga_bt.lang.binding import SiteEnv
+from formiga_bt.lang.binding import SiteEnv, run_outside
 from formiga_bt.lang.document import Entry, Mapping_, Node, Scalar, parse
 from formiga_bt.lang.expressions import Scope, compile_value
 from formiga_bt.lang.kinds import Option
@@ -45,6 +45,7 @@ from formiga_bt.lang.reading import (
     read_words,
     shorten,
 )
+from formiga_bt.lang.scope import OUTSIDE
 from formiga_bt.lang.site import plain
 from formiga_bt.lang.synonyms import nearest
 from formiga_bt.lang.types import PLACE, AgentRef
@@ -557,18 +558,23 @@ class _Reader:
         degrees = _LAT_LNG.fullmatch(node.text) if param.type.name == "place" and isinstance(node, Scalar) else None
         if degrees is not None:
             return SiteEnv(self.site).place(float(degrees[1]), float(degrees[2]))
-        expr, found = compile_value(node, Scope({}, site=self.site), param.type)
+        expr, found = compile_value(node, Scope({}, site=self.site, built_ins=OUTSIDE), param.type)
+        if not found:
+            value, found = run_outside(expr, self.site, node.mark, param.name)
         self.problems.extend(found)
         if any(problem.severity == "error" for problem in found):
             return None
-        env = SiteEnv(self.site)
-        value = expr.run(env)
-        self._check_bounds(param, value, env, node.mark)
+        self._check_bounds(param, value, node.mark)
         return value
 
-    def _check_bounds(self, param: Param, value: Any, env: SiteEnv, mark: Mark) -> None:
+    def _check_bounds(self, param: Param, value: Any, mark: Mark) -> None:
+        assert self.site is not None
         for bound, word, beyond in ((param.min, "least", -1), (param.max, "most", 1)):
-            if bound is not None and isinstance(value, int | float) and (value - bound.run(env)) * beyond > 0:
+            if bound is None or not isinstance(value, int | float):
+                continue
+            limit, found = run_outside(bound, self.site, bound.mark, f"the limit of {param.name}")
+            self.problems.extend(found)
+            if not found and (value - limit) * beyond > 0:
                 self.problems.add("E062", mark, f"'{param.name}' must be at {word} {bound.source}")
         if param.choices and str(value) not in param.choices:
             what = f"'{param.name}' must be one of {quoted_list(param.choices)}"

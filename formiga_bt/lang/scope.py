@@ -52,7 +52,7 @@ PLACE_FIELDS: Final[Mapping[str, Type]] = MappingProxyType({"lat": NUMBER, "lng"
 POSITION_FIELDS: Final[Mapping[str, Type]] = MappingProxyType({**PLACE_FIELDS, "height": DISTANCE})
 TASK_FIELDS: Final = record_of(id=TEXT, name=TEXT, priority=enum_of("low", "medium", "high"), run=INT)
 BUILT_INS: Final = ("base", "task", "now", "site")
-"""Always there. `error`, `abort` and `result` are names that the loader adds where they have a value."""
+"""Always there in a task. `error`, `abort` and `result` are names that the loader adds where they have a value."""
 
 
 def _site_type(site: Site | None) -> Type:
@@ -68,6 +68,10 @@ def _site_type(site: Site | None) -> Type:
     )
 
 
+OUTSIDE: Final = ("base", "site")
+"""The built-ins that a parameter given from outside may read."""
+
+
 class Scope:
     """The names that are visible at a place of a task, with their types.
 
@@ -80,9 +84,10 @@ class Scope:
             means E019.
         site: the checked site, when known.
         helpers: the pure functions that may be called.
+        built_ins: those of `BUILT_INS` that have a value here; without a task there is no `task` and no `now`.
     """
 
-    __slots__ = ("_all", "agent_types", "helpers", "maybe_unset", "names", "roles", "site")
+    __slots__ = ("_all", "agent_types", "built_ins", "helpers", "maybe_unset", "names", "roles", "site")
 
     def __init__(
         self,
@@ -93,6 +98,7 @@ class Scope:
         maybe_unset: Mapping[str, str] | frozenset[str] = frozenset(),
         site: Site | None = None,
         helpers: Helpers = STANDARD,
+        built_ins: tuple[str, ...] = BUILT_INS,
     ) -> None:
         self.names = MappingProxyType(dict(names))
         self.agent_types = MappingProxyType(dict(agent_types or {}))
@@ -101,8 +107,9 @@ class Scope:
         self.maybe_unset = MappingProxyType(dict(reasons))
         self.site = site
         self.helpers = helpers
+        self.built_ins = built_ins
         built_in = {"base": PLACE, "task": TASK_FIELDS, "now": TIME, "site": _site_type(site)}
-        self._all = MappingProxyType({**built_in, **names})
+        self._all = MappingProxyType({**{name: built_in[name] for name in built_ins}, **names})
 
     def _with(
         self, names: Mapping[str, Type], maybe_unset: Mapping[str, str], roles: frozenset[str] | None = None
@@ -114,6 +121,7 @@ class Scope:
             maybe_unset=maybe_unset,
             site=self.site,
             helpers=self.helpers,
+            built_ins=self.built_ins,
         )
 
     def with_names(
@@ -139,4 +147,4 @@ class Scope:
 
     def visible(self) -> tuple[str, ...]:
         """Return every name that is legal here, the author's own first."""
-        return (*self.names, *(name for name in BUILT_INS if name not in self.names))
+        return (*self.names, *(name for name in self.built_ins if name not in self.names))

@@ -91,6 +91,12 @@ def test_what_is_left_out_keeps_its_default(bind: Bind) -> None:
         ("rounds", "0", "E062: 'rounds' must be at least 1"),
         ("alarm", "fire", "E014: 'fire' is never possible here"),
         ("rounds", "two", "parameter rounds:1:1: E"),
+        ("target", "${now}", "E027: 'now' has no value here: this is read before there is a task"),
+        ("target", "${task.name}", "E027: 'task' has no value here"),
+        ("target", "${bas}", "E010: unknown name 'bas'; did you mean 'base'?"),
+        ("target", "base", "did you mean ${base}?"),
+        ("target", "${[base][3]}", "E062: 'target' has no value: "),
+        ("rounds", "${1 // 0}", "E013: this never has a value: division by zero"),
         ("nope", "1", "E010: Example has no parameter 'nope'"),
         ("hieght", "50 m", "E010: Example has no parameter 'hieght'; did you mean 'height'?"),
     ],
@@ -112,3 +118,18 @@ def test_all_problems_are_reported_at_once(bind: Bind) -> None:
 def test_one_that_is_wrong_is_not_called_missing_as_well(bind: Bind) -> None:
     _, problems = bind(target="kamp", user="picker_1")
     assert len(problems) == 1
+
+
+def test_base_and_the_site_may_be_read(bind: Bind, demo_site: Site) -> None:
+    values, problems = bind(target="${base}", user="picker_1", height="${distance(base, site.ports.p5) + 10 m}")
+    assert problems == []
+    assert values["target"] == Place(0.0, 0.0)
+    values, problems = bind(target="${offset(site.places.camp, 10 m)}", user="picker_1")
+    assert (values["target"], problems) == (Place(40.0, -40.0), [])
+
+
+@pytest.mark.parametrize("text", ["base", "now", "task.run", "site.places", "distance(base, site)"])
+def test_nothing_is_proposed_that_then_fails(bind: Bind, text: str) -> None:
+    _, problems = bind(target="camp", user="picker_1", height=text)
+    assert len(problems) == 1
+    assert "did you mean" not in problems[0]
