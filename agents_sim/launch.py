@@ -149,6 +149,14 @@ class FleetProcesses:
         """Return the file with what an agent printed."""
         return self._state_dir / f"{agent}.log"
 
+    def last_words(self, agent: str) -> str:
+        """Return the last lines that an agent printed, in one line."""
+        try:
+            lines = self.log_of(agent).read_text(encoding="utf-8", errors="replace").strip().splitlines()[-3:]
+        except OSError:
+            lines = []
+        return " / ".join(lines) or "it said nothing"
+
     def ended(self) -> dict[str, int]:
         """Return the agents whose process has ended, with its exit status (minus the signal)."""
         codes = {agent: process.poll() for agent, process in self._processes.items()}

@@ -124,6 +124,8 @@ class Demo:
         self._folder = tempfile.TemporaryDirectory(prefix="formiga-demo-")
         self.fleet: FleetProcesses | None = None
         self._aborted: set[str] = set()
+        self.died: dict[str, str] = {}
+        """Agents whose processes ended by themselves, and how; the engine handles the loss."""
 
     def __enter__(self) -> "Demo":
         try:
@@ -189,27 +191,24 @@ class Demo:
             raise FormigaError(f"the engine stopped by a bug: {self.driver.error!r}") from self.driver.error
 
     def pump(self, seconds: float) -> None:
-        """Take what the engine did in so much wall time, and see that everyone is there.
+        """Take what the engine did in so much wall time, and note in `died` whose process ended by itself.
 
         Raises:
-            FormigaError: the engine stopped, or an agent's process ended by itself.
+            FormigaError: the engine stopped.
         """
         self.take(seconds)
-        ended = self.fleet.ended() if self.fleet is not None else {}
-        for agent, code in ended.items():
-            if agent in self.down:
-                continue
-            assert self.fleet is not None
-            said = self.fleet.log_of(agent).read_text(errors="replace").strip().splitlines()[-3:]
-            raise FormigaError(
-                f"the process of {agent} ended with status {code}: {' / '.join(said) or 'it said nothing'}"
-            )
+        if self.fleet is None:
+            return
+        for agent, code in self.fleet.ended().items():
+            if agent not in self.down and agent not in self.died:
+                said = self.fleet.last_words(agent)
+                self.died[agent] = f"the process of {agent} ended with status {code}: {said}"
 
     def wait_ready(self, show: Callable[[list[str]], None]) -> None:
         """Wait until every agent is there and has told where it is; `show` gets those that are missing.
 
         Raises:
-            FormigaError: some are still missing after 30 s.
+            FormigaError: some are still missing after 30 s, or the process of one ended.
         """
         until = time.monotonic() + READY_S
         while True:
@@ -220,6 +219,8 @@ class Demo:
             if time.monotonic() > until:
                 raise FormigaError(f"agents did not come up within {READY_S:g} s: {', '.join(missing)}")
             self.pump(0.1)
+            if self.died:
+                raise FormigaError("\n".join(self.died.values()))
 
     def missing(self) -> list[str]:
         """Return the agents that are not ready."""

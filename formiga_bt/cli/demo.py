@@ -87,7 +87,7 @@ def command(
     if interrupted:
         view.say("Interrupted: the tasks were aborted and the drones brought home.")
         raise typer.Exit(EXIT_INTERRUPTED)
-    if not demo.log.all_succeeded() or not verdict.is_clean:
+    if demo.died or not demo.log.all_succeeded() or not verdict.is_clean:
         raise typer.Exit(EXIT_NO)
 
 
@@ -158,8 +158,16 @@ def _turn(demo: "ScenarioDemo", view: "View", desk: Keyboard | None, seconds: fl
     if desk is not None:
         desk.look()
         demo.keep_pace()
-    demo.pump(seconds)
+    _pump(demo, view, seconds)
     view.show(demo.log, demo.driver.now())
+
+
+def _pump(demo: "ScenarioDemo", view: "View", seconds: float) -> None:
+    """Go on, and tell of agents whose processes ended by themselves."""
+    before = len(demo.died)
+    demo.pump(seconds)
+    for text in list(demo.died.values())[before:]:
+        view.say(f"{text}; the demo goes on without it")
 
 
 def _fly(demo: "ScenarioDemo", view: "View", desk: Keyboard | None) -> bool:
@@ -178,6 +186,9 @@ def _fly(demo: "ScenarioDemo", view: "View", desk: Keyboard | None) -> bool:
         demo.begin()
         until = demo.driver.now() + LIMIT_S * SECOND
         while not demo.is_over:
+            if demo.driver.now() > until and demo.died:
+                view.say(f"the missions did not end within {LIMIT_S} s of engine time")
+                break
             if demo.driver.now() > until:
                 raise FormigaError(f"the missions did not end within {LIMIT_S} s of engine time")
             for fault in demo.play_due():
@@ -195,7 +206,7 @@ def _land(demo: "ScenarioDemo", view: "View", show: Callable[[], None]) -> None:
     try:
         while True:
             demo.abort_all()
-            demo.pump(0.2)
+            _pump(demo, view, 0.2)
             show()
             if demo.all_ended():
                 return

@@ -12,8 +12,11 @@ from formiga_bt.errors import FormigaError, TreeError
 from formiga_bt.packaged import folder
 
 if TYPE_CHECKING:
+    from contextlib import AbstractContextManager
+
     from formiga_bt.lang.model import Task
     from formiga_bt.services.host import EngineHost
+    from formiga_bt.services.simulated import Simulated
 
 TOLD = frozenset({"alarm", "question", "notice", "task"})
 """Events that are printed."""
@@ -63,9 +66,9 @@ def command(
         world.site, world.catalogue, served,
         beside=site.parent, speed=speed, http=http, desk=people, listen=listen, refused=refused, needs_token=token,
     )  # fmt: skip
-    with host, _fleet(host, world, people, sim):
+    with host, _fleet(host, world, people, sim) as agents:
         _banner(host, sorted(served), people, sim)
-        _serve(host, quiet=quiet)
+        _serve(host, agents, quiet=quiet)
         left = host.open_tasks()
     host.check()
     if left:
@@ -130,7 +133,9 @@ def _people(words: list[str], world: World) -> dict[str, str]:
     return found
 
 
-def _fleet(host: "EngineHost", world: World, people: dict[str, str], sim: bool) -> Any:
+def _fleet(
+    host: "EngineHost", world: World, people: dict[str, str], sim: bool
+) -> "AbstractContextManager[Simulated | None]":
     from contextlib import nullcontext
 
     if not sim:
@@ -158,7 +163,7 @@ def _banner(host: "EngineHost", served: list[str], people: dict[str, str], sim: 
     _say("\n".join(rows))
 
 
-def _serve(host: "EngineHost", *, quiet: bool) -> None:
+def _serve(host: "EngineHost", agents: "Simulated | None", *, quiet: bool) -> None:
     asked: list[int] = []
 
     def note(number: int, frame: Any) -> None:  # noqa: ARG001
@@ -170,6 +175,8 @@ def _serve(host: "EngineHost", *, quiet: bool) -> None:
         while not host.is_over():
             host.wait(0.2)
             seen = seen if quiet else _print_news(host, seen)
+            for text in agents.look() if agents is not None else ():
+                _say(text)
             for number in asked[handled:]:
                 handled += 1
                 if number != signal.SIGINT or handled > 1 or not host.open_tasks():

@@ -37,6 +37,15 @@ def world(folder: Path, replacements: Mapping[str, str]) -> tuple[Site, Catalogu
     return site, catalogue, tasks
 
 
+def agent_pid(parent: int, agent: str) -> int:
+    """Return the pid of a simulated agent that this process started."""
+    for pid in children(parent):
+        words = Path(f"/proc/{pid}/cmdline").read_bytes().split(b"\0")
+        if b"--id" in words and words[words.index(b"--id") + 1] == agent.encode():
+            return pid
+    raise AssertionError(f"no process of {agent}")
+
+
 def children(pid: int) -> set[int]:
     """Return the pids of a process's children, the ended but not yet waited for among them."""
     found = set()

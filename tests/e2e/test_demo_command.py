@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.e2e.rig import children, is_running, wait_until
+from tests.e2e.rig import agent_pid, children, is_running, wait_until
 
 pytestmark = pytest.mark.network
 
@@ -117,6 +117,18 @@ def test_it_flies_and_ends_with_a_table(demo: Demo) -> None:
     assert run.lines[-1].startswith("All tasks succeeded. Next: ")
     times = [float(line.split()[0]) for line in run.lines if re.match(r" +\d+\.\d s  ", line)]
     assert len(times) > 30
+
+
+def test_an_agent_that_dies_by_itself_is_told_and_the_rest_goes_on(demo: Demo) -> None:
+    run = demo()
+    run.wait_for(r"ExploreRegion-2: lwd_\d\.GoTo")
+    found = re.search(r"ExploreRegion-2: (lwd_\d)\.GoTo", run.text)
+    assert found is not None
+    os.kill(agent_pid(run.process.pid, found[1]), signal.SIGKILL)
+    run.wait_for(f"the process of {found[1]} ended with status -9: .*; the demo goes on without it")
+    assert run.ended(90.0) == 1
+    assert "PickUp-3" in run.text.partition("Missions")[2]
+    assert re.search(r"ExploreRegion-2 FAILED|agent_lost", run.text)
 
 
 def test_ctrl_c_in_flight_aborts_lands_and_says_130(demo: Demo) -> None:

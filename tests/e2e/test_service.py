@@ -1,5 +1,6 @@
 """A newcomer's path, by the commands alone: init, up, run, tasks, why, down; agents are processes over Zenoh."""
 
+import contextlib
 import json
 import os
 import re
@@ -17,6 +18,7 @@ from agents_sim.launch import FleetProcesses
 from formiga_bt.cli.inputs import read_world
 from formiga_bt.rehearsal import fleet_of
 from formiga_bt.site_folder import EngineAddress, find_engines
+from tests.e2e.rig import agent_pid
 
 pytestmark = pytest.mark.network
 
@@ -153,6 +155,25 @@ def test_one_command_starts_engine_and_simulated_agents(shell: Shell) -> None:
     assert (end["status"], end["priority"], len(end["actions"])) == ("SUCCEEDED", "high", 4)
     assert "ended" in shell.run("down", "--drain")
     assert "Hello-1 SUCCEEDED" in shell.ended()
+
+
+def test_a_simulated_agent_that_dies_is_told_and_started_again(shell: Shell) -> None:
+    shell.up("--sim")
+    wait_for_agents(shell, 5)
+    killed = agent_pid(shell.engines[-1].pid, "lwd_1")
+    os.kill(killed, signal.SIGKILL)
+    until = time.monotonic() + 20
+    while True:
+        with contextlib.suppress(AssertionError):
+            if agent_pid(shell.engines[-1].pid, "lwd_1") != killed:
+                break
+        assert time.monotonic() < until
+        time.sleep(0.1)
+    wait_for_agents(shell, 5)
+    shell.run("down")
+    said = shell.ended()
+    assert said.count("the process of the simulated lwd_1 ended with status -9") == 1
+    assert "it was started again (1 of at most 3 times)" in said
 
 
 def test_a_task_that_waits_tells_why_and_ctrl_c_aborts_it(shell: Shell) -> None:
