@@ -13,6 +13,7 @@ from formiga_bt.diagnostics import Diagnostic, Mark
 from formiga_bt.geo import Frame, Place
 from formiga_bt.lang.document import parse
 from formiga_bt.lang.expressions import Scope, compile_value
+from formiga_bt.lang.fence import leaves
 from formiga_bt.lang.model import EvalError, Expr, Param, Site, Task, UnknownState, Unset
 from formiga_bt.lang.scope import OUTSIDE
 from formiga_bt.lang.types import AgentRef, Value
@@ -106,10 +107,20 @@ def bind_params(
             if not found:
                 values[param.name] = value
     for param in task.params.values():
-        if param.name not in given and param.default is None and not param.optional:
+        if param.name in given:
+            continue
+        if param.default is not None:
+            problems += _default_outside(param, param.default, site)
+        elif not param.optional:
             text = f"{task.name} needs the parameter '{param.name}' ({param.type})"
             problems.append(Diagnostic("E051", Mark(task.mark.file, param.mark.line, param.mark.col), text))
     return values, problems, sources
+
+
+def _default_outside(param: Param, default: Expr, site: Site) -> list[Diagnostic]:
+    """Return E063 for a default that lies outside; one that cannot be computed here is left to the engine."""
+    value, problems = run_outside(default, site, default.mark, param.name)
+    return [] if problems else outside(param, value, site, default.mark)
 
 
 def _unknown(task: Task, name: str, file: str, names: list[str]) -> Diagnostic:
@@ -137,7 +148,16 @@ def _read(param: Param, text: str, file: str, site: Site) -> tuple[Any, list[Dia
         return None, problems
     if param.type.name == "agent" and isinstance(value, str):
         value = AgentRef(value)
-    return value, _out_of_range(param, value, site, file, text)
+    return value, [*_out_of_range(param, value, site, file, text), *outside(param, value, site, node.mark)]
+
+
+def outside(param: Param, value: Any, site: Site, mark: Mark) -> list[Diagnostic]:
+    """Return E063 for a value with a point outside the site's fence."""
+    if leaves(value, site):
+        said = f"'{param.name}' lies outside the fence of site {site.name}"
+        known = [name for name, place in site.places.items() if not leaves(place, site)]
+        return [Diagnostic("E063", mark, said, f"places inside: {', '.join(known[:8])}" if known else "")]
+    return []
 
 
 def _out_of_range(param: Param, value: Any, site: Site, file: str, raw: str) -> list[Diagnostic]:

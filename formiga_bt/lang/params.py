@@ -21,7 +21,7 @@ from formiga_bt.lang.reading import (
     read_words,
 )
 from formiga_bt.lang.scope import BUILT_INS, OUTSIDE
-from formiga_bt.lang.scopes import World, is_free
+from formiga_bt.lang.scopes import World, is_free, warn_outside
 from formiga_bt.lang.synonyms import nearest
 from formiga_bt.lang.types import ANY, Type, list_of
 
@@ -146,6 +146,8 @@ def _bound(keys: dict[str, Entry], key: str, of: Type, world: World, problems: P
     scope = Scope({}, agent_types=world.catalogue.types, site=world.site, built_ins=known)
     expr, found = compile_value(keys[key].value, scope, of, what=key)
     problems.extend(_as_default(d) for d in found)
+    if key == "default" and not found:
+        warn_outside(expr, world.site, problems)
     return expr
 
 

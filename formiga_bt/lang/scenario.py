@@ -22,7 +22,7 @@ from typing import Any, Final, Literal
 from formiga_bt.clock import Micros, micros
 from formiga_bt.diagnostics import Diagnostic, Mark, in_order
 from formiga_bt.geo import Place, Position, horizontal_m
-from formiga_bt.lang.binding import SiteEnv, run_outside
+from formiga_bt.lang.binding import SiteEnv, outside, run_outside
 from formiga_bt.lang.document import Entry, Mapping_, Node, Scalar, parse
 from formiga_bt.lang.expressions import Scope, compile_value
 from formiga_bt.lang.kinds import Option
@@ -557,10 +557,13 @@ class _Reader:
             return self._agent_value(node, param)
         degrees = _LAT_LNG.fullmatch(node.text) if param.type.name == "place" and isinstance(node, Scalar) else None
         if degrees is not None:
-            return SiteEnv(self.site).place(float(degrees[1]), float(degrees[2]))
+            place = SiteEnv(self.site).place(float(degrees[1]), float(degrees[2]))
+            self.problems.extend(outside(param, place, self.site, node.mark))
+            return place
         expr, found = compile_value(node, Scope({}, site=self.site, built_ins=OUTSIDE), param.type)
         if not found:
             value, found = run_outside(expr, self.site, node.mark, param.name)
+            found = found or outside(param, value, self.site, node.mark)
         self.problems.extend(found)
         if any(problem.severity == "error" for problem in found):
             return None

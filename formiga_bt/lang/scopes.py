@@ -11,12 +11,15 @@ from dataclasses import dataclass, field, replace
 from typing import Final
 
 from formiga_bt.diagnostics import Diagnostic, Fix, Mark
+from formiga_bt.lang.binding import run_outside
 from formiga_bt.lang.document import Listing, Mapping_, Node, Scalar
 from formiga_bt.lang.expressions import Scope, compile_cond, compile_expr, compile_value
+from formiga_bt.lang.fence import leaves
 from formiga_bt.lang.helpers import STANDARD
 from formiga_bt.lang.interpolation import holes
 from formiga_bt.lang.model import Catalogue, Expr, Param, Site, Subtree
 from formiga_bt.lang.reading import Problems, did_you_mean
+from formiga_bt.lang.scope import OUTSIDE
 from formiga_bt.lang.synonyms import nearest
 from formiga_bt.lang.types import AGENT, ANY, TEXT, Type
 from formiga_bt.units import format_number
@@ -237,6 +240,8 @@ class Body:
     def value(self, node: Node, expected: Type, what: str = "", *, optional: bool = False) -> Expr:
         """Compile a value of an expected type."""
         expr, found = compile_value(node, self.scope(), expected, what=what, optional=optional)
+        if not found:
+            warn_outside(expr, self.world.site, self.problems)
         return self._took(expr, found, node)
 
     def text(self, node: Node, what: str) -> Expr:
@@ -338,6 +343,20 @@ class Body:
         self.used.add(nearest(name, names))
         help_ = f"roles: {', '.join(names)}" if names else "declare it under agents:"
         self.problems.add("E020", at, f"no role is called '{name}'{did_you_mean(name, names)}", help_)
+
+
+def warn_outside(expr: Expr, site: Site | None, problems: Problems) -> None:
+    """Report W063 for a constant place that lies outside the site's fence."""
+    if site is None or site.fence is None or any(read.name not in OUTSIDE or read.field for read in expr.reads):
+        return
+    type_ = expr.type
+    while type_.item is not None:
+        type_ = type_.item
+    if type_.name in ("place", "position", "region"):
+        value, none = run_outside(expr, site, expr.mark, "this")
+        if not none and leaves(value, site):
+            what = f"this lies outside the fence of site {site.name}"
+            problems.add("W063", expr.mark, what, "choose a place inside, or widen the fence of the site")
 
 
 def scalars(node: Node) -> Iterator[Scalar]:

@@ -5,9 +5,11 @@ from collections.abc import Callable
 import pytest
 
 from formiga_bt.diagnostics import render
-from formiga_bt.geo import Place
+from formiga_bt.geo import Place, Region
 from formiga_bt.lang.binding import bind_params
-from formiga_bt.lang.model import Site, Task
+from formiga_bt.lang.fence import is_within
+from formiga_bt.lang.loader import load_task_text
+from formiga_bt.lang.model import Catalogue, Site, Task
 from formiga_bt.lang.types import AgentRef
 
 TEXT = """\
@@ -97,6 +99,9 @@ def test_what_is_left_out_keeps_its_default(bind: Bind) -> None:
         ("target", "base", "did you mean ${base}?"),
         ("target", "${[base][3]}", "E062: 'target' has no value: "),
         ("rounds", "${1 // 0}", "E013: this never has a value: division by zero"),
+        ("target", "{east: 700 m, north: 0 m}", "E063: 'target' lies outside the fence of site rovaniemi"),
+        ("target", "66.0, 25.7", "E063: 'target' lies outside the fence of site rovaniemi"),
+        ("target", "${offset(base, 600.01 m)}", "E063: 'target' lies outside the fence of site rovaniemi"),
         ("nope", "1", "E010: Example has no parameter 'nope'"),
         ("hieght", "50 m", "E010: Example has no parameter 'hieght'; did you mean 'height'?"),
     ],
@@ -133,3 +138,33 @@ def test_nothing_is_proposed_that_then_fails(bind: Bind, text: str) -> None:
     _, problems = bind(target="camp", user="picker_1", height=text)
     assert len(problems) == 1
     assert "did you mean" not in problems[0]
+
+
+def test_the_fence_itself_is_inside(bind: Bind) -> None:
+    for text in ("{east: 600 m, north: 0 m}", "{east: -600 m, north: 600 m}", "${offset(base, 0 m, -600 m)}"):
+        assert bind(target=text, user="picker_1")[1] == []
+
+
+def test_a_default_outside_the_fence_warns_when_checked_and_is_refused_when_used(
+    catalogue: Catalogue, demo_site: Site
+) -> None:
+    text = (
+        "formiga: 1\ntask: Far\nparams:\n  target: {type: place, default: {east: 700 m, north: 0 m}}\n"
+        "agents:\n  drone: {type: lwd, near: '${target}'}\n"
+        "vars:\n  spots: '${[offset(base, 0 m, 900 m), site.places.camp]}'\n  over: ${above(site.places.camp, 9 m)}\n"
+        "steps:\n  - notify: ${spots} ${drone.id} ${over}\n"
+    )
+    loaded = load_task_text(text, "far.yaml", catalogue=catalogue, site=demo_site)
+    assert [(d.code, d.mark.line) for d in loaded.diagnostics] == [("W063", 4), ("W063", 8)]
+    assert load_task_text(text, "far.yaml", catalogue=catalogue).diagnostics == []
+    assert loaded.task is not None
+    _, problems, _ = bind_params(loaded.task, {}, demo_site)
+    assert [p.code for p in problems] == ["E063"]
+
+
+def test_the_border_of_a_bent_fence() -> None:
+    bent = Region((Place(0, 0), Place(10, 0), Place(10, 10), Place(5, 5), Place(0, 10)))
+    inside = [(0, 0), (5, 5), (2.5, 7.5), (5, 4.9), (1, 8), (9, 8.9), (10, 3), (5, 0)]
+    outside = [(5, 5.1), (5, 9), (-0.01, 0), (5, -0.01), (10.01, 10), (0, 10.01), (3, 7.5)]
+    assert [p for p in inside if not is_within(Place(*p), bent)] == []
+    assert [p for p in outside if is_within(Place(*p), bent)] == []

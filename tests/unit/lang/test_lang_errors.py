@@ -33,7 +33,8 @@ def read(name: str, catalogue: Catalogue) -> tuple[list[Diagnostic], str]:
     elif name.startswith("catalogue_"):
         _, found, sources = load_catalogue([path])
     else:
-        loaded = load_task(path, catalogue=catalogue)
+        site = load_site(ROOT / "trees" / "demo-site.yaml", catalogue)[0] if "of_site" in name else None
+        loaded = load_task(path, catalogue=catalogue, site=site)
         found, sources = loaded.diagnostics, dict(loaded.sources)
         assert (loaded.task is None) == any(d.severity == "error" for d in found)
     return found, "\n\n".join(render(d, sources) for d in found) + "\n"
