@@ -142,6 +142,8 @@ class Demo:
                 referee=self._has_referee,
             )
             self.fleet.__enter__()
+            if self.host is not None:
+                self.host.with_simulated = True
         except BaseException:
             self.close()
             raise

@@ -19,7 +19,7 @@ def command(
     ] = False,
     site: SiteOption = None,
 ) -> None:
-    """End the engine. Without --drain at once: agents go on with the goals they have."""
+    """End the engine. Without --drain at once: agents go on with the goals they have; those of `up --sim` end too."""
     client = connect(site)
     reply = client.post(f"/v1/admin/{'drain' if drain else 'stop'}")
     typer.echo(reply["text"])
@@ -37,7 +37,8 @@ def _wait(client: Client, drain: bool) -> None:
             if left > 0:
                 until = time.monotonic() + END_S
                 if left != told:
-                    typer.echo(f"{left} tasks are left   (Ctrl-C: stop watching; the engine goes on draining)")
+                    what = "1 task is" if left == 1 else f"{left} tasks are"
+                    typer.echo(f"{what} left   (Ctrl-C: stop watching; the engine goes on draining)")
                     told = left
         if time.monotonic() > until:
             raise FormigaError(

@@ -54,7 +54,7 @@ def command(
     """Start the engine of a site as a service: it takes tasks over HTTP and from the other verbs.
 
     Ctrl-C aborts all tasks and ends when their machines have landed; a second one ends at once. `formiga down` and SIGTERM
-    end at once: agents go on with the goals they have. Exit code 0 if it ended on request.
+    end at once: agents go on with the goals they have; simulated ones of --sim end too. Exit code 0 if it ended on request.
     """
     world = _world(actions or [], site)
     assert world.site is not None
@@ -73,7 +73,7 @@ def command(
     host.check()
     if left:
         names = ", ".join(left[:5]) + (f" and {len(left) - 5} more" if len(left) > 5 else "")
-        _say(f"the engine has ended; not ended: {names}. Their agents go on with the goals they have")
+        _say(f"the engine has ended; not ended: {names}; {host.fate}")
     else:
         _say("the engine has ended")
 
@@ -183,7 +183,11 @@ def _serve(host: "EngineHost", agents: "Simulated | None", *, quiet: bool) -> No
                     host.request_stop()
                 else:
                     told = host.abort_all("Ctrl-C")
-                    _say(f"\n{told} tasks are aborted; waiting until their machines have landed. Ctrl-C again: end now")
+                    what = (
+                        f"{told} {'task is' if told == 1 else 'tasks are'} aborted" if told else "all tasks end already"
+                    )
+                    now = "end now, the simulated agents too" if host.with_simulated else "end now"
+                    _say(f"\n{what}; waiting until their machines have landed. Ctrl-C again: {now}")
         if not quiet:
             _print_news(host, seen)
     finally:

@@ -86,6 +86,8 @@ class EngineHost:
         self._stop = threading.Event()
         self._opened: list[Any] = []
         self.draining = False
+        self.with_simulated = False
+        """Whether simulated agents were started with this engine, and end with it."""
 
     def __enter__(self) -> "EngineHost":
         try:
@@ -219,16 +221,25 @@ class EngineHost:
         self.draining = True
         self.orders.closed_for = self.orders.closed_for or "draining"
         left = len(self.open_tasks())
-        return f"no more tasks are admitted; the engine ends with the last of {left}" if left else "the engine ends"
+        if not left:
+            return "the engine ends"
+        return f"no more tasks are admitted; the engine ends with the last of {count(left, 'open task')}"
 
     def request_stop(self) -> str:
-        """End now; agents go on with what they do."""
+        """End now; agents go on with what they do, simulated ones of this engine end."""
         self.orders.closed_for = "stopping"
         left = len(self.open_tasks())
         self._stop.set()
         return "the engine ends" + (
-            f"; {left} tasks are left, their agents go on with the goals they have" if left else ""
+            f"; {count(left, 'task')} {'is' if left == 1 else 'are'} left, {self.fate}" if left else ""
         )
+
+    @property
+    def fate(self) -> str:
+        """Return what becomes of the agents of tasks that are left."""
+        if self.with_simulated:
+            return "the simulated agents end too"
+        return "their agents go on with the goals they have"
 
     def health(self) -> m.Health:
         """Return how the engine is."""
@@ -259,6 +270,11 @@ class EngineHost:
                 alarms=[shown.line_out(line) for line in list(self.view.alarms)[-10:]],
                 text=repr(self.driver.error) if failed else "",
             )
+
+
+def count(number: int, noun: str) -> str:
+    """Return how many there are, in words."""
+    return f"{number} {noun}{'' if number == 1 else 's'}"
 
 
 def listen_of(site: Site) -> str:

@@ -58,6 +58,7 @@ class Simulated:
         shutil.rmtree(state_dir, ignore_errors=True)
         self._fleet = FleetProcesses(self._specs, site=self._site, connect=self._host.endpoint, state_dir=state_dir)
         self._fleet.__enter__()
+        self._host.with_simulated = True
         return self
 
     def __exit__(

@@ -204,7 +204,8 @@ def test_ctrl_c_lands_everything_and_sigterm_ends_at_once(shell: Shell) -> None:
         time.sleep(0.1)
     shell.engines[-1].send_signal(signal.SIGINT)
     said = shell.ended()
-    assert "1 tasks are aborted; waiting until their machines have landed" in said
+    assert "1 task is aborted; waiting until their machines have landed" in said
+    assert "Ctrl-C again: end now, the simulated agents too" in said
     assert "Hello-1 CANCELED: aborted by Ctrl-C" in said
 
     shell.up()

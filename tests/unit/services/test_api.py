@@ -364,7 +364,7 @@ def test_drain_admits_nothing_more_and_ends_with_the_last_task(service: Service)
 
 def test_stop_is_asked_for(service: Service) -> None:
     service.submit("Stay")
-    assert "1 tasks are left" in service.post("/v1/admin/stop")["text"]
+    assert "1 task is left" in service.post("/v1/admin/stop")["text"]
     assert service.host.is_over()
 
 
