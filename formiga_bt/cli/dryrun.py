@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from formiga_bt.cli.inputs import UnusableFile, World, read_task, read_world
+from formiga_bt.cli.params import read_params
 from formiga_bt.errors import FormigaError, TreeError
 from formiga_bt.packaged import folder
 
@@ -33,7 +34,11 @@ def command(
         list[str] | None, typer.Option("--param", "-p", help="A parameter; may be repeated.", metavar="NAME=VALUE")
     ] = None,
     site: Annotated[
-        Path | None, typer.Option(help="Site file. Default: the demo site that ships with formiga.", metavar="FILE")
+        Path | None,
+        typer.Option(
+            help="Site file. Default: site.yaml of this folder, else the demo site that ships with formiga.",
+            metavar="FILE",
+        ),
     ] = None,
     actions: Annotated[list[Path] | None, typer.Option(help="Catalogue file; may be repeated.", metavar="FILE")] = None,
     answer: Annotated[
@@ -51,9 +56,10 @@ def command(
 
     Exit code 0: it succeeded without a crash. 1: it did not, or the task has errors. 2: the command line cannot be used.
     """
-    world = read_world(actions or (), site or folder("trees") / "demo-site.yaml")
+    here = Path("site.yaml")
+    world = read_world(actions or (), site or (here if here.is_file() else folder("trees") / "demo-site.yaml"))
     task, the_site = _checked(file, world)
-    values = _bound(task, pairs(param or []), the_site)
+    values = _bound(task, read_params(param or []), the_site)
     from formiga_bt.rehearsal import Rehearsal, fleet_of
     from formiga_bt.show.runlog import RunLog
 

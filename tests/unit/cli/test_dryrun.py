@@ -149,3 +149,25 @@ def test_a_site_with_errors_is_refused(tmp_path: Path, capsys: Capture) -> None:
     site.write_text("formiga_site: 1\nname: x\n")
     assert run(["dryrun", *PICK_UP, "--site", str(site)]) == 1
     assert "formiga: the site file has errors" in capsys.readouterr().err
+
+
+LOOK = """\
+formiga: 1
+task: Look
+params: {target: place}
+agents: {w: {type: watcher, near: "${target}"}}
+steps: [{wait: 1 s}]
+"""
+
+
+def test_a_parameter_is_read_from_a_file_and_the_site_of_the_folder_is_taken(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture
+) -> None:
+    assert run(["init", str(tmp_path)]) == 0
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "look.yaml").write_text(LOOK, encoding="utf-8")
+    (tmp_path / "where.txt").write_text("lake_shore\n", encoding="utf-8")  # a place of this site only
+    assert run(["dryrun", "look.yaml", "-p", "target=@where.txt"]) == 0
+    assert "SUCCEEDED" in capsys.readouterr().out
+    assert run(["dryrun", "look.yaml", "-p", "target=@nowhere.txt"]) == 2
+    assert "cannot read nowhere.txt" in capsys.readouterr().err
