@@ -65,6 +65,8 @@ class Core:
         """Agents of which something changed that a waiting goal may wait for; `EVERYTHING` = look at all."""
         self.gated: dict[str, None] = {goal.id: None for goal in state.goals.values() if goal.state == "gated"}
         """Goals that wait at the gate: an index of the state."""
+        self.open: dict[str, None] = {task.id: None for task in state.tasks.values() if task.section != "done"}
+        """Tasks that have not ended: an index of the state."""
         self.touched: dict[str, None] = {}
         """Tasks whose ending or sections must be looked at."""
         self._heap: list[tuple[Micros, int, str]] = [(d.at, d.seq, key) for key, d in state.deadlines.items()]
@@ -93,6 +95,11 @@ class Core:
             self._note_agent(change.agent)
         elif type(change) is ch.GoalPut:
             self._note_goal(change.goal)
+        elif type(change) is ch.TaskPut:
+            if change.task.section == "done":
+                self.open.pop(change.task.id, None)
+            else:
+                self.open[change.task.id] = None
         elif type(change) is ch.GoalDrop:
             self.gated.pop(change.goal, None)
         apply(self.state, self.board, change)

@@ -72,6 +72,11 @@ class Engine:
         """Return the state. Read only: `apply` alone writes it."""
         return self.core.state
 
+    @property
+    def open_tasks(self) -> tuple[str, ...]:
+        """Return the tasks that have not ended, in the order of their admission."""
+        return tuple(self.core.open)
+
     def next_deadline(self) -> tuple[Micros, str] | None:
         """Return when the next TimerDue must be given, and its key; None = nothing is waited for."""
         return self.core.next_deadline()
