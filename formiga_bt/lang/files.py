@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from formiga_bt.diagnostics import Mark
+from formiga_bt.diagnostics import Fix, Mark
 from formiga_bt.lang.document import Entry, Mapping_, Scalar, parse
 from formiga_bt.lang.kinds import LIBRARY, TASK, Option
 from formiga_bt.lang.reading import (
@@ -86,7 +86,7 @@ class Shelf:
         if not self._version_fits(unit.root):
             return unit
         known = tuple(option for option in options if option.name != "formiga")
-        rest = Mapping_(tuple(e for e in unit.root.entries if e.key.text != "formiga"), unit.root.mark)
+        rest = Mapping_(tuple(e for e in unit.root.entries if e.key.text.lower() != "formiga"), unit.root.mark)
         unit.keys = read_keys(rest, known, self.problems, "a library" if library else "a task")
         self._read_own(unit)
         self._open.append(file)
@@ -96,6 +96,11 @@ class Shelf:
 
     def _version_fits(self, root: Mapping_) -> bool:
         entry = root.get("formiga")
+        meant = next((e.key for e in root.entries if e.key.text.lower() == "formiga"), None)
+        if entry is None and meant is not None:
+            what = f"'{meant.text}' is not a key; did you mean 'formiga'?"
+            self.problems.add("E007", meant.mark, what, "keys are written in small letters", Fix(meant.mark, "formiga"))
+            return True
         if entry is None:
             self.problems.add(
                 "E007",

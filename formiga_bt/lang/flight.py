@@ -93,7 +93,8 @@ class _Flight(Interpreter):
                 path = f" ({why.path})" if why.path else ""
                 what = f"'{role.name}' can still be airborne when the task ends{path}"
                 each = f"{role.name}" if role.count is None else "drone} for each drone of ${" + role.name
-                help_ = f"land it, or bring it home: call: ReturnHome with drone: ${{{each}}}"
+                how = "bring it home:" if "ReturnHome" in self.task.subtrees else "import lib/flying.yaml and"
+                help_ = f"land it, or {how} call: ReturnHome with drone: ${{{each}}}"
                 self.problems.add("E031", why.mark, what, help_)
             self._check_recover(role, ends.failure)
 
