@@ -16,7 +16,7 @@ from formiga_bt.lang.expressions import Scope, compile_value
 from formiga_bt.lang.fence import leaves
 from formiga_bt.lang.model import EvalError, Expr, Param, Site, Task, UnknownState, Unset
 from formiga_bt.lang.scope import OUTSIDE
-from formiga_bt.lang.types import AgentRef, Value
+from formiga_bt.lang.types import DURATION, AgentRef, Value
 
 _LAT_LNG: Final = re.compile(r"\s*(-?\d+(?:\.\d+)?)\s*,\s*(-?\d+(?:\.\d+)?)\s*")
 
@@ -151,6 +151,11 @@ def _read(param: Param, text: str, file: str, site: Site) -> tuple[Any, list[Dia
     return value, [*_out_of_range(param, value, site, file, text), *outside(param, value, site, node.mark)]
 
 
+def below_zero(param: Param, value: Any) -> bool:
+    """Return whether a value is a duration below zero; the `min` of a param may say that it can be."""
+    return param.type == DURATION and param.min is None and isinstance(value, int | float) and value < 0
+
+
 def outside(param: Param, value: Any, site: Site, mark: Mark) -> list[Diagnostic]:
     """Return E063 for a value with a point outside the site's fence."""
     if leaves(value, site):
@@ -161,6 +166,9 @@ def outside(param: Param, value: Any, site: Site, mark: Mark) -> list[Diagnostic
 
 
 def _out_of_range(param: Param, value: Any, site: Site, file: str, raw: str) -> list[Diagnostic]:
+    if below_zero(param, value):
+        text = f"'{param.name}' is a duration, it cannot be below 0 s"
+        return [Diagnostic("E062", Mark(file, 1, 1, 1, len(raw) + 1), text)]
     for bound, word, beyond in ((param.min, "least", -1), (param.max, "most", 1)):
         if bound is None or not isinstance(value, int | float):
             continue

@@ -29,7 +29,7 @@ from formiga_bt.lang.reading import (
 )
 from formiga_bt.lang.scopes import Body, Callee, is_free
 from formiga_bt.lang.synonyms import action_for, nearest
-from formiga_bt.lang.types import ANY, DURATION, Type
+from formiga_bt.lang.types import ANY, Type
 from formiga_bt.units import format_quantity, parse_quantity
 
 _HEIGHT: Final = re.compile(r"(?:above|at_height)\(.*,\s*([\d.]+)\s*(k?m)\s*\)\s*\}?\s*\Z")
@@ -126,6 +126,7 @@ def _read_fields(body: Body, given: Entry | None, spec: ActionSpec, at: Scalar) 
         if field is None:
             misspelt = True
             _unknown_argument(body, "E022", entry.key, spec.fields, spec.name, "field")
+            body.count(entry.value)
             continue
         values[name] = body.value(entry.value, field.type, name, optional=field.optional or field.default is not None)
         _check_field_range(body, values[name], field, spec.name)
@@ -208,7 +209,7 @@ def read_ask(body: Body, keys: Keys) -> Part | None:
     policy = read_word(keys["policy"].value, body.problems, "policy", ("any", "all")) if "policy" in keys else "any"
     part["policy"] = policy or "any"
     if "escalate_after" in keys:
-        part["escalate_after"] = body.value(keys["escalate_after"].value, DURATION, "escalate_after")
+        part["escalate_after"] = body.span(keys["escalate_after"].value, "escalate_after")
         if len(part["of"]) == 1 and not part["of"][0].site_role:
             mark = keys["escalate_after"].key.mark
             body.problems.add("E074", mark, "escalate_after has nobody to ask next", "name another one in of:")
@@ -333,9 +334,12 @@ def _read_args(body: Body, given: Entry | None, callee: Callee, at: Scalar) -> d
         if param is None:
             misspelt = True
             _unknown_argument(body, "E050", entry.key, params, at.text, "param")
+            body.count(entry.value)
             continue
         absent = param.optional or param.default is not None
         args[param.name] = body.value(entry.value, param.type, param.name, optional=absent)
+        if param.min is None:
+            body.not_negative(args[param.name], param.name)
         if param.type.name == "agent" or (param.type.item is not None and param.type.item.name == "agent"):
             _check_abilities(body, entry.value, args[param.name], callee.needs.get(param.name, ()), at.text)
         name = plain_name(args[param.name])

@@ -71,9 +71,9 @@ def _read_how_long(body: Body, node: Node) -> Part | None:
     if "${" in text:
         expr = body.value(node, ANY, "repeat")
         if expr.type.name in ("int", "any"):
-            return {"times": expr}
+            return {"times": _at_least(body, expr, 0, "repeat", "at least 1")}
         if expr.type == DURATION:
-            return {"duration": expr}
+            return {"duration": _at_least(body, expr, 0, "repeat", "longer than 0 s")}
         what = f"'repeat' is a number of rounds or a duration, this is {in_words(expr.type)}"
         body.problems.add("E013", expr.mark, what, "such as: repeat: 3, or repeat: 30 min")
         return None

@@ -13,7 +13,7 @@ from formiga_bt.lang.leaves import read_who
 from formiga_bt.lang.model import Expr
 from formiga_bt.lang.reading import did_you_mean, read_mapping, read_text, shorten
 from formiga_bt.lang.scopes import Body
-from formiga_bt.lang.types import ANY, DURATION
+from formiga_bt.lang.types import ANY
 
 Keys = Mapping[str, Entry]
 Part = dict[str, Any]
@@ -24,7 +24,7 @@ _CODE: Final = re.compile(r"[a-z][a-z0-9_]*")
 
 def read_wait(body: Body, keys: Keys) -> Part:
     """Read a pause."""
-    return {"duration": body.value(keys["wait"].value, DURATION, "wait")}
+    return {"duration": body.span(keys["wait"].value, "wait")}
 
 
 def read_check(body: Body, keys: Keys) -> Part | None:

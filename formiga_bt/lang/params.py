@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from typing import Final
 
 from formiga_bt.diagnostics import Diagnostic, Mark
+from formiga_bt.lang.binding import below_zero
 from formiga_bt.lang.document import Entry, Mapping_, Node, Scalar
 from formiga_bt.lang.expressions import Scope, compile_value
 from formiga_bt.lang.kinds import PARAM
@@ -159,7 +160,9 @@ def _as_default(diagnostic: Diagnostic) -> Diagnostic:
 
 def _check_range(param: Param, problems: Problems) -> None:
     low, high, default = (_number(expr) for expr in (param.min, param.max, param.default))
-    if low is not None and high is not None and low > high and param.min is not None:
+    if below_zero(param, default) and param.default is not None:
+        problems.add("E061", param.default.mark, f"'{param.name}' is a duration, it cannot be below 0 s")
+    elif low is not None and high is not None and low > high and param.min is not None:
         problems.add("E061", param.min.mark, f"min of '{param.name}' is above its max", "exchange them")
     elif param.default is not None and default is not None:
         if low is not None and default < low:

@@ -189,7 +189,7 @@ def _admitted(body: Body, keys: Mapping[str, Entry], key: str, of: Type) -> Expr
         return None
     expr = body.value(keys[key].value, of, key, optional=True)
     _check_admission(body, expr, key)
-    return expr
+    return body.not_negative(expr, key)
 
 
 def _read_near(body: Body, keys: Mapping[str, Entry], count: int | None) -> Expr | None:

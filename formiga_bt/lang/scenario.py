@@ -22,7 +22,7 @@ from typing import Any, Final, Literal
 from formiga_bt.clock import Micros, micros
 from formiga_bt.diagnostics import Diagnostic, Mark, in_order
 from formiga_bt.geo import Place, Position, horizontal_m
-from formiga_bt.lang.binding import SiteEnv, outside, run_outside
+from formiga_bt.lang.binding import SiteEnv, below_zero, outside, run_outside
 from formiga_bt.lang.document import Entry, Mapping_, Node, Scalar, parse
 from formiga_bt.lang.expressions import Scope, compile_value
 from formiga_bt.lang.kinds import Option
@@ -328,7 +328,7 @@ class _Reader:
             help_ = f"sites: {quoted_list(known)}" if known else "a path relative to this file"
             self.problems.add("E008", at.mark, what, help_, fix_word(at, nearest(at.text, known)))
             return None
-        site, found, sources = load_site(path)
+        site, found, sources = load_site(path, self.catalogue)
         self.problems.extend(found)
         self.sources.update(sources)
         return site
@@ -572,6 +572,8 @@ class _Reader:
 
     def _check_bounds(self, param: Param, value: Any, mark: Mark) -> None:
         assert self.site is not None
+        if below_zero(param, value):
+            self.problems.add("E062", mark, f"'{param.name}' is a duration, it cannot be below 0 s")
         for bound, word, beyond in ((param.min, "least", -1), (param.max, "most", 1)):
             if bound is None or not isinstance(value, int | float):
                 continue

@@ -21,7 +21,7 @@ from formiga_bt.lang.model import Catalogue, Expr, Param, Site, Subtree
 from formiga_bt.lang.reading import Problems, did_you_mean
 from formiga_bt.lang.scope import OUTSIDE
 from formiga_bt.lang.synonyms import nearest
-from formiga_bt.lang.types import AGENT, ANY, TEXT, Type
+from formiga_bt.lang.types import AGENT, ANY, DURATION, TEXT, Type
 from formiga_bt.units import format_number
 
 BUILT_IN: Final = frozenset({"base", "task", "now", "site", "error", "abort", "result", "agent"})
@@ -188,11 +188,15 @@ class Body:
         self.flow.sure |= {name}
         return name
 
+    def count(self, node: Node) -> None:
+        """Count the names in a node that cannot be read as used, so that one mistake is one diagnostic."""
+        for scalar in scalars(node):
+            self.used.update(_WORD.findall(scalar.text))
+
     def drop(self, node: Node) -> None:
         """Give up on a step: its names count as used and as saved, so that one mistake is one diagnostic."""
         self.dropped = True
-        for scalar in scalars(node):
-            self.used.update(_WORD.findall(scalar.text))
+        self.count(node)
         for at in saves(node):
             if at.text not in self.flow.saved:
                 named = Named(ANY, at.mark, "saved")
@@ -243,6 +247,16 @@ class Body:
         if not found:
             warn_outside(expr, self.world.site, self.problems)
         return self._took(expr, found, node)
+
+    def span(self, node: Node, what: str) -> Expr:
+        """Compile a duration that cannot be below zero."""
+        return self.not_negative(self.value(node, DURATION, what), what)
+
+    def not_negative(self, expr: Expr, what: str) -> Expr:
+        """Report E062 for a constant duration below zero."""
+        if expr.is_const and expr.type == DURATION and expr.const < 0:
+            self.problems.add("E062", expr.mark, f"'{what}' is a duration, it cannot be below 0 s")
+        return expr
 
     def text(self, node: Node, what: str) -> Expr:
         """Compile text that may hold `${...}`."""
@@ -339,10 +353,12 @@ class Body:
             code, what, help_ = self.gone[name]
             self.problems.add(code, at, what, help_)
             return
-        names = [*self.agents, *also]
-        self.used.add(nearest(name, names))
+        near = nearest(name, self.agents)
+        self.used.add(near)
+        names = [*self.agents, *(one for one in also if one not in self.agents)]
+        guess = did_you_mean(name, self.agents if near else names)
         help_ = f"roles: {', '.join(names)}" if names else "declare it under agents:"
-        self.problems.add("E020", at, f"no role is called '{name}'{did_you_mean(name, names)}", help_)
+        self.problems.add("E020", at, f"no role is called '{name}'{guess}", help_)
 
 
 def warn_outside(expr: Expr, site: Site | None, problems: Problems) -> None:

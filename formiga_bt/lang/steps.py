@@ -289,7 +289,7 @@ def _read_retry(body: Body, entry: Entry) -> Retry | None:
         body.problems.add("E008", mark, "'agent: another' is part of the language but not of this version yet")
     return Retry(
         attempts,
-        body.value(keys["delay"].value, DURATION, "delay") if "delay" in keys else None,
+        body.span(keys["delay"].value, "delay") if "delay" in keys else None,
         body.value(keys["backoff"].value, NUMBER, "backoff") if "backoff" in keys else None,
         read_bound(body, keys["attempt_timeout"].value, "attempt_timeout") if "attempt_timeout" in keys else None,
         "same",

@@ -1,0 +1,99 @@
+"""Slips of a first task: each is told once, where it is, with a way out that works."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from formiga_bt.lang.binding import bind_params
+from formiga_bt.lang.loader import Loaded, load_task_text
+from formiga_bt.lang.model import Catalogue, Site
+
+Load = Callable[[str], Loaded]
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("steps:\n  - wait: -3 s\n", "E062 'wait' is a duration, it cannot be below 0 s"),
+        ("steps:\n  - wait: ${-3 s}\n", "E062 'wait' is a duration, it cannot be below 0 s"),
+        ("steps:\n  - wait: 1 s\n    retry: {attempts: 2, delay: -1 s}\n", "E062 'delay' is a duration"),
+        ("steps:\n  - repeat: 3\n    every: -1 s\n    steps: [{wait: 1 s}]\n", "E008 'every' must be longer than 0 s"),
+        ("steps:\n  - repeat: -1 min\n    steps: [{wait: 1 s}]\n", "E008 'repeat' must be longer than 0 s"),
+        ('steps:\n  - repeat: "${-1 min}"\n    steps: [{wait: 1 s}]\n', "E008 'repeat' must be longer than 0 s"),
+        (
+            "agents:\n  a: {type: picker}\n  b: {type: picker}\n"
+            "steps:\n  - ask: Well?\n    of: [a, b]\n    timeout: 1 min\n    escalate_after: -1 s\n",
+            "E062 'escalate_after' is a duration",
+        ),
+        (
+            "params:\n  pause: {type: duration, default: -1 s}\nsteps:\n  - wait: ${pause}\n",
+            "E061 'pause' is a duration, it cannot be below 0 s",
+        ),
+        ("agents:\n  a: {type: picker, wait: -1 s}\nsteps:\n  - notify: ${a.id}\n", "E062 'wait' is a duration"),
+        (
+            "steps:\n  - call: Rest\n    with: {pause: -1 s}\n"
+            "subtrees:\n  Rest:\n    params: {pause: duration}\n    steps: [{wait: '${pause}'}]\n",
+            "E062 'pause' is a duration",
+        ),
+    ],
+)
+def test_a_constant_duration_below_zero_is_refused(load: Load, text: str, said: str) -> None:
+    found = [f"{d.code} {d.message}" for d in load(text).diagnostics]
+    assert len(found) == 1
+    assert said in found[0]
+
+
+def test_a_param_of_type_duration_is_at_least_zero_unless_it_says_otherwise(load: Load, demo_site: Site) -> None:
+    text = "params:\n  pause: duration\n  shift: {type: duration, min: -9 s}\nsteps:\n  - wait: ${pause + shift}\n"
+    task = load(text).task
+    assert task is not None
+    _, problems, _ = bind_params(task, {"pause": "-1 s", "shift": "-1 s"}, demo_site)
+    assert [p.message for p in problems] == ["'pause' is a duration, it cannot be below 0 s"]
+
+
+def test_a_name_in_a_misspelt_field_counts_as_used(load: Load) -> None:
+    text = (
+        "params:\n  high: distance\nagents:\n  drone: {type: lwd}\nsteps:\n"
+        "  - do: drone.TakeOff\n    with:\n      altitud: ${high}\n"
+        "  - do: drone.LandIn\n    with:\n      at: ${drone.home}\n"
+    )
+    assert [d.code for d in load(text).diagnostics] == ["E022"]
+
+
+def test_keys_with_a_capital_are_named(catalogue: Catalogue) -> None:
+    loaded = load_task_text("Formiga: 1\nTask: Hello\nsteps:\n  - wait: 1 s\n", "a.yaml", catalogue=catalogue)
+    assert [(d.code, d.mark.line) for d in loaded.diagnostics] == [("E007", 1), ("E004", 2)]
+    assert "did you mean 'formiga'?" in loaded.diagnostics[0].message
+    assert "did you mean 'task'?" in loaded.diagnostics[1].message
+
+
+def test_a_role_of_the_task_is_proposed_before_one_of_the_site(load: Load) -> None:
+    head = "agents:\n  watcher: {type: watcher}\nsteps:\n  - notify: ${watcher.id}\n"
+    assert "did you mean 'watcher'?" in load(head + "    to: [watchr]\n").diagnostics[0].message
+    said = load(head + "  - do: watchrs.Confirm\n").diagnostics[0]
+    assert "watchers" not in said.message + said.help
+
+
+def test_the_way_home_names_its_import_where_it_is_missing(load: Load) -> None:
+    up = "agents:\n  drone: {type: lwd}\nsteps:\n  - do: drone.TakeOff\n"
+    (found,) = load(up).diagnostics
+    assert found.help == "land it, or import lib/flying.yaml and call: ReturnHome with drone: ${drone}"
+    (found,) = [d for d in load("imports: [lib/flying.yaml]\n" + up).diagnostics if d.code == "E031"]
+    assert found.help == "land it, or bring it home: call: ReturnHome with drone: ${drone}"
+
+
+def test_both_verbs_refuse_a_site_with_an_unknown_agent_type(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    from formiga_bt.cli.app import run
+
+    monkeypatch.chdir(tmp_path)
+    assert run(["init", "."]) == 0
+    site = tmp_path / "site.yaml"
+    site.write_text(site.read_text().replace("type: picker}", "type: piker}"))
+    for words in (["dryrun", "trees/hello.yaml", "--site", "site.yaml"], ["up", "--sim", "--site", "site.yaml"]):
+        capsys.readouterr()
+        assert run(words) != 0
+        said = capsys.readouterr().err
+        assert "E020: no agent type is called 'piker'; did you mean 'picker'?" in said
