@@ -95,17 +95,9 @@ class SiteFolder:
             except OSError as error:
                 if not left:
                     lock.close()
-                    raise SiteError(self._taken()) from error
+                    raise SiteError(_taken(self.path)) from error
                 time.sleep(0.05)  # a command may just be looking whether an engine runs
         self._lock = lock
-
-    def _taken(self) -> str:
-        there = read_address(self.path)
-        who = f" (process {there.pid}, {there.url})" if there else ""
-        return (
-            f"an engine runs on the site '{self.site}' already{who}\n"
-            "  help: use that one (`formiga tasks`), or end it first: formiga down"
-        )
 
     def release(self) -> None:
         """Give the site back; may be called twice."""
@@ -240,6 +232,26 @@ def is_running(folder: Path) -> bool:
     except OSError:
         return False
     return False
+
+
+def _taken(folder: Path) -> str:
+    there = read_address(folder)
+    who = f" (process {there.pid}, {there.url})" if there else ""
+    return (
+        f"an engine runs on the site '{folder.name}' already{who}\n"
+        "  help: use that one (`formiga tasks`), or end it first: formiga down"
+    )
+
+
+def check_free(beside: Path, site: str) -> None:
+    """Look whether a site is free; only `SiteFolder.take` makes sure of it.
+
+    Raises:
+        SiteError: an engine runs on it.
+    """
+    folder = beside.resolve() / FOLDER / site
+    if is_running(folder):
+        raise SiteError(_taken(folder))
 
 
 def find_engines(start: Path) -> list[EngineAddress]:

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
-from formiga_bt.cli.inputs import read_task, read_world, rendered, task_files
+from formiga_bt.cli.inputs import find_tasks, read_task, read_world, rendered
 from formiga_bt.diagnostics import Diagnostic, in_order
 
 
@@ -27,7 +27,8 @@ def command(
 
     Exit code 0: usable. 1: there are errors (or, with --strict, warnings). 2: a file cannot be read.
     """
-    paths = task_files(files)
+    given = find_tasks(files)
+    paths = given.tasks
     world = read_world(actions or (), site)
     found, sources = list(world.diagnostics), dict(world.sources)
     for path in paths:
@@ -39,12 +40,13 @@ def command(
     warnings = len(problems) - errors
     refused = errors > 0 or (strict and warnings > 0)
     if as_json:
-        report = {"ok": not refused, "files": len(paths), "errors": errors, "warnings": warnings}
+        report: dict[str, Any] = {"ok": not refused, "files": len(paths), "errors": errors, "warnings": warnings}
+        report["no_tasks"] = [str(path) for path in given.others]
         typer.echo(json.dumps({**report, "diagnostics": [_as_dict(d) for d in problems]}, indent=2))
     else:
         for text in rendered(problems, sources):
             typer.echo(text + "\n")
-        typer.echo(_closing(len(paths), errors, warnings, refused))
+        typer.echo(_closing(len(paths), errors, warnings, refused) + (f"; {given.note}" if given.note else ""))
     if refused:
         raise typer.Exit(1)
 

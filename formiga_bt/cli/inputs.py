@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 from formiga_bt.diagnostics import Diagnostic, in_order, render
 from formiga_bt.errors import FormigaError
 from formiga_bt.packaged import files as packaged_files
+from formiga_bt.packaged import folder
 
 if TYPE_CHECKING:
     from formiga_bt.lang.model import Catalogue, Site, Task
@@ -41,28 +42,73 @@ class Read:
     sources: Mapping[str, str]
 
 
-def task_files(paths: Iterable[Path]) -> list[Path]:
-    """Return the files, with each folder replaced by the task files below it.
+@dataclass(frozen=True, slots=True)
+class Found:
+    """The task files that paths mean, and the YAML files of folders that were passed over."""
 
-    In a folder, libraries of subtrees and `*.test.yaml` are passed over: a library is checked where it is imported.
+    tasks: list[Path]
+    others: list[Path]
+
+    @property
+    def note(self) -> str:
+        """Return a text that names what was passed over, or an empty one."""
+        if not self.others:
+            return ""
+        names = ", ".join(str(path) for path in self.others[:NAMED])
+        more = f" and {len(self.others) - NAMED} more" if len(self.others) > NAMED else ""
+        one = len(self.others) == 1
+        return f"{len(self.others)} {'file is no task' if one else 'files are no tasks'}: {names}{more}"
+
+
+NAMED = 5
+"""So many files that are passed over are named."""
+
+
+def task_files(paths: Iterable[Path]) -> list[Path]:
+    """Return the task files of `find_tasks`.
 
     Raises:
         UnusableFile: a path does not exist, or a folder holds no task file.
     """
+    return find_tasks(paths).tasks
+
+
+def find_tasks(paths: Iterable[Path], *, may_be_empty: bool = False) -> Found:
+    """Return the files, with each folder replaced by the task files below it.
+
+    In a folder, what is no task is passed over: libraries of subtrees (they are checked where they are imported), sites,
+    pipes. So are `*.test.yaml`, which are not even named.
+
+    Raises:
+        UnusableFile: a path does not exist, or a folder holds no task file (unless it `may_be_empty`).
+    """
     found: list[Path] = []
+    others: list[Path] = []
     for path in paths:
-        if path.is_dir():
-            inside = sorted(p for p in path.rglob("*.yaml") if not p.name.endswith(".test.yaml") and _is_task(p))
-            if not inside:
-                raise UnusableFile(f"no task file (*.yaml) below {path}")
-            found += inside
-        else:
+        if not path.is_dir():
             found.append(readable(path))
-    return list(dict.fromkeys(found))
+            continue
+        below = sorted(
+            p
+            for p in path.rglob("*.y*ml")
+            if p.suffix in (".yaml", ".yml") and not p.is_dir() and p.suffixes[-2:-1] != [".test"]
+        )
+        tasks = [p for p in below if _is_task(p)]
+        if not tasks and not may_be_empty:
+            left = Found([], below).note
+            raise UnusableFile(f"no task file (*.yaml, *.yml) below {path}" + (f"; {left}" if left else ""))
+        found += tasks
+        others += [p for p in below if p not in tasks]
+    return Found(list(dict.fromkeys(found)), list(dict.fromkeys(others)))
 
 
 def _is_task(path: Path) -> bool:
-    """Return whether a file of a folder says that it is a task; one that cannot be read is left to the loader."""
+    """Return whether a file of a folder says that it is a task; one that cannot be read is left to the loader.
+
+    What is no regular file (a pipe would make us wait for ever) is none.
+    """
+    if path.exists() and not path.is_file():
+        return False
     try:
         return any(line.startswith("task:") for line in path.read_text(encoding="utf-8").splitlines())
     except (OSError, UnicodeDecodeError):
@@ -73,8 +119,9 @@ def readable(path: Path) -> Path:
     """Return `path` if it can be opened.
 
     Raises:
-        UnusableFile: it cannot.
+        UnusableFile: it cannot, or is a pipe, a device or a socket.
     """
+    _no_pipe(path)
     try:
         with path.open("rb"):
             return path
@@ -82,8 +129,16 @@ def readable(path: Path) -> Path:
         raise UnusableFile(f"cannot read {path}: {error.strerror or error}") from error
 
 
+def _no_pipe(path: Path) -> None:
+    """Refuse a pipe, a device, a socket: reading one may never end."""
+    if path.exists() and not path.is_file() and not path.is_dir():
+        raise UnusableFile(f"cannot read {path}: it is no regular file")
+
+
 def read_world(actions: Sequence[Path] = (), site: Path | None = None) -> World:
     """Read the catalogue (default: the one that ships with formiga_bt) and the site, if any.
+
+    A site called `demo` where there is no such file is the demo site that ships.
 
     Raises:
         UnusableFile: a file cannot be opened.
@@ -96,14 +151,25 @@ def read_world(actions: Sequence[Path] = (), site: Path | None = None) -> World:
     catalogue, diagnostics, sources = load_catalogue(files)
     if site is None:
         return World(catalogue, None, tuple(diagnostics), dict(sources))
-    the_site, more, site_sources = load_site(readable(site), catalogue)
+    the_site, more, site_sources = load_site(readable(site_file(site)), catalogue)
     return World(catalogue, the_site, (*diagnostics, *more), {**sources, **site_sources})
+
+
+def is_demo(site: Path) -> bool:
+    """Return whether the name of a site means the demo site that ships."""
+    return site == Path("demo") and not site.exists()
+
+
+def site_file(site: Path) -> Path:
+    """Return the file of a site that was named by its path, or as `demo`."""
+    return folder("trees") / "demo-site.yaml" if is_demo(site) else site
 
 
 def read_task(path: Path, world: World) -> Read:
     """Read and check one task file against `world`."""
     from formiga_bt.lang.loader import load_task
 
+    _no_pipe(path)
     loaded = load_task(path, catalogue=world.catalogue, site=world.site)
     return Read(path, loaded.task, tuple(in_order(loaded.diagnostics)), loaded.sources)
 

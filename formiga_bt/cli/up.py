@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from formiga_bt.cli.inputs import UnusableFile, World, read_task, read_world, rendered, task_files
+from formiga_bt.cli.inputs import UnusableFile, World, find_tasks, is_demo, read_task, read_world, rendered, task_files
 from formiga_bt.errors import FormigaError, TreeError
 from formiga_bt.packaged import folder
+from formiga_bt.site_folder import check_free
 
 if TYPE_CHECKING:
     from contextlib import AbstractContextManager
@@ -23,7 +24,9 @@ TOLD = frozenset({"alarm", "question", "notice", "task"})
 
 
 def command(
-    site: Annotated[Path, typer.Option(help="Site file.", metavar="FILE")] = Path("site.yaml"),
+    site: Annotated[
+        Path, typer.Option(help="Site file, or `demo` for the one that ships with formiga.", metavar="FILE")
+    ] = Path("site.yaml"),
     tasks: Annotated[
         list[Path] | None,
         typer.Option(help="Task file or folder; may be repeated. Default: trees/ beside the site file.", metavar="DIR"),
@@ -58,13 +61,15 @@ def command(
     """
     world = _world(actions or [], site)
     assert world.site is not None
-    served, refused = _library(tasks, site, world)
+    beside = Path() if is_demo(site) else site.parent
+    check_free(beside, world.site.name)
+    served, refused = _library(tasks, beside, world)
     people = _people(desk or [], world)
     from formiga_bt.services.host import EngineHost
 
     host = EngineHost(
         world.site, world.catalogue, served,
-        beside=site.parent, speed=speed, http=http, desk=people, listen=listen, refused=refused, needs_token=token,
+        beside=beside, speed=speed, http=http, desk=people, listen=listen, refused=refused, needs_token=token,
     )  # fmt: skip
     with host, _fleet(host, world, people, sim) as agents:
         _banner(host, sorted(served), people, sim)
@@ -79,7 +84,7 @@ def command(
 
 
 def _world(actions: list[Path], site: Path) -> World:
-    if not site.exists():
+    if not site.exists() and not is_demo(site):
         raise UnusableFile(
             f"there is no {site}\n  help: make a site with `formiga init`, or name its file: formiga up --site FILE"
         )
@@ -91,10 +96,13 @@ def _world(actions: list[Path], site: Path) -> World:
     return world
 
 
-def _library(tasks: list[Path] | None, site: Path, world: World) -> "tuple[dict[str, Task], list[str]]":
+def _library(tasks: list[Path] | None, beside: Path, world: World) -> "tuple[dict[str, Task], list[str]]":
     """Return the tasks to serve, and what is not served and why. A file of the site goes before a shipped one."""
-    own = site.parent / "trees"
-    mine = task_files(tasks if tasks is not None else [own] if own.is_dir() and any(own.rglob("*.yaml")) else [])
+    own = beside / "trees"
+    given = find_tasks(tasks) if tasks is not None else find_tasks([own] if own.is_dir() else [], may_be_empty=True)
+    mine = given.tasks
+    if given.note:
+        typer.echo(f"{given.note}\n", err=True)
     shipped = task_files([folder("trees")])
     served: dict[str, Task] = {}
     refused: list[str] = []

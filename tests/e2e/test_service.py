@@ -222,7 +222,9 @@ def test_what_is_wrong_is_told_and_the_engine_goes_on(shell: Shell) -> None:
     address = shell.up()
 
     second = shell.run(*UP, code=1)
-    assert f"an engine runs on the site 'my_meadow' already (process {address.pid}, {address.url})" in second
+    assert second.startswith(
+        f"formiga: an engine runs on the site 'my_meadow' already (process {address.pid}, {address.url})"
+    )
     assert "did you mean 'Hello'?" in shell.run("run", "Helo", code=1)
     wrong = shell.run("run", "Hello", "-p", "height=40", "-p", "hight=40 m", code=1)
     assert "needs a unit" in wrong
@@ -248,6 +250,21 @@ def test_what_is_wrong_is_told_and_the_engine_goes_on(shell: Shell) -> None:
     shell.run("down")
     assert "broken.yaml is not served" in shell.ended()
     assert "no_such_file.yaml" in shell.run("up", "--tasks", "no_such_file.yaml", code=2)
+
+
+def test_the_demo_site_needs_no_file(tmp_path: Path) -> None:
+    shell = Shell(tmp_path)
+    (tmp_path / "trees").mkdir()
+    (tmp_path / "trees" / "typo.yaml").write_text("formiga: 1\ntsk: Typo\n", encoding="utf-8")
+    try:
+        address = shell.up("--site", "demo", "--listen", "tcp/127.0.0.1:0")
+        assert address.site == "rovaniemi"
+        said = shell.run("sim", "demo")
+        assert "PickUp-3" in said
+        shell.run("down")
+        assert "1 file is no task: trees/typo.yaml" in shell.ended()
+    finally:
+        shell.close()
 
 
 def test_init_changes_nothing_that_is_there(shell: Shell) -> None:

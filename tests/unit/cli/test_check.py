@@ -1,6 +1,7 @@
 """`formiga check`, with the shipped catalogue."""
 
 import json
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -76,6 +77,23 @@ def test_json_says_the_same_to_programs(bad: Path, good: Path, capsys: pytest.Ca
 def test_a_folder_means_the_task_files_below_it(good: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["check", str(good.parent)]) == 0
     assert "1 file," in capsys.readouterr().out
+
+
+def test_files_of_a_folder_that_are_no_tasks_are_named(good: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (good.parent / "second.yml").write_text(good.read_text(encoding="utf-8"), encoding="utf-8")
+    (good.parent / "tsk.yaml").write_text("formiga: 1\ntsk: Typo\n", encoding="utf-8")
+    os.mkfifo(good.parent / "pipe.yaml")
+    assert run(["check", str(good.parent)]) == 0
+    said = capsys.readouterr().out
+    assert said.startswith("ok: 2 files, 0 errors, 0 warnings; 2 files are no tasks: ")
+    assert f"{good.parent / 'pipe.yaml'}, {good.parent / 'tsk.yaml'}" in said
+
+
+@pytest.mark.parametrize("verb", ["check", "show", "dryrun"])
+def test_a_pipe_is_refused(verb: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    os.mkfifo(tmp_path / "pipe.yaml")
+    assert run([verb, str(tmp_path / "pipe.yaml")]) == 2
+    assert "it is no regular file" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("args", [["nope.yaml"], ["--site", "nope.yaml", "GOOD"], ["--actions", "nope.yaml", "GOOD"]])
