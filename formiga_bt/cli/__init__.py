@@ -5,6 +5,10 @@ def main() -> None:
     """Run the command line of this process and exit with its code."""
     import sys
 
-    from formiga_bt.cli.app import run
+    try:
+        from formiga_bt.cli.app import run
 
-    sys.exit(run(sys.argv[1:]))
+        code = run(sys.argv[1:])
+    except KeyboardInterrupt:  # while something was imported
+        code = 130
+    sys.exit(code)

@@ -5,9 +5,12 @@ line or a file named in it cannot be used; 130 interrupted. A typer app is built
 that other verbs' imports cost nothing.
 """
 
+import errno
 import functools
+import os
 import sys
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from difflib import get_close_matches
 from importlib import import_module
 from typing import Any
@@ -22,6 +25,8 @@ from formiga_bt.errors import FormigaError, TreeError
 SUMMARY = (
     "A task engine for teams of robots and people. Tasks are YAML behaviour trees, checked like a compiled language."
 )
+NOT_WRITTEN = frozenset({errno.ENOSPC, errno.EIO, errno.EPIPE, errno.EDQUOT, errno.EFBIG})
+"""Errors of writing to stdout."""
 EXIT_NO, EXIT_USAGE, EXIT_INTERRUPTED = 1, 2, 130
 
 
@@ -31,6 +36,22 @@ def run(argv: Sequence[str]) -> int:
     Args:
         argv: the arguments without the program's name.
     """
+    try:
+        code = _carry_out(argv)
+        sys.stdout.flush()
+    except OSError as error:
+        if error.errno not in NOT_WRITTEN or error.filename is not None:
+            raise
+        with suppress(OSError, ValueError):  # or Python would try once more at its end, and complain
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        if error.errno != errno.EPIPE:
+            with suppress(OSError):
+                print(f"formiga: cannot write what it has to say: {error.strerror}", file=sys.stderr)
+        return EXIT_NO
+    return code
+
+
+def _carry_out(argv: Sequence[str]) -> int:
     known = verbs()
     first = argv[0] if argv else "--help"
     if first in {"--version", "-V", "version"}:

@@ -2,12 +2,13 @@
 
 import subprocess
 import sys
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
 
 from formiga_bt import __version__
-from formiga_bt.cli import app
+from formiga_bt.cli import app, main
 from formiga_bt.cli.app import run
 from formiga_bt.cli.inputs import UnusableFile
 from formiga_bt.cli.verbs import verbs
@@ -71,6 +72,26 @@ def test_errors_of_ours_end_in_words_and_a_code(
     said = capsys.readouterr().err
     assert str(error) in said
     assert "Traceback" not in said
+
+
+@pytest.mark.parametrize("words", [["--help"], ["--version"], ["check", "trees"], ["sim", "nonsense", "--virtual"]])
+def test_a_full_disk_is_told_in_one_line(words: list[str]) -> None:
+    with Path("/dev/full").open("w") as full:
+        done = subprocess.run(
+            [sys.executable, "-m", "formiga_bt", *words], stdout=full, stderr=subprocess.PIPE, text=True, check=False
+        )
+    assert done.returncode == 1
+    assert done.stderr == "formiga: cannot write what it has to say: No space left on device\n"
+
+
+def test_ctrl_c_while_things_are_imported_is_silent(monkeypatch: pytest.MonkeyPatch) -> None:
+    def interrupted() -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(app, "verbs", interrupted)
+    with pytest.raises(SystemExit) as end:
+        main()
+    assert end.value.code == 130
 
 
 def test_starting_and_listing_verbs_loads_nothing_heavy() -> None:
