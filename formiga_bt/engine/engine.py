@@ -182,6 +182,8 @@ class Engine:
                 self.tasks.recovery.overdue(task, agent)
             case "busy":
                 self.gatekeeper.waited_enough(rest)
+            case "aside":
+                self.gatekeeper.step_aside(rest)
             case "escalate":
                 self.people.escalate(rest)
             case "clear" | "clearwait":

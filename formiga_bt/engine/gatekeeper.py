@@ -4,6 +4,8 @@ Waiting goals are looked at when something that one may wait for has changed (a 
 in the order safety goal, priority, age.
 """
 
+from formiga_bt.clock import SECOND
+from formiga_bt.engine import changes as ch
 from formiga_bt.engine.core import EVERYTHING, Core
 from formiga_bt.engine.inputs import SendGoal
 from formiga_bt.engine.ports import ClearancePort
@@ -11,6 +13,9 @@ from formiga_bt.engine.records import PRIORITIES, AgentRecord, GoalRecord
 from formiga_bt.geo import Place, Position, horizontal_m
 from formiga_bt.safety.gate import AT_PORT_M, GROUND_M, Ask, Go, Hold, Refuse, Traffic, judge, traffic_of
 from formiga_bt.transport.messages import to_wire
+
+ASIDE_US = 60 * SECOND
+"""After so long in the air before a way that is not free, a machine goes to another layer."""
 
 TTL_BEATS = 10
 """A goal that reaches its agent later than so many heartbeats (wall seconds) is refused by it."""
@@ -37,7 +42,7 @@ class Gatekeeper:
             case Go(leg):
                 self._send(goal, leg)
             case Hold(code, whom):
-                core.put_goal(goal_id, code=code, text=whom)
+                goal = core.put_goal(goal_id, code=code, text=whom)
                 if code == "clearance":
                     self.clearances.need(goal)
                 elif code in BUSY:
@@ -52,6 +57,50 @@ class Gatekeeper:
         key = f"busy|{goal.id}"
         if agent.landed == "airborne" and goal.section != "recover" and key not in core.state.deadlines:
             core.set_deadline(key, core.now + self.clearances.patience_us(agent), goal.task)
+        if agent.landed == "airborne" and goal.code == "leg_busy":
+            aside = f"aside|{goal.id}"
+            if aside not in core.state.deadlines:
+                core.set_deadline(aside, core.now + ASIDE_US, goal.task)
+
+    def step_aside(self, goal_id: str) -> None:
+        """A machine in the air has waited 60 s for a way: it climbs or sinks at its place to another layer, if one is clear.
+
+        Two that wait for each other's way or hover are then at different heights, and one of them can go.
+        """
+        core = self._core
+        goal = core.state.goals.get(goal_id)
+        if goal is None or goal.state != "gated" or goal.code != "leg_busy":
+            return
+        core.set_deadline(f"aside|{goal_id}", core.now + ASIDE_US, goal.task)
+        agent = core.state.agents[goal.agent]
+        action = self._hop(agent)
+        here = agent.position
+        if agent.goal or agent.landed != "airborne" or not action or here is None:
+            return
+        for layer in core.site.layers_m:
+            if abs(layer - here.up_m) < core.site.separation_m:
+                continue
+            target = Position(here.east_m, here.north_m, layer)
+            hop = GoalRecord(
+                id=f"safety/{agent.id}/{core.state.counters.get('safety', 0) + 1}", agent=agent.id, action=action,
+                owner="!none", section="recover", fields={core.action(action).moves_to: target}, safety=True,
+                order=goal.order, at=core.now,
+            )  # fmt: skip
+            verdict = judge(self._ask(hop), self._traffic(hop), core.now, core.site.separation_m)
+            if isinstance(verdict, Go):
+                core.count("safety")
+                core.emit(ch.GoalPut(hop))
+                core.put_agent(agent.id, layer_m=layer)
+                self._send(hop, verdict.leg)
+                return
+
+    def _hop(self, agent: AgentRecord) -> str:
+        for name in agent.actions:
+            spec = self._core.action(name)
+            field = spec.fields.get(spec.moves_to)
+            if field is not None and field.type.name == "position" and not spec.lands:
+                return name
+        return ""
 
     def waited_enough(self, goal_id: str) -> None:
         """A goal that waits for a spot or a way may wait no longer."""
@@ -65,6 +114,7 @@ class Gatekeeper:
         core = self._core
         clearance = self.clearances.take(goal)
         core.clear_deadline(f"busy|{goal.id}")
+        core.clear_deadline(f"aside|{goal.id}")
         goal = core.put_goal(goal.id, state="sent", code="", text="", leg=leg, sent_at=core.now, clearance=clearance)
         agent = core.state.agents[goal.agent]
         if not agent.human:
@@ -107,6 +157,7 @@ class Gatekeeper:
         """A waiting goal was withdrawn."""
         self.clearances.withdraw(goal)
         self._core.clear_deadline(f"busy|{goal.id}")
+        self._core.clear_deadline(f"aside|{goal.id}")
         self._core.stale.add(EVERYTHING)
 
     def _priority(self, goal: GoalRecord) -> str:
