@@ -7,12 +7,14 @@ from datetime import UTC, datetime
 from typing import Any, Final
 
 from formiga_bt.clock import SECOND
-from formiga_bt.geo import Place, Position, Region
-from formiga_bt.lang.model import Env, EvalError
+from formiga_bt.geo import Place, Position, Region, horizontal_m
+from formiga_bt.lang.model import Env, EvalError, Unset
 from formiga_bt.lang.types import AgentRef, Type
 from formiga_bt.units import LIKELY, format_number, format_quantity
 
 MAX_TEXT: Final = 10_000
+SAME_PLACE_M: Final = 1.0
+"""So near to a place of the site is that place, to people."""
 
 
 def holes(text: str) -> list[tuple[int, int]] | int:
@@ -44,7 +46,7 @@ def _close(text: str, start: int) -> int:
 
 
 def shown(value: Any, type_: Type, env: Env) -> str:
-    """Return a value as people read it: `60 m`, `60.45100, 22.26700`, `yes`, an agent's id."""
+    """Return a value as people read it: `60 m`, `camp`, `60.45100, 22.26700`, `yes`, an agent's id."""
     match value:
         case bool():
             return "yes" if value else "no"
@@ -66,7 +68,22 @@ def shown(value: Any, type_: Type, env: Env) -> str:
     return str(value)
 
 
+def _named(place: Place, env: Env) -> str:
+    """Return the name of the site's place that this is, within 1 m; else ""."""
+    try:
+        site = env.name("site")
+    except Unset:
+        return ""
+    places = site.get("places", {}) if isinstance(site, dict) else {}
+    near = [(horizontal_m(place, at), name) for name, at in places.items() if isinstance(at, Place)]
+    away, name = min(near, default=(SAME_PLACE_M + 1.0, ""))
+    return name if away <= SAME_PLACE_M else ""
+
+
 def _point(point: Place | Position, env: Env) -> str:
+    name = _named(point, env) if isinstance(point, Place) else ""
+    if name:
+        return name
     lat, lng = env.lat_lng(point)
     text = f"{lat:.5f}, {lng:.5f}"
     return f"{text}, {format_quantity('distance', point.up_m)} high" if isinstance(point, Position) else text

@@ -5,9 +5,12 @@ from pathlib import Path
 
 import pytest
 
-from formiga_bt.lang.binding import bind_params
+from formiga_bt.geo import Place, Position
+from formiga_bt.lang.binding import SiteEnv, bind_params
+from formiga_bt.lang.interpolation import shown
 from formiga_bt.lang.loader import Loaded, load_task_text
 from formiga_bt.lang.model import Catalogue, Site
+from formiga_bt.lang.types import PLACE, POSITION, list_of
 
 Load = Callable[[str], Loaded]
 
@@ -97,3 +100,12 @@ def test_both_verbs_refuse_a_site_with_an_unknown_agent_type(
         assert run(words) != 0
         said = capsys.readouterr().err
         assert "E020: no agent type is called 'piker'; did you mean 'picker'?" in said
+
+
+def test_people_read_the_name_of_a_place(demo_site: Site) -> None:
+    env = SiteEnv(demo_site)
+    assert shown(demo_site.places["camp"], PLACE, env) == "camp"
+    assert shown(Place(30.9, -40.0), PLACE, env) == "camp"
+    assert shown(Place(31.1, -40.0), PLACE, env) == "66.49964, 25.70070"
+    assert shown((Place(20.0, 260.5), Place(0.0, 0.0)), list_of(PLACE), env) == "north_field, 66.50000, 25.70000"
+    assert shown(Position(30.0, -40.0, 60.0), POSITION, env) == "66.49964, 25.70067, 60 m high"
