@@ -1,4 +1,4 @@
-"""Parameters from the command line: `target=camp`, `target=66.50,25.73`, `region=@area.geojson`, `height=60 m`.
+"""Parameters from the command line: `target=camp`, `target=66.501,25.703`, `region=@area.geojson`, `height=60 m`.
 
 `@file` is replaced by what the file holds: GeoJSON (a point, a line, a polygon without holes) becomes degrees in the form that
 the language reads, any other file its text.

@@ -1,6 +1,6 @@
 """Parameters from outside (command line, HTTP, a scenario) to typed values.
 
-The texts are read as the language reads literals: `60 m`, `camp` (a place of the site), `66.50,25.73` (lat,lng),
+The texts are read as the language reads literals: `60 m`, `camp` (a place of the site), `66.501,25.703` (lat,lng),
 `{east: 10 m, north: 20 m}`, an agent's id. Aliases of a parameter are accepted. All problems are reported at once.
 """
 

@@ -18,7 +18,7 @@ class Body(BaseModel):
 
 
 class SubmitBody(Body):
-    """Start a task. Each parameter is a text as on the command line ("60 m", "camp", "66.50,25.73") or JSON."""
+    """Start a task. Each parameter is a text as on the command line ("60 m", "camp", "66.501,25.703") or JSON."""
 
     task: Id
     params: dict[str, Any] = {}
