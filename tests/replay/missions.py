@@ -17,6 +17,8 @@ from formiga_bt.lang.types import AgentRef
 from formiga_bt.packaged import folder
 from formiga_bt.rehearsal import Rehearsal, fleet_of
 
+SHIPPED = ("move_task", "pick_up", "explore_region", "watch_dog_sos", "watch_dog_request")
+
 DETOUR = """\
 formiga: 1
 task: Detour
@@ -135,9 +137,7 @@ def world() -> tuple[Site, Catalogue, dict[str, Task]]:
     assert not found, found
     site, found, _ = load_site(folder("trees") / "demo-site.yaml")
     assert site is not None, found
-    loaded = [
-        load_task(folder("trees") / f, catalogue=catalogue, site=site) for f in ("move_task.yaml", "pick_up.yaml")
-    ]
+    loaded = [load_task(folder("trees") / f"{name}.yaml", catalogue=catalogue, site=site) for name in SHIPPED]
     loaded.append(load_task_text(DETOUR, "detour.yaml", catalogue=catalogue, site=site))
     loaded.append(load_task_text(SURVEY, "survey.yaml", catalogue=catalogue, site=site))
     tasks = [one.task for one in loaded]
@@ -219,11 +219,25 @@ def survey_aborted(flight: Rehearsal) -> None:
     assert flight.run_until_ended()
 
 
+def explore_region(flight: Rehearsal) -> None:
+    flight.submit("ExploreRegion", {"region": world()[0].regions["bog"]})
+    assert flight.run_until_ended()
+
+
+def watch_dogs(flight: Rehearsal) -> None:
+    """T4 and T5 at once: the loop of fixes in T5, the watcher's queue in both."""
+    places = world()[0].places
+    flight.submit("WatchDogSOS", {"alarmtype": "sos", "target": places["camp"]})
+    lost = {"alarmtype": "lost", "target": places["east_field"], "username": AgentRef("picker_2")}
+    flight.submit("WatchDogRequest", lost)
+    assert flight.run_until_ended()
+
+
 MISSIONS: dict[str, Callable[[Rehearsal], None]] = {
     mission.__name__: mission
     for mission in (
         move_task, pick_up, pick_up_beside_move_task, pick_up_aborted, detour, detour_aborted, detour_taken_over,
-        survey, survey_aborted,
+        survey, survey_aborted, explore_region, watch_dogs,
     )
 }  # fmt: skip
 
