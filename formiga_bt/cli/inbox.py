@@ -24,7 +24,14 @@ def command(
     for question in found["questions"]:
         typer.echo(in_words(question))
     mine = [q for q in found["questions"] if q["here"]] or found["questions"]
-    show_next(f"formiga answer {mine[0]['number']} {mine[0]['options'][0]}")
+    show_next(answer_command(mine[0], mine[0]["options"][0]))
+
+
+def answer_command(question: dict[str, Any], option: str) -> str:
+    """Return the command that answers a question; it says who answers where several people here are asked."""
+    waiting = [person for person in question["here"] if person not in question["answers"]]
+    by = f" --by {waiting[0]}" if len(waiting) > 1 else ""
+    return f"formiga answer {question['number']} {option}{by}"
 
 
 def in_words(question: dict[str, Any]) -> str:

@@ -54,8 +54,10 @@ class Keyboard:
         if self._reads:
             self._view.say(f"    type {', '.join(ask.options[:-1])} or {ask.options[-1]}, then Enter")
         else:
+            asked = [q for q in self._demo.open_questions() if q.ask.number == ask.number]
+            by = f" --by {question.person}" if len(asked) > 1 else ""
             self._view.say(
-                f"    answer with: formiga answer {ask.number} {ask.options[0]}   (or {', '.join(ask.options[1:])})"
+                f"    answer with: formiga answer {ask.number} {ask.options[0]}{by}   (or {', '.join(ask.options[1:])})"
             )
 
     def _answer(self, line: str, questions: "list[OpenQuestion]") -> None:

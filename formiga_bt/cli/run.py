@@ -20,6 +20,7 @@ from formiga_bt.cli.client import (
     show_next,
     user,
 )
+from formiga_bt.cli.inbox import answer_command
 from formiga_bt.cli.params import read_params
 from formiga_bt.cli.why import OVER, in_words
 
@@ -155,7 +156,9 @@ class _Follow:
         mark = "ALARM " if data["type"] == "alarm" else ""
         self._say(f"{at:8.1f} s  {mark}{data['text']}")
         if data["type"] == "question" and data.get("state") == "open":
-            self._say(f"            answer: formiga answer {data['question']} {'|'.join(data['options'])}")
+            for question in self._client.get("/v1/inbox")["questions"]:
+                if question["number"] == data["question"] and question["here"]:
+                    self._say(f"            answer: {answer_command(question, '|'.join(question['options']))}")
         sys.stdout.flush()
 
     def _explain(self) -> None:

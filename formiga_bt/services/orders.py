@@ -216,7 +216,7 @@ class Orders:
         now = self._driver.now()
         with self._view.reading() as state:
             task = self._known(state.tasks, task_id)
-            lines = why(state, task, now, self._places_of(task.name), self._silences(state))
+            lines = why(state, task, now, self._places_of(task.name), self._silences(state), self.desk_people)
         because = [
             out.BecauseOut(code=line.code, text=line.text, hint=line.hint, agent=line.agent, role=line.role)
             for line in lines

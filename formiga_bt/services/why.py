@@ -3,7 +3,7 @@
 Pure functions over the view's copy of the state. The codes are the engine's; the words are in `words.py`.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 
 from msgspec import Struct
 
@@ -44,14 +44,18 @@ def why(
     now: Micros,
     places: StepPlaces | None,
     silences: Mapping[str, Silence] | None = None,
+    desk: Collection[str] = (),
 ) -> list[Because]:
-    """Return the chain of a task, most important first; `silences`: the agents that are not heard of."""
+    """Return the chain of a task, most important first.
+
+    `silences` are the agents that are not heard of, `desk` the people who answer at the engine.
+    """
     if task.status == "PENDING":
         return list(_waiting(state, task, now))
     lines = [*_outcome(task, places)] if task.outcome else []
     if task.section != "done":
         lines += _silent(state, task, silences or {})
-        lines += _running(state, task, now, places)
+        lines += _running(state, task, now, places, desk)
     return [*lines, *_chosen(state, task)]
 
 
@@ -104,7 +108,9 @@ def _role(role: RoleRequest, verdicts: Sequence[Verdict]) -> Iterator[Because]:
 
 
 # -- running -----------------------------------------------------------------------------------------------------------
-def _running(state: EngineState, task: TaskRecord, now: Micros, places: StepPlaces | None) -> Iterator[Because]:
+def _running(
+    state: EngineState, task: TaskRecord, now: Micros, places: StepPlaces | None, desk: Collection[str]
+) -> Iterator[Because]:
     for cause in task.held:
         word, _, agent = cause.partition(":")
         yield Because(f"held.{word}", f"HELD: {say(HOLDS, word, agent=agent)}", agent=agent)
@@ -117,7 +123,7 @@ def _running(state: EngineState, task: TaskRecord, now: Micros, places: StepPlac
             yield Because(f"goal.{goal.state}", _flight(goal, now), agent=goal.agent)
     for question in state.questions.values():
         if question.task == task.id and question.reply is None:
-            yield _question(state, question, now)
+            yield _question(state, question, now, desk)
     memory = state.memory.get(task.id, {})
     for key in running_leaves(memory):
         mem = memory[key]
@@ -157,13 +163,16 @@ def _flight(goal: GoalRecord, now: Micros) -> str:
     return f"{goal.agent} does {goal.action} since {since}{tail}"
 
 
-def _question(state: EngineState, question: Question, now: Micros) -> Because:
+def _question(state: EngineState, question: Question, now: Micros, desk: Collection[str]) -> Because:
     shown = [p for p in question.asked if f"{question.id}~{p}" in state.goals]
     who = ", ".join(question.asked) or "nobody"
     queued = "" if shown else "; it is not shown to anyone yet"
     end = f"; lapses in {span(question.expires_at - now)}" if question.expires_at is not None else ""
     text = f"{question.number} waits for an answer of {who} since {span(now - question.asked_at)}{queued}{end}"
-    hint = f"formiga answer {question.number} {'|'.join(question.options)}"
+    here = [p for p in question.asked if p in desk and not any(answer.by == p for answer in question.answers)]
+    hint = f"formiga answer {question.number} {'|'.join(question.options)}" if here else ""
+    if len(here) > 1:
+        hint += f" --by {here[0]}"
     return Because("question", f"{text}: {question.text}", hint)
 
 
