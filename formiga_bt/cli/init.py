@@ -1,6 +1,8 @@
 """`formiga init`: a folder to start from, with a site and a first task that flies."""
 
 import re
+import shlex
+import unicodedata
 from pathlib import Path
 from typing import Annotated
 
@@ -91,6 +93,8 @@ def command(
         folder / "trees" / "hello.yaml": HELLO,
         folder / ".gitignore": ".formiga/\n",
     }
+    if folder.exists() and not folder.is_dir():
+        raise UnusableFile(f"{folder} is a file, not a folder; nothing was changed\n  help: name another folder")
     there = [str(path) for path in files if path.exists() and path.name != ".gitignore"]
     if there:
         raise UnusableFile(f"{', '.join(there)}: there already; nothing was changed\n  help: name another folder")
@@ -102,10 +106,13 @@ def command(
                 typer.echo(f"made {path}")
     except OSError as error:
         raise UnusableFile(f"cannot write in {folder}: {error.strerror or error}") from error
-    first = "" if folder.resolve() == Path.cwd() else f"cd {folder} && "
+    words = shlex.quote(str(folder))
+    first = "" if folder.resolve() == Path.cwd() else f"cd {'-- ' if words.startswith('-') else ''}{words} && "
     show_next(f"{first}formiga up --sim", f"{first}formiga dryrun trees/hello.yaml --site site.yaml")
 
 
 def _name(folder: Path) -> str:
-    word = re.sub(r"[^A-Za-z0-9_-]+", "_", folder.resolve().name).strip("_-")
+    plain = unicodedata.normalize("NFKD", folder.resolve().name)
+    plain = "".join(letter for letter in plain if not unicodedata.combining(letter))
+    word = re.sub(r"[^A-Za-z0-9_-]+", "_", plain).strip("_-")
     return word if re.match(r"[A-Za-z]", word) else f"site_{word}".rstrip("_")
