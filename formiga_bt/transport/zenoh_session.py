@@ -79,9 +79,15 @@ def open_session(
         return zenoh.open(zenoh.Config.from_json5(json.dumps(config)))
     except zenoh.ZError as error:
         where = ", ".join([*listen, *connect])
+        cause = re.split(r"\s+at \S+\.rs:\d+", str(error))[0].rstrip(" .")  # the rest is where in Zenoh's own code
         raise TransportError(
-            f"cannot open Zenoh at {where}: {error}\n"
-            "  help: is another engine running there? Stop it, or choose another 'listen' in site.yaml"
+            f"cannot open Zenoh at {where}: {cause}\n"
+            + (
+                "  help: is another engine running there? Stop it, or choose another place: `--listen ENDPOINT`,"
+                " or 'listen' in site.yaml"
+                if listen
+                else "  help: an endpoint is for example tcp/127.0.0.1:7447"
+            )
         ) from error
 
 

@@ -23,7 +23,7 @@ def test_a_mission_that_succeeds_is_told_with_its_actions(capsys: Capture) -> No
     lines = capsys.readouterr().out.splitlines()
     assert lines[0].split() == ["start", "end", "agent", "action"]
     assert lines[1].split() == ["0.0", "s", "20.0", "s", "hwd_1", "TakeOff", "succeeded"]
-    assert any("LandIn at 30 E -40 N" in line for line in lines)
+    assert any("LandIn at 20 E 260 N" in line for line in lines)
     assert "PickUp-1 SUCCEEDED after 130.5 s" in lines
     assert "least battery: hwd_1 91.7 %" in lines
     assert lines[-1] == "crashes: 0"
