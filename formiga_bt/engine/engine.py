@@ -19,6 +19,7 @@ from formiga_bt.engine.fleet import Fleet
 from formiga_bt.engine.gatekeeper import Gatekeeper
 from formiga_bt.engine.goals import Goals
 from formiga_bt.engine.people import People
+from formiga_bt.engine.resume import restore_trees
 from formiga_bt.engine.state import EngineState
 from formiga_bt.engine.tasks import Tasks
 from formiga_bt.engine.treerun import CompiledTrees, TreesFactory
@@ -65,7 +66,7 @@ class Engine:
         self.clearances.tasks = self.tasks
         self.tasks.allocation = self.allocation
         if state is not None:
-            self.tasks.restore()
+            restore_trees(core, self.tasks)
 
     @property
     def state(self) -> EngineState:

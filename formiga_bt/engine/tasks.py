@@ -24,7 +24,7 @@ from formiga_bt.engine.holds import unhold
 from formiga_bt.engine.inputs import Abort, Alarm, PublishState, Submit
 from formiga_bt.engine.people import People
 from formiga_bt.engine.ports import AllocationPort
-from formiga_bt.engine.records import Recovering, TaskRecord
+from formiga_bt.engine.records import TaskRecord
 from formiga_bt.engine.recovery import Recovery
 from formiga_bt.engine.taskmodel import duration_us, root_values, section_steps
 from formiga_bt.engine.taskrun import TaskRun
@@ -103,10 +103,10 @@ class Tasks:
         core.clear_deadline(task_deadline(task_id, "wait"))
         core.put_task(task_id, status="ASSIGNED", roles=roles, granted=machines, assigned_at=core.now)
         core.put_task(task_id, status="ACTIVE", section="steps", active_at=core.now)
-        self._run(task_id).trees.start("steps", model.steps, "")
+        self.run_of(task_id).trees.start("steps", model.steps, "")
         core.touch(task_id)
         if model.timeout is not None:
-            after = duration_us(model.timeout, self._run(task_id).env(""))
+            after = duration_us(model.timeout, self.run_of(task_id).env(""))
             if isinstance(after, str):
                 self.fail(task_id, "exception", f"timeout: {after}")
             else:
@@ -131,7 +131,8 @@ class Tasks:
         self.allocation.assign(task_id, {"drone": (agent_id,)})
         self._enter(task_id, "recover")
 
-    def _run(self, task_id: str) -> TaskRun:
+    def run_of(self, task_id: str) -> TaskRun:
+        """Return the run of a task, made when it is first needed."""
         run = self.runs.get(task_id)
         if run is None:
             run = self.runs[task_id] = TaskRun(self._core, self._goals, self._people, task_id, self._factory)
@@ -144,7 +145,7 @@ class Tasks:
         if task_id not in core.state.tasks or core.task(task_id).section in ("", "done"):
             core.woken.pop(task_id, None)
             return
-        run = self._run(task_id)
+        run = self.run_of(task_id)
         for key in core.woken.pop(task_id, {}):
             run.trees.wake(key)
         core.running, core.wake_now = task_id, run.trees.wake
@@ -193,7 +194,7 @@ class Tasks:
     def stop(self, task_id: str, section: str) -> None:
         """Stop a section; its goals join the task's drain set."""
         core = self._core
-        goals = self._run(task_id).trees.halt(section)
+        goals = self.run_of(task_id).trees.halt(section)
         for goal in goals:
             core.put_goal(goal, owner="!task")
         task = core.task(task_id)
@@ -324,13 +325,13 @@ class Tasks:
         if not steps:
             self._next(task_id)
             return
-        self._run(task_id).trees.start(section, steps, "")
+        self.run_of(task_id).trees.start(section, steps, "")
         core.touch(task_id)
 
     def _cleanup_us(self, task_id: str, model: Task) -> Micros:
         if model.cleanup_timeout is None:
             return CLEANUP_US
-        after = duration_us(model.cleanup_timeout, self._run(task_id).env(""))
+        after = duration_us(model.cleanup_timeout, self.run_of(task_id).env(""))
         if isinstance(after, str):
             self._note(task_id, f"cleanup_timeout: {after}")
             return CLEANUP_US
@@ -361,7 +362,7 @@ class Tasks:
 
     def start_section(self, task_id: str, section: str, steps: tuple[Step, ...], scope: str) -> None:
         """Start a recover section."""
-        self._run(task_id).trees.start(section, steps, scope)
+        self.run_of(task_id).trees.start(section, steps, scope)
         self._core.touch(task_id)
 
     def recovered(self, task_id: str) -> None:
@@ -393,19 +394,3 @@ class Tasks:
     def alarm(self, code: str, text: str, task_id: str, agent_id: str) -> None:
         """Raise an alarm."""
         self._core.effect(Alarm(code, text, task_id, agent_id))
-
-    # -- after a restart -------------------------------------------------------------------------------------------
-    def restore(self) -> None:
-        """Rebuild the trees of every task from its memory."""
-        core = self._core
-        for task in list(core.state.tasks.values()):
-            memory = core.state.memory.get(task.id, {})
-            if task.section in memory:
-                steps = section_steps(core.models[task.name], task.section)
-                self._run(task.id).trees.restore(task.section, steps, "")
-            for recovering in task.recovering:
-                if f"recover:{recovering.agent}#{recovering.attempt}" in memory:
-                    self.recovery.restore(recovering, self._run(task.id).trees)
-
-
-__all__ = ["RECOVER_TASK", "Recovering", "Tasks", "section_steps"]
