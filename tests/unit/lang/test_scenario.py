@@ -154,6 +154,12 @@ def test_a_wrong_agent_is_named(agent: str, expected: str, catalogue: Catalogue)
         ("{task: MoveTask, params: {robot: picker_1}}", "E013 'robot' is a hwd or lwd, 'picker_1' is a picker"),
         ("{task: PickUp, params: {target: camp}}", "E051 PickUp needs the parameter 'user' (picker agent)"),
         ("{task: PickUp, params: {target: camp, user: picker_1, height: 300 m}}", "E062 'height' must be at most 120 m"),
+        ('{task: PickUp, params: {target: "66.6,25.7", user: picker_1}}',
+         "E063 'target' lies outside the fence of site rovaniemi"),
+        ('{task: PickUp, params: {target: "${now}", user: picker_1}}',
+         "E027 'now' has no value here: this is read before there is a task"),
+        ('{task: PickUp, params: {target: "${[base][1]}", user: picker_1}}',
+         "E062 'target' has no value: the list has 1 items, there is no [1]"),
     ],
 )  # fmt: skip
 def test_a_wrong_task_is_named(task: str, expected: str, catalogue: Catalogue) -> None:
