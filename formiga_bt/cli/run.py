@@ -34,7 +34,7 @@ def command(
         list[str] | None,
         typer.Option(
             "--param", "-p", metavar="NAME=VALUE",
-            help="A parameter; may be repeated. camp, 66.50,25.73, 60 m, @area.geojson",
+            help="A parameter; may be repeated. camp, 66.501,25.703, 60 m, @area.geojson",
         ),
     ] = None,
     priority: Annotated[str, typer.Option(help="low, medium or high. Default: the task's own.")] = "",
