@@ -13,7 +13,7 @@ from formiga_bt.engine.records import PRIORITIES, GoalRecord, Question, Request,
 from formiga_bt.engine.state import EngineState
 from formiga_bt.nodes.memory import WaitMem
 from formiga_bt.services.places import StepPlaces, running_leaves, title
-from formiga_bt.services.words import GATE, HOLDS, REASONS, VERDICT_HINTS, VERDICTS, say
+from formiga_bt.services.words import GATE, HOLDS, REASONS, REPEATS, VERDICT_HINTS, VERDICTS, say
 
 OTHER_ROLE = frozenset({"wrong_type", "not_this_one"})
 """Refusals that say nothing about the agent; left out where others remain."""
@@ -182,7 +182,7 @@ def _outcome(task: TaskRecord, places: StepPlaces | None) -> Iterator[Because]:
         yield Because("succeeded", "it succeeded" if task.section == "done" else "its steps succeeded")
     else:
         words = say(REASONS, task.code)
-        reason = f": {task.reason}" if task.reason else ""
+        reason = f": {task.reason}" if task.reason and task.reason not in REPEATS else ""
         yield Because(task.code or "ended", f"{task.outcome} ({task.code}): {words}{reason}")
     failure = task.failure
     if failure is not None and failure.step:

@@ -85,6 +85,16 @@ REASONS: Final[Mapping[str, str]] = {
     "foreign_port": "it would land on the port of another machine",
 }
 
+REPEATS: Final = frozenset(
+    {
+        "the agent is lost",
+        "a pilot took over",
+        "nobody knows how the goal ended",
+        "the agent never confirmed the cancel",
+    }
+)
+"""Reasons of the engine that say no more than the words of their codes."""
+
 
 def say(table: Mapping[str, str], code: str, **values: str) -> str:
     """Return the words of a code; an unknown code speaks for itself."""

@@ -188,6 +188,8 @@ def test_a_machine_that_a_pilot_took_is_handed_back(start: Start) -> None:
         service.post("/v1/agents/lwd_1/handback", {"how": "end"})
 
         assert service.ends(task_id)["code"] == "taken_over"
+        first = service.get(f"/v1/tasks/{task_id}/why")["because"][0]["text"]
+        assert first == "FAILED (taken_over): a pilot took a machine over"
 
 
 # -- why -----------------------------------------------------------------------------------------------------------------
