@@ -342,15 +342,15 @@ def grid_fleet(
 ) -> list[AgentSpec]:
     """Return a fleet of any size: drones on ports of their own in a grid north of the base, pickers on a grid of fields.
 
-    The fields begin 100 m north of the last port. Drones come first (lwd, then hwd), so that the first ports are theirs
-    in that order; `script` is what every person answers.
+    The fields begin 100 m north of the last port. Drones charge at home, full in about three minutes. They come first (lwd,
+    then hwd), so that the first ports are theirs in that order; `script` is what every person answers.
     """
     ports = grid(n_lwd + n_hwd, spacing_m, 40.0)
     north_m = max((port.north_m for port in ports), default=0.0) + 100.0
     fields = grid(n_pickers, field_spacing_m, north_m)
     names = [*(("lwd", i) for i in range(n_lwd)), *(("hwd", i) for i in range(n_hwd))]
     drones = [
-        AgentSpec(id=f"{kind}_{i + 1}", type=kind, at=port, home=port)
+        AgentSpec(id=f"{kind}_{i + 1}", type=kind, at=port, home=port, limits={"charge_percent_s": 0.5})
         for (kind, i), port in zip(names, ports, strict=True)
     ]
     said = tuple(script)

@@ -29,6 +29,8 @@ N_LWD, N_HWD, N_PICKERS, N_WATCHERS = 84, 84, 30, 2
 ROUND_S = 420.0
 """A picker is asked for again after so long, and a drone sent home again."""
 JUDGE_EVERY_S = 60.0
+PATIENCE_S = 3600.0
+"""Virtual time after the last request in which everything must have ended."""
 
 
 def requests(specs: list[AgentSpec], count: int) -> list[tuple[float, Submit]]:
@@ -88,7 +90,9 @@ class Run:
             world.scheduler.call_at(zero + round(at * SECOND), lambda request=request: submit(request))
         if self.judged:
             self._judge()
-        return world.run_until(lambda: len(self.ids) == len(self.requests) and world.ended(), limit_s=24 * 3600.0)
+        return world.run_until(
+            lambda: len(self.ids) == len(self.requests) and world.ended(), limit_s=self.requests[-1][0] + PATIENCE_S
+        )
 
     def _judge(self) -> None:
         self.world.referee.verdict(self.world.now)  # a little at a time, so that it may forget
