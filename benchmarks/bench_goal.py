@@ -10,6 +10,7 @@ import argparse
 import statistics
 import subprocess
 import sys
+import threading
 import time
 from itertools import pairwise
 from queue import SimpleQueue
@@ -109,7 +110,8 @@ def main() -> None:
 def wire_ms(site: str, rounds: int) -> float:
     """Return the median of one query to an agent's process and back, milliseconds."""
     transport = ZenohTransport(site, listen="tcp/127.0.0.1:0")
-    transport.open(lambda: None)
+    woken = threading.Event()
+    transport.open(woken.set)
     agent = subprocess.Popen([sys.executable, "-c", AGENT, site, transport.endpoint])
     times = []
     try:
@@ -119,7 +121,8 @@ def wire_ms(site: str, rounds: int) -> float:
             start = time.perf_counter()
             transport.query_goals("hwd_1", ("unknown",))
             while not any(isinstance(event, QueryReplied) for event in transport.poll()):
-                pass
+                woken.wait(1.0)  # not a spin: it would starve the wire's thread
+                woken.clear()
             times.append((time.perf_counter() - start) * 1e3)
     finally:
         agent.kill()

@@ -10,9 +10,7 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from queue import Empty, SimpleQueue
-from typing import TYPE_CHECKING, Any
-
-from msgspec.structs import replace
+from typing import TYPE_CHECKING
 
 from agents_sim.launch import FleetProcesses
 from agents_sim.referee import Verdict
@@ -24,8 +22,6 @@ from formiga_bt.engine.inputs import Abort, Step, Submit
 from formiga_bt.errors import FormigaError, TaskError
 from formiga_bt.lang.model import Catalogue, Site, Task
 from formiga_bt.lang.scenario import Scenario, ScenarioFault
-from formiga_bt.lang.types import AgentRef
-from formiga_bt.rehearsal import fleet_of
 from formiga_bt.show.runlog import RunLog
 from formiga_bt.simulation import Played, Timetable, site_of, specs_of
 from formiga_bt.transport.desk import OpenQuestion
@@ -39,36 +35,6 @@ READY_S = 30.0
 FREE_PORT = "tcp/127.0.0.1:0"
 FREE_HTTP = "127.0.0.1:0"
 
-SCRIPTS: Mapping[str, Sequence[Mapping[str, Any]]] = {
-    "picker_1": [
-        {"match": "loaded", "options": ["not_yet", "loaded"], "after": "4 s"},
-        {"match": "clear", "options": ["clear"] * 9, "after": "5 s"},
-    ],
-    "picker_2": [
-        {"match": "loaded", "options": ["loaded"], "after": "20 s"},
-        {"match": "clear", "options": ["clear"] * 9, "after": "6 s"},
-    ],
-    "watcher_1": [{"match": "*", "never": True}],
-}
-"""What the demo's people say: one picker is not ready at first; the watcher leaves it to the pickers."""
-
-
-def missions(site: Site) -> list[Submit]:
-    """Return what the demo flies: T1 and two T3 at once."""
-    return [
-        Submit("PickUp", {"target": site.places["north_field"], "user": AgentRef("picker_1")}, requester="demo"),
-        Submit("PickUp", {"target": site.places["east_field"], "user": AgentRef("picker_2")}, requester="demo"),
-        Submit("MoveTask", {"robot": AgentRef("lwd_1")}, requester="demo"),
-    ]
-
-
-PLACES: Mapping[str, str] = {"picker_1": "north_field", "picker_2": "east_field", "watcher_1": "camp"}
-"""Where the demo's people stand."""
-
-
-def _placed(spec: AgentSpec, site: Site) -> AgentSpec:
-    return replace(spec, at=site.places[PLACES[spec.id]]) if spec.id in PLACES else spec
-
 
 class Demo:
     """One demo run; a context manager.
@@ -77,7 +43,7 @@ class Demo:
         site, catalogue, tasks: what the engine is made of.
         speed: engine seconds per wall second.
         listen: the engine's endpoint; port 0 takes a free one.
-        specs: the agents; without, those of the site with the demo's people.
+        specs: the agents.
         referee: whether a referee runs as a process beside them.
         serve: run the engine as a service with its runtime folder here, so that the other verbs find it.
         desk: with `serve`, people who answer at this machine instead of being simulated: id -> type.
@@ -91,7 +57,7 @@ class Demo:
         *,
         speed: float,
         listen: str = FREE_PORT,
-        specs: Sequence[AgentSpec] | None = None,
+        specs: Sequence[AgentSpec],
         referee: bool = False,
         serve: Path | None = None,
         desk: Mapping[str, str] | None = None,
@@ -113,11 +79,7 @@ class Demo:
         else:
             engine = Engine(site, catalogue, models)
             self.driver = RealtimeDriver(engine, [self._transport], speed=speed, listeners=[self._steps.put])
-        self._specs = (
-            [_placed(spec, site) for spec in fleet_of(site, catalogue, scripts=SCRIPTS)]
-            if specs is None
-            else list(specs)
-        )
+        self._specs = list(specs)
         self._has_referee = referee
         self.down: set[str] = set()
         """Agents whose processes are meant to be gone."""

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.e2e.rig import Rig, children, is_running, world
+from tests.e2e.rig import Rig, children, is_running, people_placed, world
 
 SHORT = {
     "suspect_after: 3 s\n    lost_after: 30 s": "suspect_after: 1500 ms\n    lost_after: 2 s",
@@ -28,7 +28,8 @@ def fly(tmp_path: Path) -> Iterator[Callable[..., Rig]]:
     rigs: list[Rig] = []
 
     def start(*, short: bool = False, speed: float = 20.0, **options: str) -> Rig:
-        rig = Rig(*world(tmp_path, SHORT if short else {}), speed=speed, **options)
+        site, catalogue, tasks = world(tmp_path, SHORT if short else {})
+        rig = Rig(site, catalogue, tasks, specs=people_placed(site, catalogue), speed=speed, **options)
         rigs.append(rig)
         return rig.__enter__()
 

@@ -7,13 +7,54 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from msgspec.structs import replace
+
+from agents_sim.world import AgentSpec
 from formiga_bt.demo import Demo
 from formiga_bt.engine.inputs import Abort, Step, Submit
 from formiga_bt.engine.records import AgentRecord, GoalRecord, TaskRecord
 from formiga_bt.lang.loader import load_catalogue, load_site, load_task
 from formiga_bt.lang.model import Catalogue, Site, Task
+from formiga_bt.lang.types import AgentRef
+from formiga_bt.rehearsal import fleet_of
 
 ROOT = Path(__file__).parents[2]
+
+
+SCRIPTS: Mapping[str, Sequence[Mapping[str, Any]]] = {
+    "picker_1": [
+        {"match": "loaded", "options": ["not_yet", "loaded"], "after": "4 s"},
+        {"match": "clear", "options": ["clear"] * 9, "after": "5 s"},
+    ],
+    "picker_2": [
+        {"match": "loaded", "options": ["loaded"], "after": "20 s"},
+        {"match": "clear", "options": ["clear"] * 9, "after": "6 s"},
+    ],
+    "watcher_1": [{"match": "*", "never": True}],
+}
+"""What the demo's people say: one picker is not ready at first; the watcher leaves it to the pickers."""
+
+
+def people_placed(site: Site, catalogue: Catalogue) -> list[AgentSpec]:
+    """Return the site's agents, people where the missions need them."""
+    return [_placed(spec, site) for spec in fleet_of(site, catalogue, scripts=SCRIPTS)]
+
+
+def missions(site: Site) -> list[Submit]:
+    """Return what the demo flies: T1 and two T3 at once."""
+    return [
+        Submit("PickUp", {"target": site.places["north_field"], "user": AgentRef("picker_1")}, requester="demo"),
+        Submit("PickUp", {"target": site.places["east_field"], "user": AgentRef("picker_2")}, requester="demo"),
+        Submit("MoveTask", {"robot": AgentRef("lwd_1")}, requester="demo"),
+    ]
+
+
+PLACES: Mapping[str, str] = {"picker_1": "north_field", "picker_2": "east_field", "watcher_1": "camp"}
+"""Where the demo's people stand."""
+
+
+def _placed(spec: AgentSpec, site: Site) -> AgentSpec:
+    return replace(spec, at=site.places[PLACES[spec.id]]) if spec.id in PLACES else spec
 
 
 def world(folder: Path, replacements: Mapping[str, str]) -> tuple[Site, Catalogue, list[Task]]:

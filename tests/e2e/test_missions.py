@@ -4,8 +4,7 @@ from collections.abc import Callable
 
 import pytest
 
-from formiga_bt.demo import missions
-from tests.e2e.rig import Rig
+from tests.e2e.rig import Rig, missions
 
 pytestmark = pytest.mark.network
 

@@ -13,7 +13,7 @@ ROOT = Path(__file__).parents[2]
 DOCS = sorted([ROOT / "README.md", ROOT / "CHANGELOG.md", *(ROOT / "docs").rglob("*.md")])
 FENCE = re.compile(r"^```yaml\n(.*?)^```", re.MULTILINE | re.DOTALL)
 LINK = re.compile(r"\]\((?!https?:|#)([^)#]+)")
-ELSEWHERE = re.compile(r"shared/|design/\w+\.md|/work/|/root/|/opt/")
+ELSEWHERE = re.compile(r"(?<![\w.])/(?:home|root|opt|srv|mnt)/|\.\./\.\./")
 
 
 def name(value: object) -> str:
