@@ -10,11 +10,14 @@ from msgspec import Struct
 from formiga_bt.clock import Micros
 from formiga_bt.engine.records import (
     AgentRecord,
+    Approval,
     ClearanceRecord,
     Deadline,
     GoalRecord,
+    Lockdown,
     Question,
     Request,
+    StandingOrder,
     TaskRecord,
     Verdict,
 )
@@ -62,6 +65,33 @@ class ClearancePut(Struct, frozen=True, tag=True):
 
     agent: str
     clearance: ClearanceRecord | None
+
+
+class OrderPut(Struct, frozen=True, tag=True):
+    """The order that stands on an agent; None = none stands any more."""
+
+    agent: str
+    order: StandingOrder | None
+
+
+class LockdownPut(Struct, frozen=True, tag=True):
+    """Lockdown was pressed, or (None) released."""
+
+    lockdown: Lockdown | None
+
+
+class ApprovalPut(Struct, frozen=True, tag=True):
+    """A bundle on this site was approved, or (None) its approval was taken back."""
+
+    digest: str
+    approval: Approval | None
+
+
+class DutyPut(Struct, frozen=True, tag=True):
+    """A pilot is on duty since then, or (None) no longer."""
+
+    pilot: str
+    since: Micros | None
 
 
 class ScopePut(Struct, frozen=True, tag=True):
@@ -141,5 +171,6 @@ class TaskForget(Struct, frozen=True, tag=True):
 
 Change = (
     TaskPut | AgentPut | GoalPut | GoalDrop | QuestionPut | QuestionDrop | ClearancePut | ScopePut | VarPut | NodeMem
-    | DeadlineSet | WallTimerSet | RequestPut | Granted | Explained | CounterSet | TaskForget
+    | DeadlineSet | WallTimerSet | RequestPut | Granted | Explained | CounterSet | TaskForget | OrderPut | LockdownPut
+    | ApprovalPut | DutyPut
 )  # fmt: skip

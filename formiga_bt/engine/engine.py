@@ -145,19 +145,19 @@ class Engine:
         self.goals.on_event(event, wall)
 
     def _operator(self, order: inp.Operator) -> str:
-        agent = self.state.agents.get(order.agent)
+        agent = self.state.agents.get(order.target)
         if agent is None:
-            raise TaskError("unknown_agent", f"there is no agent '{order.agent}'")
+            raise TaskError("unknown_agent", f"there is no agent '{order.target}'")
         if order.order == "handback_end":
-            text = self.fleet.hand_back(order.agent)
+            text = self.fleet.hand_back(order.target)
             if text:
                 raise TaskError("not_possible", text)
         elif agent.pool != "QUARANTINED":
-            raise TaskError("not_quarantined", f"{order.agent} is not quarantined")
+            raise TaskError("not_quarantined", f"{order.target} is not quarantined")
         elif agent.liveness != "ALIVE":
-            raise TaskError("not_alive", f"{order.agent} cannot be reached; it comes back by itself when it can")
+            raise TaskError("not_alive", f"{order.target} cannot be reached; it comes back by itself when it can")
         else:
-            self.fleet.begin_return(order.agent)
+            self.fleet.begin_return(order.target)
         return "ok"
 
     def _timer(self, key: str) -> None:

@@ -133,7 +133,7 @@ class Gatekeeper:
             TTL_BEATS,
             goal.safety,
             goal.clearance,
-            goal.task,
+            task=goal.task,
         )
 
     def resend(self, goal: GoalRecord) -> None:

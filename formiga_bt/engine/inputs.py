@@ -33,11 +33,45 @@ class Abort(Struct, frozen=True, tag=True):
     reason: str = "operator"
 
 
-class Operator(Struct, frozen=True, tag=True):
-    """An order of a person: `clear` a quarantined agent, or hand a taken-over agent back (`handback_end`)."""
+OperatorOrder = Literal[
+    "clear", "handback_continue", "handback_return", "handback_end", "hold", "return", "land", "cut", "continue", "restart",
+]  # fmt: skip
+"""Orders of a person: `engine.orders` says what each does in each state of task and agent."""
 
-    order: Literal["clear", "handback_end"]
-    agent: str
+
+class Operator(Struct, frozen=True, tag=True):
+    """An order of a person.
+
+    `clear` and `handback_...` take an agent; the stops `hold`, `return`, `land` and `continue` an agent, a task, or "" for all;
+    `cut` an agent; `restart` a task that cannot be continued.
+    """
+
+    order: OperatorOrder
+    target: str = ""
+    by: str = ""
+
+
+class LockdownOrder(Struct, frozen=True, tag=True):
+    """Press lockdown: no admission, no grants, no goals of tasks; what flies under our control does `how`. Or release it."""
+
+    how: Literal["hold", "return", "land", "release"]
+    by: str = ""
+
+
+class Approve(Struct, frozen=True, tag=True):
+    """A person approved a bundle on this site (`revoke`: takes that back)."""
+
+    digest: str
+    task: str
+    by: str
+    revoke: bool = False
+
+
+class Duty(Struct, frozen=True, tag=True):
+    """A pilot goes on duty, or off."""
+
+    pilot: str
+    on: bool
     by: str = ""
 
 
@@ -113,8 +147,8 @@ class Started(Struct, frozen=True, tag=True):
 
 
 Input = (
-    Submit | Abort | Operator | AgentSeenInput | AgentGoneInput | AgentStatusInput | GoalEventInput | QueryReplyInput
-    | BadStatusInput | TimerDue | WallDue | EffectFailed | Started
+    Submit | Abort | Operator | LockdownOrder | Approve | Duty | AgentSeenInput | AgentGoneInput | AgentStatusInput
+    | GoalEventInput | QueryReplyInput | BadStatusInput | TimerDue | WallDue | EffectFailed | Started
 )  # fmt: skip
 
 # -- effects -----------------------------------------------------------------------------------------------------------
@@ -131,6 +165,7 @@ class SendGoal(Struct, frozen=True, tag=True):
     ttl_beats: int
     safety: bool = False
     clearance: Clearance | None = None
+    link_silence_s: float | None = None
     task: str = ""
 
 

@@ -8,9 +8,9 @@ from typing import Any, Final, Literal
 from msgspec import Struct
 
 from formiga_bt.clock import Micros
-from formiga_bt.geo import Position
+from formiga_bt.geo import Place, Position
 from formiga_bt.nodes.run import Failure
-from formiga_bt.transport.messages import Clearance, Control, Landed
+from formiga_bt.transport.messages import Clearance, Control, Landed, PreflightCheck
 
 TaskStatus = Literal["PENDING", "ASSIGNED", "ACTIVE", "ENDING", "SUCCEEDED", "FAILED", "CANCELED"]
 Priority = Literal["low", "medium", "high"]
@@ -21,15 +21,66 @@ Liveness = Literal["ALIVE", "SUSPECT", "LOST"]
 Pool = Literal["STANDBY", "ASSIGNED", "EXECUTING ACTION", "PARKED_AWAY", "QUARANTINED"]
 
 GoalState = Literal[
-    "gated", "sent", "accepted", "running", "canceling",
-    "rejected", "succeeded", "failed", "canceled", "taken_over", "superseded", "lost", "in_doubt", "gate_refused",
+    "gated", "sent", "accepted", "running", "canceling", "interrupted",
+    "rejected", "succeeded", "failed", "canceled", "taken_over", "superseded", "lost", "in_doubt", "gate_refused", "again",
 ]  # fmt: skip
 ENDED: Final[frozenset[str]] = frozenset(
-    {"rejected", "succeeded", "failed", "canceled", "superseded", "taken_over", "lost", "in_doubt", "gate_refused"}
+    {
+        "rejected",
+        "succeeded",
+        "failed",
+        "canceled",
+        "superseded",
+        "taken_over",
+        "lost",
+        "in_doubt",
+        "gate_refused",
+        "again",
+    }
 )
-"""Goal states after which nothing more is waited for."""
+"""Goal states after which nothing more is waited for. `again`: a person said continue, the step sends its next attempt."""
 IN_FLIGHT: Final[frozenset[str]] = frozenset({"sent", "accepted", "running", "canceling"})
-"""Goal states in which the agent has, or may have, the goal."""
+"""Goal states in which the agent has, or may have, the goal. `interrupted` (by a pilot or a stop) waits for a person's word."""
+
+Stop = Literal["hold", "return", "land", "cut"]
+"""The four stops."""
+
+
+class StandingOrder(Struct, frozen=True, kw_only=True, omit_defaults=True):
+    """An order on one machine that ranks above its task: of a person, of lockdown, or of the engine after a breach.
+
+    While it stands, nothing but its own safety goals goes to the machine, and no task is granted it.
+    """
+
+    agent: str
+    stop: Stop
+    by: str
+    scope: Literal["agent", "task", "all", "lockdown", "engine"]
+    """What it was given for: it stands until `continue` of that, the end of that task, the release, or (engine) it is done."""
+    why: str = ""
+    """`envelope.<name>` for the engine's own."""
+    at: Micros
+    state: Literal["open", "done", "failed"] = "open"
+    task: str = ""
+    """The system task that carries it out, or the task whose recover does."""
+    goal: str = ""
+    """The safety goal of a `cut`."""
+
+
+class Lockdown(Struct, frozen=True):
+    """Nothing starts and nothing goes on; what flies does `how`."""
+
+    how: Literal["hold", "return", "land"]
+    by: str
+    at: Micros
+
+
+class Approval(Struct, frozen=True, kw_only=True):
+    """A person approved a task as it is: its tree, imports, catalogue and the site with its fences."""
+
+    task: str
+    by: str
+    at: Micros
 
 
 class Recovering(Struct, frozen=True):
@@ -80,7 +131,17 @@ class TaskRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
     active_at: Micros | None = None
     ended_at: Micros | None = None
     system_agent: str = ""
-    """Set for the system task Recover: the agent it brings home."""
+    """Set for a system task: the agent it commands."""
+    stop: Literal["", "hold", "return", "land", "cut"] = ""
+    """Set for a system task that carries out an order: it borrows the agent, which stays its task's."""
+    params: dict[str, Any] = {}
+    """As requested: a restart begins with them."""
+    again: Literal["", "preempted", "agent_lost", "restart"] = ""
+    """It is being ended to begin anew: after its release it is PENDING with run + 1."""
+    spent: bool = False
+    """An action that may not be repeated was sent in this run: no preemption, no rebinding."""
+    pilot: str = ""
+    """The pilot on duty for it (`mode: real`)."""
     notes: tuple[str, ...] = ()
     """What went wrong in cleanup; the outcome does not change."""
 
@@ -115,6 +176,14 @@ class AgentRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
     word: str = ""
     """The agent's own status word."""
     payload_kg: float = 0.0
+    wind: tuple[float, float] | None = None
+    """East and north, m/s, where it blows to, as the machine feels it."""
+    checks: tuple[PreflightCheck, ...] = ()
+    on_link_loss: str = ""
+    taken: bool = False
+    """A pilot or its own failsafe took it over, and no person has handed it back yet."""
+    breach: str = ""
+    """The limit of its envelope that it breaks now; a `!` before it: its landing is finished first, then its task ends."""
     boot_id: str = ""
     seq: int = -1
     stamp: Micros = 0
@@ -235,6 +304,8 @@ class ClearanceRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
     opened_at: Micros
     by: str = ""
     given_at: Micros | None = None
+    place: Place | None = None
+    """The spot that the word is for."""
 
 
 class Deadline(Struct, frozen=True):

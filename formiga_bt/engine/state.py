@@ -11,11 +11,14 @@ from formiga_bt.engine import changes as ch
 from formiga_bt.engine.inputs import Step
 from formiga_bt.engine.records import (
     AgentRecord,
+    Approval,
     ClearanceRecord,
     Deadline,
     GoalRecord,
+    Lockdown,
     Question,
     Request,
+    StandingOrder,
     TaskRecord,
     Verdict,
 )
@@ -42,6 +45,13 @@ class EngineState(Struct):
     clearances: dict[str, ClearanceRecord] = field(default_factory=dict)
     deadlines: dict[str, Deadline] = field(default_factory=dict)
     wall: dict[str, Micros] = field(default_factory=dict)
+    orders: dict[str, StandingOrder] = field(default_factory=dict)
+    """agent -> the order that stands on it"""
+    lockdown: Lockdown | None = None
+    approvals: dict[str, Approval] = field(default_factory=dict)
+    """hash of a bundle and its site -> who approved it (`mode: real`)"""
+    duty: dict[str, Micros] = field(default_factory=dict)
+    """pilots on duty -> since when (`mode: real`)"""
     requests: dict[str, Request] = field(default_factory=dict)
     explanations: dict[str, tuple[Verdict, ...]] = field(default_factory=dict)
     counters: dict[str, int] = field(default_factory=dict)
@@ -66,6 +76,14 @@ def apply(state: EngineState, board: Blackboard, change: ch.Change) -> None:
             state.questions.pop(question_id, None)
         case ch.ClearancePut(agent_id, clearance):
             _set_or_drop(state.clearances, agent_id, clearance)
+        case ch.OrderPut(agent_id, order):
+            _set_or_drop(state.orders, agent_id, order)
+        case ch.LockdownPut(lockdown):
+            state.lockdown = lockdown
+        case ch.ApprovalPut(digest, approval):
+            _set_or_drop(state.approvals, digest, approval)
+        case ch.DutyPut(pilot, since):
+            _set_or_drop(state.duty, pilot, since)
         case ch.ScopePut(task_id, scope, values):
             _set_or_drop(state.scopes.setdefault(task_id, {}), scope, None if values is None else dict(values))
         case ch.VarPut(task_id, scope, name, value):
@@ -166,6 +184,9 @@ def load_snapshot(data: bytes) -> EngineState:
         task: {scope: {name: revive(v) for name, v in values.items()} for scope, values in scopes.items()}
         for task, scopes in state.scopes.items()
     }
+    for task_id, task in state.tasks.items():
+        if task.params:
+            state.tasks[task_id] = msgspec.structs.replace(task, params=revive(task.params))
     for goal_id, goal in state.goals.items():
         state.goals[goal_id] = msgspec.structs.replace(goal, fields=revive(goal.fields), result=revive(goal.result))
     for memory in state.memory.values():

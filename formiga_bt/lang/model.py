@@ -417,6 +417,8 @@ class Task:
     on_abort: tuple[Step, ...] = ()
     finally_: tuple[Step, ...] = ()
     cleanup_timeout: Expr | None = None
+    envelope: Mapping[str, float] = field(default_factory=dict)
+    """What the task tightens of its machines' envelope, named as in `AgentType.limits`; it can loosen nothing."""
     subtrees: Mapping[str, Subtree] = field(default_factory=dict)
     bundle: str = ""
     """SHA-256 (hex) of the task's file, its imports and the catalogue: what a run is pinned to."""
@@ -457,6 +459,8 @@ class ActionSpec:
     accept_timeout_us: Micros = 5_000_000
     cancel_grace_us: Micros = 30_000_000
     concurrency: int = 1
+    cuts: bool = False
+    """It stops the motors at once, also in the air: only for a person's order `cut`, never for a tree."""
     help: str = ""
 
 
@@ -474,10 +478,18 @@ class AgentType:
     recover: Subtree | None = None
     """A subtree with one agent param; None = this type needs or has no way home."""
     recover_ref: str = ""
+    fetch: Subtree | None = None
+    """A subtree with one agent param that brings it home from the ground elsewhere (order `return`)."""
+    fetch_ref: str = ""
+    land: Subtree | None = None
+    """A subtree with an agent and a place param that lands it there (order `land`)."""
+    land_ref: str = ""
     human: bool = False
     shared: bool = False
     limits: Mapping[str, float] = field(default_factory=dict)
-    """SI by name: speed_m_s, climb_m_s, hover_drain_pct_s, cruise_drain_pct_m, reserve_pct, ..."""
+    """SI by name, envelope included: speed_m_s, climb_m_s, hover_drain_pct_s, reserve_pct, max_height_m, ..."""
+    on_breach: Mapping[str, str] = field(default_factory=dict)
+    """Limit of the envelope (reserve, max_height, keep_in, keep_out, ...) -> return or hold."""
     suspect_after_us: Micros = 3_000_000
     lost_after_us: Micros = 30_000_000
 
@@ -524,8 +536,21 @@ class Site:
     fence: Any = None
     no_fly: tuple[Any, ...] = ()
     relief_m: float = 0.0
+    """How much flat ground may rise above the base's ground, metres; with a height file, what that file may be wrong by."""
+    heights: Any = None
+    """`safety.terrain`'s height grid (None = flat); loaded by `lang.site` from `terrain: {file: ...}`."""
     layers_m: tuple[float, ...] = (60.0, 75.0, 90.0)
     separation_m: float = 15.0
+    min_spacing_m: float = 3.0
+    """No two machines use ground spots closer than this."""
+    envelope: Mapping[str, float] = field(default_factory=dict)
+    """What the site tightens of every machine's envelope, named as in `AgentType.limits`."""
+    on_breach: Mapping[str, str] = field(default_factory=dict)
+    """Like `AgentType.on_breach`; the site's word ranks above the type's."""
+    preflight: bool = False
+    """Whether a machine is granted only when its preflight checks are all ok."""
+    pilots: Mapping[str, int] = field(default_factory=dict)
+    """Pilots and how many machines each may have in the air at once (`mode: real`)."""
     people: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     """Site roles (watchers, ...) and the ids of those who have them."""
     agents: Mapping[str, SiteAgent] = field(default_factory=dict)

@@ -50,6 +50,14 @@ class AgentCard(Struct, frozen=True, kw_only=True):
     on_link_loss: Literal["return", "land", "hold"] = "return"
 
 
+class PreflightCheck(Struct, frozen=True):
+    """One thing that an agent looks at before it flies: armable, home, gnss, control, storage, battery, ..."""
+
+    check: str
+    ok: bool
+    text: str = ""
+
+
 class AgentStatus(Struct, frozen=True, kw_only=True, rename={"position": "pose"}):
     """The paper's RobotStatus / HumanStatus, and what a safe engine needs besides (`pose` on the wire)."""
 
@@ -67,6 +75,11 @@ class AgentStatus(Struct, frozen=True, kw_only=True, rename={"position": "pose"}
     control: Control = "engine"
     landed: Landed = "unknown"
     payload_kg: float = 0.0
+    wind_east_m_s: float | None = None
+    """The wind as the machine feels it: where it blows to. None = it cannot tell."""
+    wind_north_m_s: float | None = None
+    checks: tuple[PreflightCheck, ...] = ()
+    """What is and is not ready for a flight; a machine tells it while it stands on the ground."""
     quality: float = 1.0
     """Trust in the pose, 0..1."""
     age_us: Micros = 0
@@ -104,6 +117,8 @@ class GoalRequest(Struct, frozen=True, kw_only=True):
     safety: bool = False
     """A safety goal replaces whatever runs (which then ends `superseded`)."""
     clearance: Clearance | None = None
+    link_silence_s: float | None = None
+    """After so long without the engine's heartbeat the agent does by itself what its card calls `on_link_loss`."""
     task_id: str = "None"
 
 

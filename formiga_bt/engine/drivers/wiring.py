@@ -86,6 +86,7 @@ class Switchboard:
             ttl_beats=effect.ttl_beats,
             safety=effect.safety,
             clearance=effect.clearance,
+            link_silence_s=effect.link_silence_s,
             task_id=effect.task or "None",
         )
         return self._try(effect.agent, "goal", effect.goal_id, lambda t: t.send_goal(request))
