@@ -47,7 +47,13 @@ class Fleet:
         else:
             if old.boot_id and old.boot_id != card.boot_id:
                 self._rebooted(old, card.boot_id)
-            core.put_agent(card.id, present=True, actions=self._known(card), heard_wall=wall or old.heard_wall)
+            core.put_agent(
+                card.id,
+                present=True,
+                actions=self._known(card),
+                on_link_loss=card.on_link_loss,
+                heard_wall=wall or old.heard_wall,
+            )
         self._mark_alive(card.id, wall)
 
     def _admit(self, card: AgentCard, wall: int) -> None:
@@ -70,6 +76,7 @@ class Fleet:
             human=kind.human if kind else card.human,
             shared=kind.shared if kind else False,
             actions=self._known(card),
+            on_link_loss="" if card.human else card.on_link_loss,
             present=True,
             liveness="ALIVE",
             home=home,
@@ -136,6 +143,8 @@ class Fleet:
             control=status.control,
             word=status.status,
             payload_kg=status.payload_kg,
+            wind=_wind(status),
+            checks=status.checks,
             boot_id=status.boot_id or agent.boot_id,
             seq=status.seq,
             stamp=status.stamp,
@@ -159,6 +168,7 @@ class Fleet:
         numbers = [status.battery]
         if status.position is not None:
             numbers += [status.position.east_m, status.position.north_m, status.position.up_m]
+        numbers += _wind(status) or ()
         if not all(math.isfinite(number) for number in numbers):
             return "status holds a number that is not finite"
         if not 0.0 <= status.battery <= 100.0:
@@ -388,3 +398,9 @@ class Fleet:
             if not self.at_port(agent):
                 core.put_agent(agent_id, pool="PARKED_AWAY")
                 core.effect(Alarm("parked_away", f"{agent_id} stands away from its port", task_id, agent_id))
+
+
+def _wind(status: AgentStatus) -> tuple[float, float] | None:
+    if status.wind_east_m_s is None or status.wind_north_m_s is None:
+        return None
+    return status.wind_east_m_s, status.wind_north_m_s
