@@ -26,6 +26,7 @@ GATE_READS: Final = (
     "position",
     "landed",
     "control",
+    "taken",
     "goal",
     "task",
     "liveness",

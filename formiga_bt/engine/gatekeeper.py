@@ -9,7 +9,7 @@ from formiga_bt.engine import changes as ch
 from formiga_bt.engine.core import EVERYTHING, Core
 from formiga_bt.engine.inputs import SendGoal
 from formiga_bt.engine.ports import ClearancePort
-from formiga_bt.engine.records import PRIORITIES, AgentRecord, GoalRecord
+from formiga_bt.engine.records import PRIORITIES, AgentRecord, GoalRecord, StandingOrder, TaskRecord
 from formiga_bt.geo import Place, Position, horizontal_m
 from formiga_bt.safety.gate import AT_PORT_M, GROUND_M, Ask, Go, Hold, Refuse, Traffic, judge, traffic_of
 from formiga_bt.transport.messages import to_wire
@@ -120,6 +120,8 @@ class Gatekeeper:
         if not agent.human:
             kept = agent.lost_leg if leg is None else None
             core.put_agent(agent.id, goal=goal.id, action=goal.action, pool="EXECUTING ACTION", lost_leg=kept)
+        if not goal.repeatable and goal.section == "steps" and goal.task in core.state.tasks:
+            core.put_task(goal.task, spent=True)
         core.effect(self._effect(goal))
         core.set_wall(f"accept|{goal.id}", core.action(goal.action).accept_timeout_us)
 
@@ -133,6 +135,7 @@ class Gatekeeper:
             TTL_BEATS,
             goal.safety,
             goal.clearance,
+            link_silence_s=self._core.agent_type(self._core.state.agents[goal.agent]).limits.get("link_silence_s"),
             task=goal.task,
         )
 
@@ -168,7 +171,10 @@ class Gatekeeper:
         core = self._core
         agent = core.state.agents[goal.agent]
         if agent.human:
-            return Ask(agent=agent.id, task=goal.task, human=True, reachable=reachable(agent), control="engine")
+            return Ask(
+                agent=agent.id, task=goal.task, human=True, reachable=reachable(agent), control="engine",
+                deposed=self._deposed,
+            )  # fmt: skip
         spec = core.action(goal.action)
         task = core.state.tasks.get(goal.task)
         target = goal.fields.get(spec.moves_to) if spec.moves_to else None
@@ -178,8 +184,13 @@ class Gatekeeper:
             agent=agent.id,
             task=goal.task,
             human=False,
-            reachable=reachable(agent) and agent.pool != "QUARANTINED",
+            reachable=reachable(agent) and (agent.pool != "QUARANTINED" or goal.safety),
             control=agent.control,
+            safety=goal.safety,
+            deposed=self._deposed,
+            taken=agent.taken,
+            stopped=self._stopped(goal),
+            locked=self._locked(goal, task),
             busy=agent.goal if agent.goal != goal.id else "",
             held=bool(task and _holds(task.held, agent.id, goal.section)),
             position=agent.position,
@@ -192,6 +203,33 @@ class Gatekeeper:
             ports=tuple(port.at for port in core.site.ports.values()),
             home=home.at if home else None,
         )
+
+    @property
+    def _deposed(self) -> bool:
+        return self._core.state.counters.get("deposed", 0) > 0
+
+    def _carries_out(self, goal: GoalRecord, order: StandingOrder) -> bool:
+        """Return whether a goal is an order's own: of its system task, of the recover that does it, or its `cut`."""
+        if goal.id == order.goal:
+            return True
+        task = self._core.state.tasks.get(goal.task)
+        return task is not None and goal.task == order.task and (bool(task.system_agent) or goal.section == "recover")
+
+    def _stopped(self, goal: GoalRecord) -> str:
+        order = self._core.state.orders.get(goal.agent)
+        if order is None or goal.id.startswith("safety/") or self._carries_out(goal, order):
+            return ""
+        return order.stop
+
+    def _locked(self, goal: GoalRecord, task: TaskRecord | None) -> str:
+        lockdown = self._core.state.lockdown
+        if lockdown is None or task is None or goal.safety or task.stop:
+            return ""
+        order = self._core.state.orders.get(goal.agent)
+        if order is not None and self._carries_out(goal, order):
+            return ""
+        way_home = goal.section == "recover" or bool(task.system_agent)
+        return "" if way_home and lockdown.how == "return" else lockdown.how
 
     def _traffic(self, goal: GoalRecord) -> list[Traffic]:
         core = self._core

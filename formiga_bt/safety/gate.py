@@ -58,8 +58,18 @@ class Ask(Struct, frozen=True, kw_only=True):
     human: bool
     reachable: bool
     control: Control
+    safety: bool = False
+    """A safety goal replaces whatever runs: it waits for no other goal of its agent."""
+    deposed: bool = False
+    """A newer engine commands this site: this one sends nothing more."""
+    taken: bool = False
+    """A pilot or its own failsafe took it over, and no person has handed it back yet."""
     busy: str = ""
     """Why the agent cannot take a goal now (another goal in flight), or empty."""
+    stopped: str = ""
+    """The stop that stands on the agent, if this goal does not carry it out."""
+    locked: str = ""
+    """What lockdown makes the fleet do, if it holds this goal back."""
     held: bool = False
     """Its task is held and the goal comes from `steps`."""
     position: Position | None = None
@@ -99,6 +109,8 @@ Verdict = Go | Hold | Refuse
 
 def judge(ask: Ask, traffic: Sequence[Traffic], now: Micros, separation_m: float) -> Verdict:
     """Return what becomes of a goal that wants to leave now."""
+    if ask.deposed:
+        return Hold("epoch", "a newer engine")
     if ask.human:
         return Go() if ask.reachable else Hold("unreachable", ask.agent)
     for verdict in (_command(ask), _spot(ask, traffic), _clear(ask, now)):
@@ -114,9 +126,15 @@ def judge(ask: Ask, traffic: Sequence[Traffic], now: Micros, separation_m: float
 def _command(ask: Ask) -> Verdict | None:
     if ask.control != "engine":
         return Hold("control", ask.control)
+    if ask.taken:
+        return Hold("control", "handback")
     if not ask.reachable:
         return Hold("suspect", ask.agent)
-    if ask.busy:
+    if ask.stopped:
+        return Hold("stopped", ask.stopped)
+    if ask.locked:
+        return Hold("lockdown", ask.locked)
+    if ask.busy and not ask.safety:
         return Hold("draining", ask.busy)
     if ask.held:
         return Hold("held", ask.task)

@@ -49,10 +49,22 @@ def test_nothing_is_sent_while_another_is_in_command(control: str) -> None:
         ({"reachable": False}, Hold("suspect", "d1")),
         ({"busy": "T-1/1/steps/x"}, Hold("draining", "T-1/1/steps/x")),
         ({"held": True}, Hold("held", "T-1")),
+        ({"taken": True}, Hold("control", "handback")),
+        ({"stopped": "hold"}, Hold("stopped", "hold")),
+        ({"locked": "return"}, Hold("lockdown", "return")),
+        ({"deposed": True}, Hold("epoch", "a newer engine")),
+        ({"deposed": True, "human": True}, Hold("epoch", "a newer engine")),
+        ({"deposed": True, "safety": True}, Hold("epoch", "a newer engine")),
+        ({"safety": True, "control": "pilot"}, Hold("control", "pilot")),
+        ({"safety": True, "taken": True}, Hold("control", "handback")),
     ],
 )
 def test_what_waits(fields: dict[str, Any], held: Hold) -> None:
     assert verdict(ask(**fields)) == held
+
+
+def test_a_safety_goal_replaces_what_runs() -> None:
+    assert verdict(ask(busy="T-1/1/steps/x", safety=True)) == Go()
 
 
 def test_people_only_wait_until_they_can_be_reached() -> None:
