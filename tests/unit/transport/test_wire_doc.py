@@ -26,6 +26,7 @@ from formiga_bt.transport.messages import (
     GoalRequest,
     GoalState,
     Landed,
+    PreflightCheck,
     to_wire,
 )
 
@@ -42,6 +43,9 @@ STATUS = AgentStatus(
     initial_deployment=Position(0.0, 20.0, 0.0),
     landed="airborne",
     payload_kg=1.2,
+    wind_east_m_s=3.0,
+    wind_north_m_s=-1.5,
+    checks=(PreflightCheck("home", True, "0 E 20 N"), PreflightCheck("storage", False, "the card is full")),
     age_us=40_000,
     boot_id="hwd_1@65a1",
     seq=412,
@@ -62,6 +66,7 @@ EXAMPLES: dict[str, Struct] = {
         limits={"speed_m_s": 10.0, "climb_m_s": 3.0},
     ),
     "AgentStatus": STATUS,
+    "PreflightCheck": PreflightCheck("gnss", True, "14 satellites"),
     "GoalRequest": GoalRequest(
         goal_id="PickUp-12/0/steps/steps[1]",
         agent="hwd_1",
@@ -70,6 +75,7 @@ EXAMPLES: dict[str, Struct] = {
         epoch=4,
         beat=724,
         clearance=Clearance("watcher_1", T0),
+        link_silence_s=10.0,
         task_id="PickUp-12",
     ),
     "GoalEvent": DONE,
