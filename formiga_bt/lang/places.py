@@ -1,0 +1,33 @@
+"""From a running node's key to the steps of the file: the one it stands for, and all that are around it.
+
+A key is an instance path, for example `steps/steps[1].for#7.steps[0]@2:timeout`; rounds, items, attempts and the names of
+decorators say which run of a step it is, the segments in between say which step. Used by `why`, and by the engine, which must
+know whether something critical runs.
+"""
+
+import re
+from typing import Final
+
+from formiga_bt.lang.model import Call, Step, Task
+from formiga_bt.lang.walk import children
+
+_SEG: Final = re.compile(r"[a-z_]+\[\d+\]")
+
+
+def steps_around(task: Task, key: str) -> tuple[Step, ...]:
+    """Return the steps from the section's own down to the one that the key stands for; empty if the task has no such step."""
+    section, _, rest = key.partition("/")
+    inside = {
+        "steps": task.steps,
+        "on_failure": task.on_failure,
+        "on_abort": task.on_abort,
+        "finally": task.finally_,
+    }.get(section, ())
+    found: list[Step] = []
+    for seg in _SEG.findall(rest):
+        step = next((one for one in inside if one.seg == seg), None)
+        if step is None:
+            return ()
+        found.append(step)
+        inside = step.subtree.steps if isinstance(step, Call) else children(step)
+    return tuple(found)
