@@ -12,12 +12,13 @@ from msgspec.structs import replace
 from formiga_bt.clock import SECOND, Micros, micros
 from formiga_bt.engine import changes as ch
 from formiga_bt.engine.allocator.candidate import Candidate
-from formiga_bt.engine.allocator.filters import hopeless
+from formiga_bt.engine.allocator.filters import hopeless, looked
 from formiga_bt.engine.allocator.policy import Decision, Policy
+from formiga_bt.engine.authority import Authority
 from formiga_bt.engine.core import Core, task_deadline
 from formiga_bt.engine.env import TaskEnv
 from formiga_bt.engine.fleet import Fleet
-from formiga_bt.engine.records import PRIORITIES, Request, RoleRequest, TaskRecord
+from formiga_bt.engine.records import PRIORITIES, Request, RoleRequest, TaskRecord, Verdict
 from formiga_bt.engine.taskmodel import CANNOT_COMPUTE
 from formiga_bt.engine.tasks import Tasks
 from formiga_bt.errors import TaskError
@@ -52,6 +53,7 @@ class Allocation:
         self._tasks = tasks
         self._fleet = fleet
         self._policy = policy
+        self._authority = Authority(core)
 
     def request(self, task: TaskRecord, values: Mapping[str, Any]) -> Request:
         """Return a task's request; the expressions of its roles are read now, once.
@@ -77,7 +79,7 @@ class Allocation:
         core.emit(ch.RequestPut(request.task, request))
         waits = [role.wait_until for role in request.roles if role.wait_until is not None]
         if waits:
-            core.set_deadline(task_deadline(request.task, "wait"), min(waits), request.task)
+            core.set_deadline(task_deadline(request.task, "wait"), min(waits), request.task, pausable=True)
         if request.expires is not None:
             core.set_deadline(task_deadline(request.task, "expires"), request.expires, request.task)
         self.poke()
@@ -119,19 +121,34 @@ class Allocation:
         requests = [self._aged(r) for r in core.state.requests.values()]
         requests.sort(key=lambda r: (PRIORITIES[r.priority], r.order))
         agents = self._candidates()
-        decision = self._policy(requests, agents)
+        blocked = {r.task: why for r in requests if (why := self._authority.blocked(r)) is not None}
+        decision = self._policy([r for r in requests if r.task not in blocked], agents)
         for request in requests:
+            if request.task in blocked:
+                self._explain_blocked(request, *blocked[request.task], agents)
+                continue
             verdicts = decision.verdicts.get(request.task, ())
             if core.state.explanations.get(request.task) != verdicts:
                 core.emit(ch.Explained(request.task, core.now, verdicts))
         for grant in decision.grants:
             request = core.state.requests[grant.task]
+            if late := self._authority.blocked(request):  # a grant before this one took the pilot's room
+                self._explain_blocked(request, *late, agents)
+                continue
+            pilot = self._authority.pilot(request)
             lists = frozenset(role.role for role in request.roles if role.is_list)
             core.emit(ch.RequestPut(grant.task, None))
+            core.put_task(grant.task, pilot=pilot)
             self.assign(grant.task, grant.roles)
             self._tasks.granted(grant.task, grant.roles, lists)
 
         self._answer_hopeless(requests, decision)
+
+    def _explain_blocked(self, request: Request, code: str, detail: str, agents: list[Candidate]) -> None:
+        """Say what keeps a request waiting whoever is free, and how the agents look meanwhile."""
+        verdicts = (Verdict("", "", code, None, detail), *looked(request, agents))
+        if self._core.state.explanations.get(request.task) != verdicts:
+            self._core.emit(ch.Explained(request.task, self._core.now, verdicts))
 
     def _aged(self, request: Request) -> Request:
         """Return a request as it ranks now: LOW counts as MEDIUM after an hour, a team reserves after two minutes."""
@@ -163,16 +180,20 @@ class Allocation:
                 agent = core.state.agents[agent_id]
                 if agent.human:
                     continue
-                layers[agent_id] = agent.layer_m if agent.layer_m is not None else self._layer()
+                layers[agent_id] = agent.layer_m if agent.layer_m is not None else self.free_layer()
                 core.put_agent(agent_id, task=task_id, role=role, pool="ASSIGNED", layer_m=layers[agent_id])
         core.emit(ch.Granted(task_id, dict(roles), layers))
 
-    def _layer(self) -> float:
+    def free_layer(self) -> float:
+        """Return the cruise layer that fewest machines have, metres over the base's ground."""
         core = self._core
         used = [a.layer_m for a in core.state.agents.values() if a.layer_m is not None]
         return min(core.site.layers_m, key=lambda layer: (used.count(layer), core.site.layers_m.index(layer)))
 
     def _candidates(self) -> list[Candidate]:
+        core = self._core
+        preflight = core.site.preflight or core.site.mode == "real"
+        orders = core.state.orders
         return [
             Candidate(
                 id=a.id,
@@ -192,8 +213,12 @@ class Allocation:
                 battery=a.battery if a.battery is not None else 0.0,
                 position=a.position,
                 detail=a.quarantine,
+                taken=a.taken,
+                ordered=orders[a.id].stop if a.id in orders else "",
+                preflight=preflight,
+                checks=a.checks,
             )
-            for a in self._core.state.agents.values()
+            for a in core.state.agents.values()
         ]
 
 

@@ -103,6 +103,8 @@ class Core:
                 self.open[change.task.id] = None
         elif type(change) is ch.GoalDrop:
             self.gated.pop(change.goal, None)
+        elif type(change) is ch.OrderPut:
+            self.stale.add(change.agent)
         apply(self.state, self.board, change)
         if self.board.has_hits:
             for reader in self.board.take_hits():

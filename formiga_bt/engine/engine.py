@@ -13,11 +13,14 @@ from formiga_bt.engine import changes as ch
 from formiga_bt.engine import inputs as inp
 from formiga_bt.engine.allocation import Allocation
 from formiga_bt.engine.allocator.policy import Policy, closest
+from formiga_bt.engine.authority import Authority
+from formiga_bt.engine.breaches import Breaches
 from formiga_bt.engine.clearances import Clearances
 from formiga_bt.engine.core import Core
 from formiga_bt.engine.fleet import Fleet
 from formiga_bt.engine.gatekeeper import Gatekeeper
 from formiga_bt.engine.goals import Goals
+from formiga_bt.engine.orders import Orders
 from formiga_bt.engine.people import People
 from formiga_bt.engine.resume import restore_trees
 from formiga_bt.engine.state import EngineState
@@ -54,14 +57,18 @@ class Engine:
         state: EngineState | None = None,
     ) -> None:
         self.core = core = Core(site, catalogue, tasks, state or EngineState())
+        self.authority = Authority(core)
         self.fleet = Fleet(core)
         self.people = People(core)
         self.gatekeeper = Gatekeeper(core)
         self.clearances = Clearances(core, self.people)
         self.goals = Goals(core, self.fleet, self.gatekeeper)
         self.tasks = Tasks(core, self.goals, self.people, self.fleet, trees)
+        self.orders = Orders(core, self.fleet, self.goals, self.clearances, self.tasks)
+        self.breaches = Breaches(core, self.tasks, self.orders)
         self.allocation = Allocation(core, self.tasks, self.fleet, policy)
         self.fleet.goals, self.fleet.people, self.fleet.tasks = self.goals, self.people, self.tasks
+        self.fleet.orders, self.fleet.breaches, self.tasks.orders = self.orders, self.breaches, self.orders
         self.gatekeeper.clearances = self.clearances
         self.clearances.tasks = self.tasks
         self.tasks.allocation = self.allocation
@@ -110,12 +117,21 @@ class Engine:
     def _dispatch(self, given: inp.Input) -> str:
         match given:
             case inp.Submit():
+                self.authority.admit(given)
                 return self.tasks.submit(given)
+            case inp.Approve() | inp.Duty():
+                self.authority.take(given)
+                self.tasks.poke_allocator()
+                return "ok"
             case inp.Abort():
                 self.tasks.abort(given)
                 return "ok"
             case inp.Operator():
-                return self._operator(given)
+                self.orders.give(given)
+                return "ok"
+            case inp.LockdownOrder():
+                self.orders.lockdown(given)
+                return "ok"
             case inp.AgentSeenInput(card, wall):
                 self.fleet.on_seen(card, wall)
                 self.tasks.poke_allocator()
@@ -137,28 +153,14 @@ class Engine:
                 self.goals.on_effect_failed(given)
             case inp.Started(epoch):
                 self.core.emit(ch.CounterSet("epoch", epoch))
+                if self.state.counters.get("deposed"):
+                    self.core.emit(ch.CounterSet("deposed", 0))
         return ""
 
     def _goal_event(self, event: GoalEvent, wall: Micros) -> None:
         if event.state == "succeeded" and "~" in event.goal_id and event.goal_id not in self.state.goals:
             self.people.late(event.agent, event.goal_id)
         self.goals.on_event(event, wall)
-
-    def _operator(self, order: inp.Operator) -> str:
-        agent = self.state.agents.get(order.target)
-        if agent is None:
-            raise TaskError("unknown_agent", f"there is no agent '{order.target}'")
-        if order.order == "handback_end":
-            text = self.fleet.hand_back(order.target)
-            if text:
-                raise TaskError("not_possible", text)
-        elif agent.pool != "QUARANTINED":
-            raise TaskError("not_quarantined", f"{order.target} is not quarantined")
-        elif agent.liveness != "ALIVE":
-            raise TaskError("not_alive", f"{order.target} cannot be reached; it comes back by itself when it can")
-        else:
-            self.fleet.begin_return(order.target)
-        return "ok"
 
     def _timer(self, key: str) -> None:
         core = self.core
@@ -187,6 +189,8 @@ class Engine:
                 self.gatekeeper.step_aside(rest)
             case "escalate":
                 self.people.escalate(rest)
+            case "order":
+                self.orders.on_deadline(rest)
             case "clear" | "clearwait":
                 self.clearances.on_deadline(word, rest)
             case _:
@@ -211,6 +215,7 @@ class Engine:
                 for task_id in order:
                     self.tasks.settle(task_id)
             elif core.stale:
+                self.orders.review(core.stale)
                 self.gatekeeper.review()
             else:
                 self.people.pump()

@@ -12,9 +12,9 @@ import math
 from formiga_bt.clock import SECOND
 from formiga_bt.engine import changes as ch
 from formiga_bt.engine.core import Core
-from formiga_bt.engine.holds import hold, unhold
+from formiga_bt.engine.holds import hold
 from formiga_bt.engine.inputs import Alarm, CancelGoal, QueryGoal
-from formiga_bt.engine.ports import GoalPort, PeoplePort, TaskPort
+from formiga_bt.engine.ports import BreachPort, GoalPort, OrderPort, PeoplePort, TaskPort
 from formiga_bt.engine.records import AgentRecord, GoalRecord
 from formiga_bt.geo import distance_m, horizontal_m
 from formiga_bt.safety.gate import AT_PORT_M
@@ -33,6 +33,8 @@ class Fleet:
     goals: GoalPort
     people: PeoplePort
     tasks: TaskPort
+    orders: OrderPort
+    breaches: BreachPort
 
     def __init__(self, core: Core) -> None:
         self._core = core
@@ -132,7 +134,7 @@ class Fleet:
         if lie:
             self.on_bad(agent.id, lie)
             return
-        took_over = agent.control == "engine" and status.control != "engine" and not agent.human
+        took_over = status.control != "engine" and not agent.human and not agent.taken and self._takes(agent, status)
         core.put_agent(
             agent.id,
             battery=status.battery,
@@ -156,11 +158,18 @@ class Fleet:
         self._take_back(agent.id)
         if took_over:
             self._pilot_has(agent)
+        if not agent.human:
+            self.breaches.look(agent.id)
         if status.last_goal and status.last_goal != told_of:
             self._find_lost_result(status)
         if agent.pool in ("STANDBY", "PARKED_AWAY") and not agent.task:
             self._rest(agent.id)
         self.tasks.poke_allocator()
+
+    @staticmethod
+    def _takes(agent: AgentRecord, status: AgentStatus) -> bool:
+        # What joins under its pilot's or its failsafe's command in the air was taken over, too.
+        return agent.control == "engine" or (status.control in ("pilot", "failsafe") and status.landed != "grounded")
 
     def _lie(self, agent: AgentRecord, status: AgentStatus) -> str:
         if status.type != agent.type:
@@ -293,7 +302,8 @@ class Fleet:
         if agent.pool == "QUARANTINED":
             return
         task_id = agent.task
-        core.put_agent(agent_id, pool="QUARANTINED", quarantine=why, task="", role="")
+        self.orders.forget(agent_id)
+        core.put_agent(agent_id, pool="QUARANTINED", quarantine=why, task="", role="", breach="")
         if agent.landed != "grounded":
             text = f"{agent_id} may be airborne and is out of control: {why}"
             core.effect(Alarm("quarantined_airborne", text, task_id, agent_id))
@@ -354,35 +364,20 @@ class Fleet:
 
     # -- command -------------------------------------------------------------------------------------------------
     def on_taken_over(self, goal: GoalRecord) -> None:
-        """A pilot ended a goal: its step waits, held, until a person hands the machine back."""
-        core = self._core
-        for word in ("accept", "cancel", "grace"):
-            core.set_wall(f"{word}|{goal.id}", None)
-        core.put_goal(goal.id, state="gated", code="taken_over", leg=None)
-        agent = core.state.agents[goal.agent]
-        core.put_agent(agent.id, goal="", action="", pool="ASSIGNED" if agent.task else agent.pool)
+        """A pilot (or its own failsafe) ended a machine's goal: a person must hand it back."""
+        agent = self._core.put_agent(goal.agent, taken=True)
         if goal.task:
-            hold(core, goal.task, f"take-over:{goal.agent}")
+            hold(self._core, goal.task, f"take-over:{goal.agent}")
+        if agent.task and agent.task != goal.task:
+            hold(self._core, agent.task, f"take-over:{goal.agent}")
 
     def _pilot_has(self, agent: AgentRecord) -> None:
-        if agent.task:
-            hold(self._core, agent.task, f"take-over:{agent.id}")
-            self._core.effect(
-                Alarm("taken_over", f"{agent.id} is not under the engine's control", agent.task, agent.id)
-            )
-
-    def hand_back(self, agent_id: str) -> str:
-        """A person hands a machine back and ends its interrupted step; return an error text, or ""."""
         core = self._core
-        agent = core.state.agents[agent_id]
-        if agent.control != "engine":
-            return f"{agent_id} is still under the control of its {agent.control}"
-        for goal in list(core.state.goals.values()):
-            if goal.agent == agent_id and goal.state == "gated" and goal.code == "taken_over":
-                self.goals.end(goal.id, "taken_over")
+        core.put_agent(agent.id, taken=True)
         if agent.task:
-            unhold(core, agent.task, f"take-over:{agent_id}")
-        return ""
+            hold(core, agent.task, f"take-over:{agent.id}")
+        if agent.task or agent.landed != "grounded":
+            core.effect(Alarm("taken_over", f"{agent.id} is not under the engine's control", agent.task, agent.id))
 
     # -- release -------------------------------------------------------------------------------------------------
     def release(self, agent_id: str) -> None:

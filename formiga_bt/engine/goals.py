@@ -7,7 +7,9 @@
 | sent, accepted, running | the leaf stops | canceling: CancelGoal, again each 2 s wall, until `cancel_grace` |
 | canceling | the agent's end of it | that end (also succeeded: the work was done) |
 | canceling | `cancel_grace` is over | in_doubt, `cancel_unconfirmed`, the agent is quarantined |
-| any in flight | agent lost / restarted / taken over by a pilot | lost / in_doubt / taken_over |
+| any in flight | agent lost / restarted | lost / in_doubt |
+| any in flight | a pilot takes over, or an order stops the machine | interrupted: its step waits for a person's word |
+| interrupted, gated | a person says continue | again: its step sends its next attempt under another id |
 """
 
 from typing import Any
@@ -16,10 +18,10 @@ import msgspec
 
 from formiga_bt.clock import SECOND
 from formiga_bt.engine import changes as ch
-from formiga_bt.engine.core import Core
+from formiga_bt.engine.core import EVERYTHING, Core
 from formiga_bt.engine.fleet import Fleet
 from formiga_bt.engine.gatekeeper import Gatekeeper
-from formiga_bt.engine.inputs import CancelGoal, EffectFailed, QueryGoal
+from formiga_bt.engine.inputs import Alarm, CancelGoal, EffectFailed, QueryGoal
 from formiga_bt.engine.records import GoalRecord
 from formiga_bt.geo import Place, Position
 from formiga_bt.lang.types import Type
@@ -28,6 +30,9 @@ from formiga_bt.transport.messages import TERMINAL, GoalEvent
 
 RESEND_US = 2 * SECOND
 """A cancel is sent again after so much wall time without its end."""
+
+STOPPED = "stopped"
+"""Why a goal is canceled, and then interrupted: an order stands on its machine."""
 
 
 class Goals:
@@ -63,6 +68,7 @@ class Goals:
                     section=section.split(":", 1)[0],
                     fields=order.fields,
                     repeatable=spec.repeatable,
+                    safety=bool(task.stop),
                     order=core.count("goal"),
                     at=core.now,
                 )
@@ -84,7 +90,7 @@ class Goals:
         if goal.ended:  # its end was not taken and now never will be
             self._drop(goal)
             return False
-        if goal.state == "gated":
+        if goal.state in ("gated", "interrupted"):
             self._gate.forget(goal)
             self._drop(goal)
             return False
@@ -93,13 +99,61 @@ class Goals:
             self._drop(goal)
             return False
         if goal.cancel_asked:
+            core.put_goal(goal_id, cancel_why=why)  # stopped by an order before: now its end is wanted
             return True
+        self._ask_cancel(goal, why)
+        return True
+
+    def _ask_cancel(self, goal: GoalRecord, why: str) -> None:
+        core, goal_id = self._core, goal.id
         core.put_goal(goal_id, state="canceling", cancel_asked=True, cancel_why=why)
         core.effect(CancelGoal(goal_id, goal.agent, goal.action))
         core.set_wall(f"accept|{goal_id}", None)
         core.set_wall(f"cancel|{goal_id}", RESEND_US)
         core.set_wall(f"grace|{goal_id}", core.action(goal.action).cancel_grace_us)
-        return True
+
+    # -- interrupted, and sent again -----------------------------------------------------------------------------
+    def interrupt_all(self, agent_id: str) -> None:
+        """An order stops a machine: what it does is canceled, and waits for a person's word."""
+        core = self._core
+        for goal in [g for g in core.state.goals.values() if g.agent == agent_id and g.in_flight]:
+            if goal.cancel_asked or goal.owner == "!none":
+                continue
+            if core.withdraw_send(goal.id):
+                self.interrupt(goal.id, STOPPED)
+            else:
+                self._ask_cancel(goal, STOPPED)
+
+    def interrupt(self, goal_id: str, code: str) -> None:
+        """A goal ended before its work was done, and not by its step's doing: the step waits."""
+        core = self._core
+        for word in ("accept", "cancel", "grace"):
+            core.set_wall(f"{word}|{goal_id}", None)
+        if core.state.goals[goal_id].owner == "!none":
+            self.end(goal_id, "taken_over" if code == "taken_over" else "canceled")
+            return
+        goal = core.put_goal(goal_id, state="interrupted", code=code, leg=None, cancel_asked=False, cancel_why="")
+        self._free_agent(goal)
+
+    def again(self, goal_id: str) -> None:
+        """Have the step of an interrupted or waiting goal send its next attempt."""
+        goal = self._core.state.goals[goal_id]
+        if goal.state == "gated":
+            self._gate.forget(goal)
+        self.end(goal_id, "again")
+
+    def order_safety(self, goal_id: str, agent_id: str, action: str) -> None:
+        """Send a goal of the engine's own that replaces whatever the machine does."""
+        core = self._core
+        core.emit(
+            ch.GoalPut(
+                GoalRecord(
+                    id=goal_id, agent=agent_id, action=action, owner="!none", section="recover", safety=True,
+                    order=core.count("goal"), at=core.now,
+                )
+            )
+        )  # fmt: skip
+        self._gate.try_send(goal_id)
 
     def _drop(self, goal: GoalRecord) -> None:
         core = self._core
@@ -134,9 +188,19 @@ class Goals:
     def _on_end(self, goal: GoalRecord, event: GoalEvent) -> None:
         core = self._core
         spec = core.action(goal.action)
+        stopped = goal.cancel_why == STOPPED
         taken = event.state == "taken_over" or (event.state == "rejected" and event.code == "not_in_command")
-        if taken and not goal.cancel_asked and not core.state.agents[goal.agent].human:
+        if event.state == "rejected" and event.code == "epoch_old":
+            self._deposed(goal)
+            return
+        if taken and (stopped or not goal.cancel_asked) and not core.state.agents[goal.agent].human:
+            self.interrupt(goal.id, "taken_over")
             self._fleet.on_taken_over(goal)
+            return
+        if (stopped and event.state != "succeeded") or (
+            event.state == "superseded" and goal.task and not goal.cancel_asked
+        ):
+            self.interrupt(goal.id, STOPPED)
             return
         result: dict[str, Any] = {}
         if event.state == "succeeded":
@@ -150,9 +214,25 @@ class Goals:
                 return
         self.end(goal.id, event.state, event.code, event.text, result)
 
+    def _deposed(self, goal: GoalRecord) -> None:
+        # Another engine of a later epoch commands this site: nothing leaves this one any more.
+        core = self._core
+        for word in ("accept", "cancel", "grace"):
+            core.set_wall(f"{word}|{goal.id}", None)
+        core.put_goal(goal.id, state="gated", code="epoch", leg=None)
+        self._free_agent(goal)
+        if not core.state.counters.get("deposed"):
+            core.emit(ch.CounterSet("deposed", 1))
+            core.stale.add(EVERYTHING)
+            core.effect(
+                Alarm("deposed", "another engine commands this site; this one sends nothing any more", "", goal.agent)
+            )
+
     def _on_unknown(self, goal: GoalRecord) -> None:
         # The agent never had it: a cancel is done with, a goal is sent again under the same id.
-        if goal.cancel_asked:
+        if goal.cancel_why == STOPPED:
+            self.interrupt(goal.id, STOPPED)
+        elif goal.cancel_asked:
             self.end(goal.id, "canceled")
         elif goal.state == "sent":
             self._gate.resend(goal)
@@ -223,7 +303,7 @@ class Goals:
         """End every goal that an agent has or waits for (`lost`, `in_doubt`)."""
         for goal in [g for g in self._core.state.goals.values() if g.agent == agent_id and not g.ended]:
             if goal.in_flight or state == "lost":
-                if goal.state == "gated":
+                if goal.state in ("gated", "interrupted"):
                     self._gate.forget(goal)
                 elif goal.leg is not None:
                     self._core.put_agent(agent_id, lost_leg=goal.leg)

@@ -65,6 +65,8 @@ class Approve(Struct, frozen=True, tag=True):
     task: str
     by: str
     revoke: bool = False
+    at: Micros = 0
+    """When it was given, if that was at an earlier start of the engine; 0 = now."""
 
 
 class Duty(Struct, frozen=True, tag=True):

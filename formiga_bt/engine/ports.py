@@ -35,6 +35,10 @@ class GoalPort(Protocol):
         """Give a goal its end."""
         ...
 
+    def interrupt(self, goal_id: str, code: str) -> None:
+        """Let a goal's step wait for a person's word."""
+        ...
+
     def lose(self, agent_id: str, state: str, code: str = "") -> None:
         """End every goal that an agent has or waits for."""
         ...
@@ -75,6 +79,8 @@ class ClearancePort(Protocol):
 class TaskPort(Protocol):
     """`Tasks`, for the fleet, the clearances and the recovery."""
 
+    orders: "OrderPort"
+
     def fail(self, task_id: str, code: str, reason: str) -> None:
         """End a task by something that no step can catch."""
         ...
@@ -111,6 +117,10 @@ class TaskPort(Protocol):
 class AllocationPort(Protocol):
     """`Allocation`, for the tasks."""
 
+    def free_layer(self) -> float:
+        """Return the cruise layer that fewest machines have, metres."""
+        ...
+
     def request(self, task: TaskRecord, values: Mapping[str, Any]) -> Request:
         """Return a task's request."""
         ...
@@ -129,4 +139,32 @@ class AllocationPort(Protocol):
 
     def assign(self, task_id: str, roles: Mapping[str, tuple[str, ...]]) -> None:
         """Mark agents as a task's."""
+        ...
+
+
+class OrderPort(Protocol):
+    """`Orders`, for the fleet and the tasks."""
+
+    def forget(self, agent_id: str) -> None:
+        """A machine was quarantined."""
+        ...
+
+    def carried_out(self, task: TaskRecord) -> None:
+        """A system task that carried out an order ended."""
+        ...
+
+    def no_way_home(self, agent_id: str, why: str) -> None:
+        """No legal leg leads home."""
+        ...
+
+    def ended_by_word(self, task_id: str) -> None:
+        """A person ends a task."""
+        ...
+
+
+class BreachPort(Protocol):
+    """`Breaches`, for the fleet."""
+
+    def look(self, agent_id: str) -> None:
+        """A status of a machine came in."""
         ...

@@ -17,6 +17,9 @@ Priority = Literal["low", "medium", "high"]
 PRIORITIES: Final[dict[str, int]] = {"high": 0, "medium": 1, "low": 2}
 """Order of service: lower first."""
 
+Again = Literal["", "preempted", "agent_lost", "restart"]
+"""Why a task is ended to begin anew."""
+
 Liveness = Literal["ALIVE", "SUSPECT", "LOST"]
 Pool = Literal["STANDBY", "ASSIGNED", "EXECUTING ACTION", "PARKED_AWAY", "QUARANTINED"]
 
@@ -90,6 +93,8 @@ class Recovering(Struct, frozen=True):
     attempt: int
     state: Literal["running", "done", "failed"]
     drain: tuple[str, ...] = ()
+    way: Literal["recover", "fetch", "land"] = "recover"
+    """Which subtree of its type flies it."""
 
 
 class TaskRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
@@ -136,10 +141,12 @@ class TaskRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
     """Set for a system task that carries out an order: it borrows the agent, which stays its task's."""
     params: dict[str, Any] = {}
     """As requested: a restart begins with them."""
-    again: Literal["", "preempted", "agent_lost", "restart"] = ""
+    again: Again = ""
     """It is being ended to begin anew: after its release it is PENDING with run + 1."""
     spent: bool = False
     """An action that may not be repeated was sent in this run: no preemption, no rebinding."""
+    past: tuple[str, ...] = ()
+    """Why each earlier run was ended to begin anew, in words."""
     pilot: str = ""
     """The pilot on duty for it (`mode: real`)."""
     notes: tuple[str, ...] = ()
@@ -327,7 +334,11 @@ class Request(Struct, frozen=True, kw_only=True):
     roles: tuple["RoleRequest", ...]
     expires: Micros | None = None
     reserves: bool = False
-    """It waits long enough to keep fitting agents from requests after it."""
+    """It waits long enough, or others step aside for it: it keeps fitting agents from requests after it."""
+    preempting: dict[str, int] = {}
+    """Tasks that step aside for it now -> the run that they end."""
+    wait_left: Micros | None = None
+    """What is left of the roles' `wait`, which stands still meanwhile."""
 
 
 class RoleRequest(Struct, frozen=True, kw_only=True):
@@ -354,6 +365,10 @@ class Verdict(Struct, frozen=True):
     role: str
     agent: str
     code: str
-    """`chosen`, `fits` (another was nearer, or the team is not complete), or the filter that refused it."""
+    """`chosen`, `fits` (another was nearer, or the team is not complete), or the filter that refused it.
+
+    For a HIGH request also `preempting` (its task, the detail, steps aside) and `kept` (its task may not be preempted now: the
+    detail is `<task>: <code>`, see `engine.preemption`).
+    """
     cost: float | None = None
     detail: str = ""

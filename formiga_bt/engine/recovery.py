@@ -4,6 +4,8 @@ It has no time-out, but an alarm each minute beyond its estimate; a failed one i
 QUARANTINED with the alarm `agent_needs_help`. A machine lost meanwhile is postponed: it comes back by itself (`fleet`).
 """
 
+from typing import Any, Literal
+
 from msgspec.structs import replace
 
 from formiga_bt.clock import SECOND
@@ -11,9 +13,13 @@ from formiga_bt.engine import changes as ch
 from formiga_bt.engine.core import Core
 from formiga_bt.engine.fleet import Fleet
 from formiga_bt.engine.ports import TaskPort
-from formiga_bt.engine.records import Recovering
+from formiga_bt.engine.records import AgentRecord, Recovering, TaskRecord
 from formiga_bt.engine.treerun import Ended, TaskTrees
+from formiga_bt.geo import Place
+from formiga_bt.lang.model import Subtree
 from formiga_bt.lang.types import AgentRef
+
+Way = Literal["recover", "fetch", "land"]
 
 TRIES = 3
 ESTIMATE_US = 300 * SECOND
@@ -34,12 +40,35 @@ class Recovery:
         task = core.task(task_id)
         for agent_id in task.granted:
             agent = core.state.agents[agent_id]
-            if agent.human or agent.task != task_id or agent.landed == "grounded":
+            if agent.human or not self._has(task, agent) or (agent.landed == "grounded" and task.stop != "return"):
                 continue
-            if core.agent_type(agent).recover is None or self._under_way(task_id, agent_id):
+            if self._way(task, agent) is None or self._under_way(task_id, agent_id) or self._ordered(task, agent_id):
                 continue
-            self._try(task_id, agent_id, 1)
+            last = max((r.attempt for r in task.recovering if r.agent == agent_id), default=0)
+            self._try(task_id, agent_id, last + 1)
         self.proceed(task_id)
+
+    @staticmethod
+    def _has(task: TaskRecord, agent: AgentRecord) -> bool:
+        return agent.task == task.id or (bool(task.stop) and task.system_agent == agent.id)
+
+    def _ordered(self, task: TaskRecord, agent_id: str) -> bool:
+        """Return whether an order of its own brings the machine down: the task's recover waits for its end."""
+        order = self._core.state.orders.get(agent_id)
+        return not task.stop and order is not None and order.state == "open" and order.task not in ("", task.id)
+
+    def _way(self, task: TaskRecord, agent: AgentRecord) -> Way | None:
+        if task.stop == "land":
+            return "land" if self._core.agent_type(agent).land else None
+        if task.stop == "return" and agent.landed == "grounded":
+            return "fetch" if self._core.agent_type(agent).fetch else None
+        return "recover" if self._core.agent_type(agent).recover else None
+
+    def _subtree(self, agent_id: str, way: Way) -> Subtree:
+        kind = self._core.agent_type(self._core.state.agents[agent_id])
+        subtree = {"recover": kind.recover, "fetch": kind.fetch, "land": kind.land}[way]
+        assert subtree is not None, f"{kind.name} has no way to {way}"
+        return subtree
 
     def _under_way(self, task_id: str, agent_id: str) -> bool:
         return any(r.agent == agent_id and r.state == "running" for r in self._core.task(task_id).recovering)
@@ -81,20 +110,21 @@ class Recovery:
 
     def _try(self, task_id: str, agent_id: str, attempt: int) -> None:
         core = self._core
-        subtree = core.agent_type(core.state.agents[agent_id]).recover
-        assert subtree is not None
+        agent = core.state.agents[agent_id]
+        way = self._way(core.task(task_id), agent) or "recover"
+        subtree = self._subtree(agent_id, way)
         section = f"recover:{agent_id}#{attempt}"
-        self._set(task_id, Recovering(agent_id, attempt, "running"))
-        param = next(iter(subtree.params))
-        core.emit(ch.ScopePut(task_id, section, {param: AgentRef(agent_id)}))
+        self._set(task_id, Recovering(agent_id, attempt, "running", way=way))
+        values: dict[str, Any] = {}
+        for name, param in subtree.params.items():
+            values[name] = AgentRef(agent_id) if param.type.name == "agent" else self.spot(agent)
+        core.emit(ch.ScopePut(task_id, section, values))
         core.set_deadline(f"recover|{task_id}|{agent_id}", core.now + ESTIMATE_US, task_id)
         self._tasks.start_section(task_id, section, subtree.steps, section)
 
     def restore(self, recovering: Recovering, trees: TaskTrees) -> None:
         """Rebuild a way home that was under way."""
-        core = self._core
-        subtree = core.agent_type(core.state.agents[recovering.agent]).recover
-        assert subtree is not None
+        subtree = self._subtree(recovering.agent, recovering.way)
         section = f"recover:{recovering.agent}#{recovering.attempt}"
         trees.restore(section, subtree.steps, section)
 
@@ -108,10 +138,20 @@ class Recovery:
             return
         core.clear_deadline(f"recover|{task_id}|{agent_id}")
         core.emit(ch.ScopePut(task_id, ended.section, None))
-        if ended.failure is None:
-            self._set(task_id, replace(now, state="done"))
-        elif core.state.agents[agent_id].task != task_id:
+        agent = core.state.agents[agent_id]
+        code = ended.failure.code if ended.failure is not None else ""
+        if ended.failure is None or (agent.landed == "grounded" and now.way != "fetch"):
+            self._set(task_id, replace(now, state="done"))  # also one that its pilot or its failsafe has landed
+        elif not self._has(task, agent):
             self._set(task_id, replace(now, state="failed"))
+        elif code.startswith("envelope.") and now.way == "recover":
+            self._set(task_id, replace(now, state="failed"))
+            self._note(task_id, f"{code}: {ended.failure.reason}")
+            if not task.stop:
+                self._tasks.orders.no_way_home(agent_id, f"{code}: {ended.failure.reason}")
+        elif now.way == "fetch" and (code == "no_clearance" or now.attempt >= TRIES):
+            self._set(task_id, replace(now, state="failed"))  # it stands where it stood
+            self._note(task_id, f"{code}: {ended.failure.reason}")
         elif now.attempt < TRIES:
             self._set(task_id, replace(now, state="failed"))
             self._try(task_id, agent_id, now.attempt + 1)
@@ -119,6 +159,20 @@ class Recovery:
             self._set(task_id, replace(now, state="failed"))
             self._give_up(task_id, agent_id, ended.failure.code)
         self.proceed(task_id)
+
+    def _note(self, task_id: str, text: str) -> None:
+        self._core.put_task(task_id, notes=(*self._core.task(task_id).notes, text))
+
+    def spot(self, agent: AgentRecord) -> Place:
+        """Return where a machine lands that is told to land here."""
+        return agent.position.ground if agent.position is not None else Place(0.0, 0.0)
+
+    def abandon(self, task_id: str, one: Recovering) -> None:
+        """A way home was stopped by another order."""
+        core = self._core
+        core.clear_deadline(f"recover|{task_id}|{one.agent}")
+        core.emit(ch.ScopePut(task_id, f"recover:{one.agent}#{one.attempt}", None))
+        self._set(task_id, replace(one, state="failed"))
 
     def agent_left(self, task_id: str, agent_id: str) -> None:
         """A machine was lost or abandoned on its way home: its section stops, the others' go on."""
@@ -134,8 +188,12 @@ class Recovery:
     def proceed(self, task_id: str) -> None:
         """End the task once nothing is under way."""
         task = self._core.task(task_id)
-        if task.section == "recover" and not task.stopping and all(r.state != "running" for r in task.recovering):
-            self._tasks.recovered(task_id)
+        if task.section != "recover" or task.stopping or any(r.state == "running" for r in task.recovering):
+            return
+        agents = self._core.state.agents
+        if any(self._has(task, agents[a]) and self._ordered(task, a) for a in task.granted):
+            return  # its order's end calls again
+        self._tasks.recovered(task_id)
 
     def overdue(self, task_id: str, agent_id: str) -> None:
         """The estimate is over: an alarm each minute."""

@@ -23,8 +23,9 @@ from formiga_bt.engine.goals import Goals
 from formiga_bt.engine.holds import unhold
 from formiga_bt.engine.inputs import Abort, Alarm, PublishState, Submit
 from formiga_bt.engine.people import People
-from formiga_bt.engine.ports import AllocationPort
-from formiga_bt.engine.records import TaskRecord
+from formiga_bt.engine.preemption import may_rebind
+from formiga_bt.engine.ports import AllocationPort, OrderPort
+from formiga_bt.engine.records import Again, Stop, TaskRecord
 from formiga_bt.engine.recovery import Recovery
 from formiga_bt.engine.taskmodel import duration_us, root_values, section_steps
 from formiga_bt.engine.taskrun import TaskRun
@@ -48,6 +49,7 @@ class Tasks:
     """All tasks that are not yet ended, and the records of those that are."""
 
     allocation: AllocationPort
+    orders: OrderPort
 
     def __init__(self, core: Core, goals: Goals, people: People, fleet: Fleet, factory: TreesFactory) -> None:
         self._core = core
@@ -83,6 +85,7 @@ class Tasks:
             priority=request.priority or model.priority,
             requester=request.requester,
             submitted_at=core.now,
+            params=dict(request.params),
         )
         wish = self.allocation.request(task, values)  # raises before anything is recorded
         core.count("task")
@@ -112,9 +115,54 @@ class Tasks:
             else:
                 core.set_deadline(task_deadline(task_id, "timeout"), core.now + after, task_id, pausable=True)
 
-    def start_recover(self, agent_id: str) -> None:
-        """Start the system task that brings a machine home."""
+    def next_system_id(self, name: str) -> str:
+        """Return the id that the next system task will have."""
+        return f"{name}-{self._core.state.counters.get('task', 0) + 1}"
+
+    def start_order(self, name: str, agent_id: str, stop: Stop, by: str) -> None:
+        """Start the system task that carries out an order. It borrows the machine, which stays its task's."""
         core = self._core
+        order = core.count("task")
+        task_id = f"{name}-{order}"
+        core.emit(
+            ch.TaskPut(
+                TaskRecord(
+                    id=task_id, name=name, order=order, bundle="system", priority="high", requester=by or "engine",
+                    status="ACTIVE", section="finally", outcome="SUCCEEDED", roles={"drone": (agent_id,)},
+                    granted=(agent_id,), submitted_at=core.now, assigned_at=core.now, active_at=core.now,
+                    system_agent=agent_id, stop=stop,
+                )
+            )
+        )  # fmt: skip
+        core.emit(ch.ScopePut(task_id, "", {"drone": AgentRef(agent_id)}))
+        agent = core.state.agents[agent_id]
+        if agent.layer_m is None:
+            core.put_agent(agent_id, layer_m=self.allocation.free_layer())
+        self._enter(task_id, "recover")
+
+    def end_system(self, task_id: str) -> None:
+        """End a system task: its order was withdrawn or replaced. Its machine hovers where it is."""
+        core = self._core
+        task = core.task(task_id)
+        core.put_task(task_id, outcome="CANCELED", code="aborted", reason="another order replaced it")
+        for one in task.recovering:
+            if one.state == "running":
+                self.stop(task_id, f"recover:{one.agent}#{one.attempt}")
+                self.recovery.abandon(task_id, one)
+        core.touch(task_id)
+
+    def ordered_home(self, task_id: str) -> None:
+        """An order on a machine of a task was carried out: its way home may go on."""
+        task = self._core.state.tasks.get(task_id)
+        if task is not None and task.section == "recover" and not task.stop:
+            self.recovery.begin(task_id)
+
+    def start_recover(self, agent_id: str) -> None:
+        """Start the system task that brings a machine home, unless an order does."""
+        core = self._core
+        standing = core.state.orders.get(agent_id)
+        if standing is not None and standing.state == "open":
+            return
         order = core.count("task")
         task_id = f"{RECOVER_TASK}-{order}"
         core.emit(
@@ -187,6 +235,41 @@ class Tasks:
         if not self._core.task(task_id).outcome:
             self._core.put_task(task_id, outcome=outcome, code=code, reason=reason, failure=failure)
 
+    # -- beginning anew ------------------------------------------------------------------------------------------
+    def restart(self, task_id: str, why: Again, reason: str = "") -> None:
+        """End a task in order and begin it anew: on_abort, finally, recover, release, then PENDING again with run + 1."""
+        core = self._core
+        core.put_task(task_id, again=why, abort_reason=why)
+        self._decide(task_id, "CANCELED", "aborted" if why == "restart" else why, reason)
+        if not core.task(task_id).stopping:
+            self.stop(task_id, "steps")
+
+    def _begins_anew(self, task: TaskRecord) -> bool:
+        model = self._core.models.get(task.name)
+        return bool(task.again) and model is not None and (task.again == "restart" or model.if_preempted == "restart")
+
+    def _begin_anew(self, task_id: str) -> None:
+        core = self._core
+        task = core.task(task_id)
+        core.emit(ch.TaskForget(task_id))
+        self.runs.pop(task_id, None)
+        fresh = TaskRecord(
+            id=task.id, name=task.name, order=task.order, bundle=task.bundle, priority=task.priority,
+            requester=task.requester, run=task.run + 1, submitted_at=task.submitted_at, params=task.params,
+            notes=(*task.notes, f"run {task.run} was ended: {task.again}{' ' + task.reason if task.reason else ''}"),
+            held=("lockdown",) if core.state.lockdown is not None else (),
+        )  # fmt: skip
+        core.emit(ch.TaskPut(fresh))
+        core.effect(PublishState(task_id, fresh.status))
+        try:
+            values = root_values(core, core.model(fresh), fresh.params)
+            wish = self.allocation.request(fresh, values)
+        except TaskError as error:
+            self.refuse(task_id, error.code, str(error))
+            return
+        core.emit(ch.ScopePut(task_id, "", values))
+        self.allocation.enqueue(wish)
+
     def _note(self, task_id: str, text: str) -> None:
         self._core.put_task(task_id, notes=(*self._core.task(task_id).notes, text))
 
@@ -251,12 +334,16 @@ class Tasks:
             self._decide(task.id, "CANCELED", "aborted", f"by {order.by or 'an operator'}")
             self._done(task.id)
             return ""
+        if task.again:  # it was being ended to begin anew: now it just ends
+            core.put_task(task.id, again="", abort_now=order.how == "now")
+            return ""
         if order.how == "now" and task.section != "recover":
             core.put_task(task.id, abort_now=True)
         elif task.section in ("on_abort", "finally", "recover"):
             raise TaskError("already_ending", f"{order.task} is already ending")
         self._decide(task.id, "CANCELED", "aborted", f"by {order.by or 'an operator'}")
         core.put_task(task.id, abort_reason=order.reason)
+        self.orders.ended_by_word(task.id)
         if not task.stopping and task.section != "recover":
             self.stop(task.id, task.section)
         return ""
@@ -285,6 +372,9 @@ class Tasks:
         """A machine of the task was quarantined: the task no longer holds it."""
         core = self._core
         task = core.task(task_id)
+        if may_rebind(core, task, agent_id):
+            self.restart(task_id, "agent_lost", f"{agent_id} was lost")
+            task = core.task(task_id)
         roles = {role: tuple(a for a in agents if a != agent_id) for role, agents in task.roles.items()}
         held = tuple(c for c in task.held if not c.endswith(f":{agent_id}"))
         core.put_task(task_id, roles=roles)
@@ -371,6 +461,7 @@ class Tasks:
 
     def _done(self, task_id: str) -> None:
         core = self._core
+        self.orders.ended_by_word(task_id)
         task = core.task(task_id)
         for agent_id in task.granted:
             if core.state.agents[agent_id].task == task_id:
@@ -380,11 +471,17 @@ class Tasks:
         for question in [q.id for q in core.state.questions.values() if q.task == task_id]:
             self._people.close(question)
         core.emit(ch.RequestPut(task_id, None))
+        if self._begins_anew(task):
+            self._begin_anew(task_id)
+            self.poke_allocator()
+            return
         core.put_task(
             task_id, status=task.outcome, section="done", ended_at=core.now, held=(), paused={}, roles={}, drain=()
         )
         core.emit(ch.TaskForget(task_id))
         self.runs.pop(task_id, None)
+        if task.stop:
+            self.orders.carried_out(core.task(task_id))
         self.poke_allocator()
 
     def poke_allocator(self) -> None:

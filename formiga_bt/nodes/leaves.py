@@ -45,16 +45,22 @@ class DoNode(Leaf):
         super().__init__(step.title, step)
         self.step = step
         self.goal = ""
+        self.sent = 0
 
     def act(self, run: Run) -> Status:
         """Evaluate the fields and order the goal."""
+        self.sent = 0
+        return self._send(run)
+
+    def _send(self, run: Run) -> Status:
         self.goal = ""
+        self.sent += 1
         assert self.step.who.agent is not None
         agent: AgentRef = self.step.who.agent.run(self.env(run))
         env = self.env(run, {"agent": agent})
         fields = {name: expr.run(env) for name, expr in self.step.fields.items()}
-        goal = run.goal_id(self.path)
-        self.remember(run, DoMem(goal))
+        goal = run.goal_id(self.path if self.sent == 1 else f"{self.path}+{self.sent}")
+        self.remember(run, DoMem(goal, self.sent))
         refused = run.order(GoalOrder(goal, agent.id, self.step.action, fields, self.key))
         if refused is not None:
             self.failure = refused
@@ -63,8 +69,11 @@ class DoNode(Leaf):
         return self.on_proceed(run)
 
     def on_proceed(self, run: Run) -> Status:
-        """Look at the goal; map its end to a status."""
+        """Look at the goal; map its end to a status. One that a person continues is sent anew, under another id."""
         view = run.goal(self.goal)
+        if view.state == "again":
+            run.drop_goal(self.goal)
+            return self._send(run)
         if not view.ended:
             self.feedback_message = view.state if not view.code else f"{view.state}({view.code})"
             return RUNNING
@@ -112,7 +121,7 @@ class DoNode(Leaf):
     def on_restore(self, run: Run, mem: Mem) -> None:  # noqa: ARG002
         """Wait for the same goal."""
         assert isinstance(mem, DoMem)
-        self.goal = mem.goal
+        self.goal, self.sent = mem.goal, mem.sent
 
 
 class AskNode(Leaf):

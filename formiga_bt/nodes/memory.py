@@ -40,9 +40,10 @@ class CallMem(Struct, frozen=True, tag="call", tag_field="mem"):
 
 
 class DoMem(Struct, frozen=True, tag="do", tag_field="mem"):
-    """The goal waited for."""
+    """The goal waited for, and the how-manieth it is of this step: each `continue` sends another one."""
 
     goal: str
+    sent: int = 1
 
 
 class AskMem(Struct, frozen=True, tag="ask", tag_field="mem"):

@@ -235,7 +235,7 @@ def test_a_pilot_takes_over_and_hands_back(fly: Fly) -> None:
     sent = len(effects(rehearsal, SendGoal))
     with pytest.raises(TaskError) as caught:
         rehearsal.ask(Operator("handback_end", "hwd_1"))
-    assert caught.value.code == "not_possible"
+    assert caught.value.code == "not_in_command"
     rehearsal.run_for(600)
     rehearsal.sim.hand_back("hwd_1")
     rehearsal.run_for(60)

@@ -706,12 +706,15 @@ class NaiveTrees:
     def _do(self, at: At, mem: dict[str, Any], fresh: bool) -> Done | None:
         host, step = self.host, at.step
         assert isinstance(step, model.Do)
-        if fresh:
+        if not fresh and host.goal(mem["goal"]).state == "again":
+            host.drop_goal(mem.pop("goal"))
+        if "goal" not in mem:
+            mem["sent"] = mem.get("sent", 0) + 1
             assert step.who.agent is not None
             agent = step.who.agent.run(self._env(at))
             env = self._env(at, {"agent": agent})
             fields = {name: expr.run(env) for name, expr in step.fields.items()}
-            goal_id = host.goal_id(at.path)
+            goal_id = host.goal_id(at.path if mem["sent"] == 1 else f"{at.path}+{mem['sent']}")
             refused = host.order(GoalOrder(goal_id, agent.id, step.action, fields, at.key))
             if refused is not None:
                 return Done(refused)
