@@ -31,6 +31,7 @@ ACTION: Final = (
     Option("moves_to", "name", "The field that says where the agent will be."),
     Option("starts_rotors", "flag", "People must stand clear."),
     Option("lands", "flag", "Ends on the ground; away from a port people must stand clear."),
+    Option("cuts", "flag", "Stops the motors at once, also in the air; only a person orders it."),
     Option("repeatable", "flag", "May be sent again after a failure."),
     Option("typical", "value", "Usual duration.", type="duration"),
     Option("accept_timeout", "value", "How long the agent may take to accept.", type="duration"),
@@ -64,7 +65,7 @@ def read_action(entry: Entry, problems: Problems) -> ActionSpec | None:
     moves_to = read_word(keys["moves_to"].value, problems, "moves_to", tuple(fields)) if "moves_to" in keys else ""
     flags: dict[str, Any] = {
         key: read_flag(keys[key].value, problems, key)
-        for key in ("starts_rotors", "lands", "repeatable")
+        for key in ("starts_rotors", "lands", "cuts", "repeatable")
         if key in keys
     }
     times: dict[str, Any] = {

@@ -1,6 +1,6 @@
 """Catalogue files (`actions/*.yaml`): agent types and actions, merged from all files and checked.
 
-A type gets what it extends merged in; its `recover` subtree is read with the library's own checks. Called by the
+A type gets what it extends merged in; its `recover`, `fetch` and `land` subtrees are read with the library's own checks. Called by the
 command line, the engine's front and tests, once per start.
 """
 
@@ -14,6 +14,7 @@ from formiga_bt.clock import micros
 from formiga_bt.diagnostics import Diagnostic, Mark, in_order
 from formiga_bt.lang.actions import read_action, read_optional_mapping
 from formiga_bt.lang.document import Entry, Node, Scalar, parse
+from formiga_bt.lang.envelope import ENVELOPE, read_envelope, read_on_breach
 from formiga_bt.lang.files import Shelf
 from formiga_bt.lang.kinds import Option
 from formiga_bt.lang.model import ActionSpec, AgentType, Catalogue, Subtree
@@ -48,27 +49,17 @@ TYPE: Final = (
     Option("label", "text", "What people call it."),
     Option("actions", "words", "What it can do, besides what it takes over."),
     Option("rest", "word", "Where it belongs when idle.", values=("grounded_at_port",)),
-    Option("recover", "name", "FILE#Subtree that brings it home."),
+    Option("recover", "name", "FILE#Subtree that brings it home; one param, an agent."),
+    Option("fetch", "name", "FILE#Subtree that brings it home from the ground elsewhere; one param, an agent."),
+    Option("land", "name", "FILE#Subtree that lands it at a place; two params, an agent and a place."),
     Option("human", "flag", "A person; shared unless said otherwise."),
     Option("shared", "flag", "Several tasks may address it."),
     Option("limits", "map", "Numbers that simulators and estimates use."),
-    Option("envelope", "map", "Numbers that no flight may break."),
+    Option("envelope", "options", "Limits that no flight may break.", keys=ENVELOPE),
+    Option("on_breach", "map", "What follows a breach of a limit: return or hold."),
     Option("suspect_after", "value", "Silence after which it is not allocated.", type="duration"),
     Option("lost_after", "value", "Silence after which it is lost.", type="duration"),
 )
-
-ENVELOPE: Final = (
-    Option("reserve", "value", "Charge that is kept for the way home.", type="percent"),
-    Option("max_height", "value", "Over the ground.", type="distance"),
-    Option("terrain_clearance", "value", "Least distance from the ground.", type="distance"),
-    Option("keep_in", "word", "The region that no flight leaves.", values=("fence",)),
-    Option("keep_out", "word", "The regions that no flight enters.", values=("no_fly",)),
-    Option("people_clearance", "value", "Least distance from people at take-off and landing.", type="distance"),
-    Option("link_silence", "value", "Silence after which the agent acts by itself.", type="duration"),
-    Option("wind_max", "value", "The strongest wind.", type="speed"),
-    Option("daylight_only", "flag", "No flight between sunset and sunrise."),
-)
-"""Numbers and words of a type that no flight may break."""
 
 _SUFFIX: Final[Mapping[str, str]] = {
     "speed": "m_s",
@@ -80,6 +71,20 @@ _SUFFIX: Final[Mapping[str, str]] = {
 }
 
 
+_WAYS: Final[Mapping[str, tuple[str, ...]]] = {
+    "recover": ("agent",),
+    "fetch": ("agent",),
+    "land": ("agent", "place"),
+}
+"""Keys of a type that name a subtree, and the types of its params."""
+
+_SUCH_AS: Final[Mapping[str, str]] = {
+    "recover": "lib/flying.yaml#ReturnHome",
+    "fetch": "lib/flying.yaml#FetchHome",
+    "land": "lib/flying.yaml#LandNear",
+}
+
+
 def load_catalogue(
     files: Sequence[Path], library: Sequence[Path] | None = None
 ) -> tuple[Catalogue, list[Diagnostic], dict[str, str]]:
@@ -87,7 +92,7 @@ def load_catalogue(
 
     Args:
         files: in order; a name may be defined once.
-        library: the folders where recover subtrees are looked up; None = the packaged trees.
+        library: the folders where the types' subtrees are looked up; None = the packaged trees.
 
     Returns:
         The catalogue (of what could be read), all problems in file order, and the text of each file read.
@@ -100,7 +105,7 @@ def load_catalogue(
 
 
 class _CatalogueReader:
-    """Gathers the entries of all files, then resolves `extends` and `recover`."""
+    """Gathers the entries of all files, then resolves `extends` and the subtrees that types name."""
 
     def __init__(self, library: Sequence[Path]) -> None:
         self.problems = Problems()
@@ -156,8 +161,16 @@ class _CatalogueReader:
                 self._given[name] = read_keys(mapping, TYPE, self.problems, f"type '{name}'")
         types = {name: self._type(name, actions) for name in self._given}
         catalogue = Catalogue(types, actions, self._digest(""))
-        recover = self._recovers(catalogue)
-        types = {name: replace(one, recover=recover.get(one.recover_ref)) for name, one in types.items()}
+        ways = self._ways(catalogue)
+        types = {
+            name: replace(
+                one,
+                recover=ways.get(("recover", one.recover_ref)),
+                fetch=ways.get(("fetch", one.fetch_ref)),
+                land=ways.get(("land", one.land_ref)),
+            )
+            for name, one in types.items()
+        }
         return Catalogue(types, actions, self._digest("".join(self.shelf.sources[f] for f in self.shelf.units)))
 
     def _digest(self, more: str) -> str:
@@ -215,9 +228,10 @@ class _CatalogueReader:
             new["actions"] = tuple(dict.fromkeys((*base.actions, *own)))
         if "rest" in keys:
             new["rest"] = read_word(keys["rest"].value, problems, "rest", ("grounded_at_port",))
-        if "recover" in keys:
-            at = read_text(keys["recover"].value, problems, "recover")
-            new["recover_ref"] = at.text if at is not None else ""
+        for key in _WAYS:
+            at = read_text(keys[key].value, problems, key) if key in keys else None
+            if key in keys:
+                new[f"{key}_ref"] = at.text if at is not None else ""
         if "human" in keys:
             new["human"] = new["shared"] = read_flag(keys["human"].value, problems, "human")
         if "shared" in keys:
@@ -226,6 +240,8 @@ class _CatalogueReader:
             seconds = read_quantity(keys[key].value, problems, key, "duration") if key in keys else None
             if seconds is not None:
                 new[key + "_us"] = micros(seconds)
+        if "on_breach" in keys:
+            new["on_breach"] = {**base.on_breach, **read_on_breach(keys["on_breach"].value, problems)}
         new["limits"] = {**base.limits, **_limits(keys, problems), **_envelope(keys, problems)}
         return replace(base, **new)
 
@@ -240,25 +256,26 @@ class _CatalogueReader:
             problems.add("E021", at.mark, what, f"actions: {quoted_list(actions)}", fix_word(at, meant))
         return found
 
-    def _recovers(self, catalogue: Catalogue) -> dict[str, Subtree]:
-        """Read each recover subtree that a type names, once."""
-        found: dict[str, Subtree] = {}
+    def _ways(self, catalogue: Catalogue) -> dict[tuple[str, str], Subtree]:
+        """Read each subtree that a type names under `recover`, `fetch` or `land`, once."""
+        found: dict[tuple[str, str], Subtree] = {}
         subtrees = Subtrees(World(catalogue, None), self.problems)
         for keys in self._given.values():
-            at = keys["recover"].value if "recover" in keys else None
-            if not isinstance(at, Scalar) or at.text in found:
-                continue
-            subtree = self._recover(at, subtrees)
-            if subtree is not None:
-                found[at.text] = subtree
+            for key in _WAYS:
+                at = keys[key].value if key in keys else None
+                if not isinstance(at, Scalar) or (key, at.text) in found:
+                    continue
+                subtree = self._way(key, at, subtrees)
+                if subtree is not None:
+                    found[key, at.text] = subtree
         return found
 
-    def _recover(self, at: Scalar, subtrees: Subtrees) -> Subtree | None:
+    def _way(self, key: str, at: Scalar, subtrees: Subtrees) -> Subtree | None:
         file, _, name = at.text.partition("#")
         path = self.shelf.locate(file, Path(at.mark.file).parent) if name else None
         if path is None:
-            help_ = "such as: lib/flying.yaml#ReturnHome"
-            what = f"no file '{file}' for recover" if name else "'recover' must be FILE#Subtree"
+            help_ = f"such as: {_SUCH_AS[key]}"
+            what = f"no file '{file}' for {key}" if name else f"'{key}' must be FILE#Subtree"
             self.problems.add("E050", at.mark, what, help_)
             return None
         label = self.shelf.label(path)
@@ -272,29 +289,18 @@ class _CatalogueReader:
             return None
         if callee is None:
             return None
-        agents = [p for p in callee.subtree.params.values() if p.type.name == "agent"]
-        if len(agents) != 1 or len(callee.subtree.params) != 1:
-            self.problems.add("E050", at.mark, f"a recover subtree has one param, an agent; {name} has others")
+        has = sorted(param.type.name for param in callee.subtree.params.values())
+        if has != sorted(_WAYS[key]):
+            need = "one param, an agent" if len(_WAYS[key]) == 1 else "two params, an agent and a place"
+            self.problems.add("E050", at.mark, f"a {key} subtree has {need}; {name} has others")
             return None
         return callee.subtree
 
 
 def _envelope(keys: dict[str, Entry], problems: Problems) -> dict[str, float]:
-    """Return the numbers of an envelope; its words (`keep_in: fence`) are the same for all types and only checked."""
-    mapping = read_mapping(keys["envelope"].value, problems, "envelope") if "envelope" in keys else None
-    given = read_keys(mapping, ENVELOPE, problems, "an envelope") if mapping is not None else {}
-    found: dict[str, float] = {}
-    for option in ENVELOPE:
-        node = given[option.name].value if option.name in given else None
-        if node is None:
-            continue
-        if option.form == "word":
-            read_word(node, problems, option.name, option.values)
-        elif option.form == "flag":
-            found[option.name] = float(read_flag(node, problems, option.name))
-        elif (value := read_quantity(node, problems, option.name, option.type)) is not None:
-            found[f"{option.name}_{_SUFFIX[option.type]}"] = value
-    return found
+    """Return the numbers of an envelope by their names among the limits."""
+    limits = read_envelope(keys["envelope"].value, problems) if "envelope" in keys else {}
+    return {limit.key: limit.value for limit in limits.values()}
 
 
 def _limits(keys: dict[str, Entry], problems: Problems) -> dict[str, float]:

@@ -96,12 +96,17 @@ def _find_action(body: Body, role: str, word: str, mark: Mark, *, known: bool) -
     for agent_type in types:
         if word not in agent_type.actions:
             have = {name: _meaning(catalogue.actions[name]) for name in agent_type.actions if name in catalogue.actions}
+            have = {name: meaning for name, meaning in have.items() if not catalogue.actions[name].cuts}
             _no_action(body, f"{agent_type.name} has no action '{word}'", word, mark, have)
             return None
     spec = catalogue.actions.get(word)
     if spec is None and (known or role in body.agents):
-        have = {name: _meaning(action) for name, action in catalogue.actions.items()}
+        have = {name: _meaning(action) for name, action in catalogue.actions.items() if not action.cuts}
         _no_action(body, f"no agent has an action '{word}'", word, mark, have)
+    if spec is not None and spec.cuts:
+        what = f"{word} stops the motors, also in the air: only a person orders it, never a task"
+        body.problems.add("E087", mark, what, "land with LandIn; a person has: formiga cut AGENT")
+        return None
     return spec
 
 

@@ -40,7 +40,7 @@ class TestShippedTrees:
         assert [step.seg for step in task.steps] == [f"steps[{i}]" for i in range(5)]
         assert task.roles["drone"].actions == ("TakeOff", "GoTo", "LandIn")
         assert task.roles["picker"].actions == ("Confirm",)
-        assert list(task.subtrees) == ["ReturnHome", "FlyTo", "FlyAndLand"]
+        assert list(task.subtrees) == ["ReturnHome", "FlyTo", "FlyAndLand", "FetchHome", "LandNear"]
         ask = task.steps[2]
         assert isinstance(ask, model.Ask)
         assert ask.options == ("loaded", "nothing_to_load", "not_yet")
