@@ -1,19 +1,54 @@
-"""Who may be asked to step aside: a task is preempted for a HIGH request, and begins anew when its agents are free again.
+"""Preemption: whom a HIGH request that gets no agents asks to step aside, and who may be asked at all.
 
-A task may be restarted in this way only while nothing is lost by it: in its steps, not held by a person, with no load on its
-machines, no action sent that may not be repeated, and no `critical` step running. `if_lost: rebind` asks the same.
+A task may be ended to begin anew only while nothing is lost by it: in its steps, not held by a person, with no load on its
+machines, no action sent that may not be repeated, no `critical` step running. `if_lost: rebind` asks the same.
+
+`plans` is called by `allocation` after the policy's decision. It keeps nothing: who steps aside already is read from the state
+each time, so a machine that is lost on its way home is replaced, and nobody is asked twice for the same slot.
 """
 
+from collections.abc import Callable, Sequence
+from itertools import combinations
+from typing import Final
+
+from msgspec import Struct
+from msgspec.structs import replace
+
+from formiga_bt.engine.allocator.candidate import Candidate
+from formiga_bt.engine.allocator.filters import refusal
+from formiga_bt.engine.allocator.policy import Decision
 from formiga_bt.engine.core import Core
-from formiga_bt.engine.records import TaskRecord
+from formiga_bt.engine.records import PRIORITIES, Request, RoleRequest, TaskRecord, Verdict
 from formiga_bt.lang.places import steps_around
 
+MOST_SETS: Final = 1000
+"""So many sets of tasks are compared for the smallest; beyond that one is taken from which none can be left out."""
 
+Slots = Sequence[RoleRequest]
+"""A role of machines as often as it has places."""
+
+Team = Callable[[Sequence[str]], list[str] | None]
+"""The agents that fill all slots if these tasks step aside, or None."""
+
+
+class Plan(Struct, frozen=True):
+    """How a HIGH request gets its agents: from whom, and on their way already from whom."""
+
+    request: str
+    victims: tuple[str, ...]
+    """Tasks to be preempted now."""
+    awaited: dict[str, int]
+    """Tasks that step aside for it, the victims among them -> the run that they end."""
+    agents: frozenset[str]
+    """The machines that it will have."""
+
+
+# -- who may be asked --------------------------------------------------------------------------------------------------
 def why_not_preemptible(core: Core, task: TaskRecord) -> str:
     """Return why a task may not be restarted now, or "" if it may.
 
-    One of: `ending` (its steps are over or being stopped, or have not begun), `not_preemptible` (its file says so, or its
-    priority is high), `held`, `ordered` (an order stands on a machine of it), `spent` (an action that may not be repeated was
+    One of: `ending` (its steps are over or being stopped, or have not begun), `not_preemptible` (its file says so, or is of
+    high priority), `held`, `ordered` (an order stands on a machine of it), `spent` (an action that may not be repeated was
     sent), `loaded`, `critical`.
     """
     return _why_not(core, task, "")
@@ -22,7 +57,7 @@ def why_not_preemptible(core: Core, task: TaskRecord) -> str:
 def may_rebind(core: Core, task: TaskRecord, agent_id: str) -> bool:
     """Return whether a task that loses an agent begins anew with another one, instead of its step failing.
 
-    Call it when the agent is lost or quarantined, before the task's trees run on.
+    Call it when the agent is lost or quarantined, while it still stands in the task's roles and before the trees run on.
     """
     model = core.models.get(task.name)
     if model is None:
@@ -38,9 +73,10 @@ def _why_not(core: Core, task: TaskRecord, lost: str) -> str:
         return "ending"
     if model is None or task.system_agent or not model.preemptible:
         return "not_preemptible"
-    if any(_by_a_person(cause) for cause in task.held if not (lost and cause.endswith(f":{lost}"))):
+    if any(not cause.startswith("clearance:") for cause in task.held if not (lost and cause.endswith(f":{lost}"))):
         return "held"
-    mine = [a for a in core.state.agents.values() if not a.human and (a.task == task.id or a.id == lost)]
+    agents = [core.state.agents[agent_id] for agent_id in task.granted]
+    mine = [a for a in agents if not a.human and (a.task == task.id or a.id == lost)]
     if any(a.id in core.state.orders for a in mine if a.id != lost):
         return "ordered"
     if task.spent:
@@ -50,12 +86,169 @@ def _why_not(core: Core, task: TaskRecord, lost: str) -> str:
     return "critical" if runs_critical(core, task) else ""
 
 
-def _by_a_person(cause: str) -> bool:
-    return not cause.startswith("clearance:")
-
-
 def runs_critical(core: Core, task: TaskRecord) -> bool:
     """Return whether a step marked `critical`, or one inside of it, runs now."""
     model = core.models[task.name]
     running = core.state.memory.get(task.id, {})
     return any(step.critical for key in running for step in steps_around(model, key))
+
+
+# -- whom to ask -------------------------------------------------------------------------------------------------------
+def plans(core: Core, requests: Sequence[Request], decision: Decision, agents: Sequence[Candidate]) -> dict[str, Plan]:
+    """Return a plan for each HIGH request that could be served if others step aside, in order of service.
+
+    Args:
+        core: the engine's core; only read.
+        requests: all that wait, in order of service.
+        decision: what the policy made of them.
+        agents: all agents.
+    """
+    grants = {grant.task: grant for grant in decision.grants}
+    urgent = [request for request in requests if request.priority == "high"]
+    if all(request.task in grants for request in urgent):
+        return {}
+    claimed = {
+        agent
+        for request in urgent
+        if request.task in grants
+        for group in grants[request.task].roles.values()
+        for agent in group
+    }
+    found: dict[str, Plan] = {}
+    planner = _Planner(core, agents)
+    for request in urgent:
+        if request.task not in grants:
+            plan = planner.plan(request, decision.verdicts.get(request.task, ()), claimed)
+            if plan is not None:
+                found[request.task] = plan
+                claimed |= plan.agents
+    return found
+
+
+class _Planner:
+    """What is asked again and again of one look: whose agents are coming, who may be preempted."""
+
+    def __init__(self, core: Core, agents: Sequence[Candidate]) -> None:
+        self._core = core
+        machines = [a for a in agents if not a.human and a.task in core.state.tasks]
+        tasks = {a.task: core.state.tasks[a.task] for a in machines}
+        ending = {t.id for t in tasks.values() if t.again or t.section == "recover"}
+        willing = [t for t in tasks.values() if PRIORITIES[t.priority] > 0 and not why_not_preemptible(core, t)]
+        willing.sort(key=lambda t: (-PRIORITIES[t.priority], -t.order))
+        self._home = {a.id: _at_home(core, a, leaving=a.task in ending) for a in machines}
+        self._coming = [a.id for a in machines if a.task in ending]
+        self._held = {t.id: [a.id for a in machines if a.task == t.id] for t in willing}
+
+    def plan(self, request: Request, verdicts: Sequence[Verdict], claimed: set[str]) -> Plan | None:
+        """Return how the request gets its agents, or None if it cannot, or need not wait for anybody to step aside."""
+        fits = {(v.role, v.agent) for v in verdicts if v.code in ("fits", "chosen")}
+        slots = [role for role in request.roles if not role.human for _ in range(role.count)]
+        for role in request.roles:
+            if role.human and sum(name == role.role for name, _ in fits) < role.count:
+                return None
+        free = [v.agent for v in verdicts if (v.role, v.agent) in fits and v.agent not in claimed]
+        ready = [*dict.fromkeys(free), *(a for a in self._coming if a not in claimed)]
+        fits |= {
+            (role.role, agent_id)
+            for role in dict.fromkeys(slots)
+            for agent_id, home in self._home.items()
+            if home is not None and refusal(home, role) is None
+        }
+        chosen = self._victims(slots, fits, ready, claimed)
+        if chosen is None:
+            return None
+        victims, team = chosen
+        tasks = self._core.state.tasks
+        owners = [tasks[self._core.state.agents[agent_id].task] for agent_id in team if agent_id in self._home]
+        awaited = {t.id: t.run for t in owners if t.again == "preempted" or t.id in victims}
+        return Plan(request.task, victims, awaited, frozenset(team)) if awaited else None
+
+    def _victims(
+        self, slots: Slots, fits: set[tuple[str, str]], ready: list[str], claimed: set[str]
+    ) -> tuple[tuple[str, ...], list[str]] | None:
+        """Return the fewest, lowest, youngest tasks that must step aside, and the agents that fill the slots then."""
+        held = {
+            task: useful
+            for task, agents in self._held.items()
+            if (useful := [a for a in agents if a not in claimed and any((s.role, a) in fits for s in slots)])
+        }
+
+        def team(tasks: Sequence[str]) -> list[str] | None:
+            return match(slots, fits, [*ready, *(a for task in tasks for a in held[task])])
+
+        found = team(())
+        if found is not None:
+            return (), found
+        everybody = tuple(held)
+        if team(everybody) is None:
+            return None
+        tried = 0
+        for number in range(1, len(slots) + 1):
+            for some in combinations(everybody, number):
+                found = team(some)
+                if found is not None:
+                    return some, found
+                tried += 1
+                if tried >= MOST_SETS:
+                    return _pruned(everybody, team)
+        raise AssertionError("as many tasks as slots suffice if all do")
+
+
+def _pruned(tasks: tuple[str, ...], team: Team) -> tuple[tuple[str, ...], list[str]]:
+    kept = tasks
+    for task in reversed(tasks):
+        fewer = tuple(t for t in kept if t != task)
+        if team(fewer) is not None:
+            kept = fewer
+    found = team(kept)
+    assert found is not None
+    return kept, found
+
+
+def match(slots: Slots, fits: set[tuple[str, str]], agents: Sequence[str]) -> list[str] | None:
+    """Return a different agent for each slot, the first ones where there is a choice; None if that cannot be.
+
+    `fits` holds (role, agent) of every agent that fits a role.
+    """
+    of_slot: dict[int, str] = {}
+    of_agent: dict[str, int] = {}
+
+    def fill(slot: int, seen: set[str]) -> bool:
+        for agent in agents:
+            if agent in seen or (slots[slot].role, agent) not in fits:
+                continue
+            seen.add(agent)
+            if agent not in of_agent or fill(of_agent[agent], seen):
+                of_slot[slot], of_agent[agent] = agent, slot
+                return True
+        return False
+
+    if all(fill(slot, set()) for slot in range(len(slots))):
+        return [of_slot[slot] for slot in range(len(slots))]
+    return None
+
+
+def _at_home(core: Core, agent: Candidate, *, leaving: bool) -> Candidate | None:
+    """Return a machine as it will be when its task has given it back; None = it lands just now, who knows where."""
+    goal = core.state.goals.get(agent.goal)
+    if goal is not None and goal.in_flight and core.action(goal.action).lands and not leaving:
+        return None
+    brought = agent.landed != "grounded" and core.catalogue.types[agent.type].recover is not None
+    landed, at_port = ("grounded", True) if brought else (agent.landed, agent.at_port)
+    return replace(agent, task="", goal="", word="STANDBY", landed=landed, at_port=at_port)
+
+
+# -- telling -----------------------------------------------------------------------------------------------------------
+def told(core: Core, request: Request, verdicts: tuple[Verdict, ...], plan: Plan | None) -> tuple[Verdict, ...]:
+    """Return the verdicts of a HIGH request that waits, with what preemption makes of the busy ones."""
+
+    def tell(verdict: Verdict) -> Verdict:
+        task = core.state.tasks.get(verdict.detail) if verdict.code == "busy" else None
+        if task is None or core.state.agents[verdict.agent].task != task.id:
+            return verdict
+        if plan is not None and verdict.agent in plan.agents and task.id in plan.awaited:
+            return replace(verdict, code="preempting")
+        code = why_not_preemptible(core, task) if PRIORITIES[task.priority] > PRIORITIES[request.priority] else ""
+        return replace(verdict, code="kept", detail=f"{task.id}: {code}") if code and code != "ending" else verdict
+
+    return tuple(tell(verdict) for verdict in verdicts)

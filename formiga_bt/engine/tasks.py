@@ -23,8 +23,8 @@ from formiga_bt.engine.goals import Goals
 from formiga_bt.engine.holds import unhold
 from formiga_bt.engine.inputs import Abort, Alarm, PublishState, Submit
 from formiga_bt.engine.people import People
-from formiga_bt.engine.preemption import may_rebind
 from formiga_bt.engine.ports import AllocationPort, OrderPort
+from formiga_bt.engine.preemption import may_rebind
 from formiga_bt.engine.records import Again, Stop, TaskRecord
 from formiga_bt.engine.recovery import Recovery
 from formiga_bt.engine.taskmodel import duration_us, root_values, section_steps
@@ -246,7 +246,7 @@ class Tasks:
 
     def _begins_anew(self, task: TaskRecord) -> bool:
         model = self._core.models.get(task.name)
-        return bool(task.again) and model is not None and (task.again == "restart" or model.if_preempted == "restart")
+        return bool(task.again) and model is not None and (task.again != "preempted" or model.if_preempted == "restart")
 
     def _begin_anew(self, task_id: str) -> None:
         core = self._core
@@ -256,7 +256,7 @@ class Tasks:
         fresh = TaskRecord(
             id=task.id, name=task.name, order=task.order, bundle=task.bundle, priority=task.priority,
             requester=task.requester, run=task.run + 1, submitted_at=task.submitted_at, params=task.params,
-            notes=(*task.notes, f"run {task.run} was ended: {task.again}{' ' + task.reason if task.reason else ''}"),
+            notes=task.notes, past=(*task.past, f"run {task.run}: {task.again} {task.reason}".rstrip()),
             held=("lockdown",) if core.state.lockdown is not None else (),
         )  # fmt: skip
         core.emit(ch.TaskPut(fresh))
@@ -328,14 +328,15 @@ class Tasks:
             raise TaskError("unknown_task", f"there is no task '{order.task}'")
         if task.section == "done" or task.status in ("SUCCEEDED", "FAILED", "CANCELED"):
             raise TaskError("already_ended", f"{order.task} has ended: {task.status}")
+        if task.again:  # it was being ended to begin anew: now it just ends
+            task = core.put_task(task.id, again="", code="aborted", reason=f"by {order.by or 'an operator'}")
+            if not order.how:
+                return ""
         if order.how == "abandon":
             return self._abandon(task, order)
         if task.status == "PENDING":
             self._decide(task.id, "CANCELED", "aborted", f"by {order.by or 'an operator'}")
             self._done(task.id)
-            return ""
-        if task.again:  # it was being ended to begin anew: now it just ends
-            core.put_task(task.id, again="", abort_now=order.how == "now")
             return ""
         if order.how == "now" and task.section != "recover":
             core.put_task(task.id, abort_now=True)
