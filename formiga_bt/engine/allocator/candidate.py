@@ -3,6 +3,7 @@
 from msgspec import Struct
 
 from formiga_bt.geo import Position
+from formiga_bt.transport.messages import PreflightCheck
 
 
 class Candidate(Struct, frozen=True, kw_only=True):
@@ -25,3 +26,10 @@ class Candidate(Struct, frozen=True, kw_only=True):
     battery: float
     position: Position | None
     detail: str = ""
+    taken: bool = False
+    """A pilot has, or had, it, and nobody has handed it back."""
+    ordered: str = ""
+    """The order that stands on it."""
+    preflight: bool = False
+    """Whether it is granted only when its checks are all ok."""
+    checks: tuple[PreflightCheck, ...] = ()

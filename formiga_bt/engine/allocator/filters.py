@@ -44,6 +44,10 @@ def refusal(agent: Candidate, role: RoleRequest) -> tuple[str, str] | None:
         return "not_alive", agent.liveness
     if agent.control != "engine":
         return "control", agent.control
+    if agent.taken:
+        return "control", "pilot"
+    if agent.ordered:
+        return "ordered", agent.ordered
     if agent.task:
         return "busy", agent.task
     if agent.goal:
@@ -58,4 +62,24 @@ def refusal(agent: Candidate, role: RoleRequest) -> tuple[str, str] | None:
         return "parked_away", ""
     if agent.battery < role.battery_min:
         return "battery", f"{agent.battery:.0f} % < {role.battery_min:.0f} %"
-    return None
+    return _not_ready(agent)
+
+
+def looked(request: Request, agents: Sequence[Candidate]) -> tuple[Verdict, ...]:
+    """Return what there is to say of each agent for a request that no policy sees: it fits, or why not."""
+    found = []
+    for role in request.roles:
+        for agent in agents:
+            code, detail = refusal(agent, role) or ("fits", "")
+            found.append(Verdict(role.role, agent.id, code, None, detail))
+    return tuple(found)
+
+
+def _not_ready(agent: Candidate) -> tuple[str, str] | None:
+    """Return the first check before the flight that is not ok; in the air a machine tells of none."""
+    if not agent.preflight or agent.landed == "airborne":
+        return None
+    if not agent.checks:
+        return "no_checks", ""
+    bad = next((check for check in agent.checks if not check.ok), None)
+    return None if bad is None else ("preflight", f"{bad.check}: {bad.text or 'not ok'}")

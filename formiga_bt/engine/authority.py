@@ -1,0 +1,169 @@
+"""Who may let a task fly: approvals and pilots of `mode: real`, and the lockdown that admits nobody.
+
+Three questions, each with its own code:
+
+| asked | by | codes |
+|---|---|---|
+| may this task be requested? | each Submit | `lockdown`, `not_approved` |
+| may this request be granted now? | each look of the allocator | `lockdown`, `not_approved`, `no_pilot` |
+| who is its pilot? | each grant | |
+
+System tasks (recover, orders) are asked none of them: a machine in the air always comes home.
+"""
+
+from typing import Final
+
+from formiga_bt.engine import changes as ch
+from formiga_bt.engine.core import Core
+from formiga_bt.engine.inputs import Alarm, Approve, Duty, Submit
+from formiga_bt.engine.records import Approval, Request
+from formiga_bt.errors import TaskError
+from formiga_bt.lang.model import Task
+from formiga_bt.safety.approval import TYPED, UNNAMED, approval_digest, needs_another, same_person
+
+APPROVERS: Final = "approvers"
+"""The site's people role that may approve."""
+
+
+class Authority:
+    """Reads and writes `state.approvals` and `state.duty`; keeps nothing itself."""
+
+    def __init__(self, core: Core) -> None:
+        self._core = core
+
+    # -- a person's word -------------------------------------------------------------------------------------------
+    def take(self, given: Approve | Duty) -> None:
+        """Record an approval, or a pilot's coming and going.
+
+        Raises:
+            TaskError: `not_approver`, `not_approved` (nothing to take back), `unknown_pilot`.
+        """
+        if isinstance(given, Approve):
+            self._approve(given)
+        else:
+            self._duty(given)
+
+    def _approve(self, given: Approve) -> None:
+        core = self._core
+        approvers = core.site.people.get(APPROVERS, ())
+        if given.by not in approvers:
+            known = ", ".join(approvers) or "nobody: name people in site.yaml under people: approvers"
+            raise TaskError(
+                "not_approver", f"{given.by or 'somebody'} is no approver of {core.site.name}; it has {known}"
+            )
+        old = core.state.approvals.get(given.digest)
+        if given.revoke:
+            if old is None:
+                raise TaskError("not_approved", f"{given.task} ({short(given.digest)}) is not approved")
+            core.emit(ch.ApprovalPut(given.digest, None))
+        elif old is None or (old.task, old.by) != (given.task, given.by):
+            core.emit(ch.ApprovalPut(given.digest, Approval(task=given.task, by=given.by, at=given.at or core.now)))
+
+    def _duty(self, given: Duty) -> None:
+        core = self._core
+        if given.pilot not in core.site.pilots:
+            known = ", ".join(core.site.pilots) or "none: name them in site.yaml under pilots"
+            raise TaskError("unknown_pilot", f"{given.pilot} is no pilot of {core.site.name}; it has {known}")
+        if given.on == (given.pilot in core.state.duty):
+            return
+        core.emit(ch.DutyPut(given.pilot, core.now if given.on else None))
+        machines = self._machines_of(given.pilot)
+        if machines and not given.on:
+            text = f"{given.pilot} went off duty; still under that name: {', '.join(machines)}"
+            core.effect(Alarm("pilot_off_duty", text))
+
+    # -- admission -------------------------------------------------------------------------------------------------
+    def admit(self, request: Submit) -> None:
+        """Let a request in, or not. One of an unknown task is let in: `Tasks` refuses it.
+
+        Raises:
+            TaskError: `lockdown`, or `not_approved`, with what to do.
+        """
+        locked = self._locked()
+        if locked:
+            raise TaskError("lockdown", f"{locked}; no task is admitted before it is released")
+        model = self._core.models.get(request.task)
+        lack = self._lack(model, request.requester) if model is not None else ""
+        if lack:
+            raise TaskError("not_approved", lack)
+
+    def _locked(self) -> str:
+        lockdown = self._core.state.lockdown
+        return "" if lockdown is None else f"the site is locked down by {lockdown.by or 'an operator'}"
+
+    def _lack(self, task: Task, requester: str) -> str:
+        """Return what is missing for this person's task to fly, or ""."""
+        core = self._core
+        if core.site.mode != "real":
+            return ""
+        digest = approval_digest(task, core.site)
+        approval = core.state.approvals.get(digest)
+        how = f"formiga approve {task.name} --by NAME"
+        who = ", ".join(core.site.people.get(APPROVERS, ())) or "no approvers are named in site.yaml"
+        if approval is None:
+            return f"{task.name} ({short(digest)}) is not approved as it is now; an approver ({who}) must: {how}"
+        if not needs_another(task, core.catalogue):
+            return ""
+        if requester in UNNAMED:
+            return f"{task.name} lands away from home, so that its requester must be named, and another than who approved it"
+        if same_person(requester, approval.by):
+            return (
+                f"{task.name} lands away from home, so that another person than its requester {requester} must approve it"
+                f" ({who}): {how}"
+            )
+        return ""
+
+    # -- grants ----------------------------------------------------------------------------------------------------
+    def blocked(self, request: Request) -> tuple[str, str] | None:
+        """Return (code, detail) of what keeps a waiting request from being granted now, whoever is free; or None."""
+        core = self._core
+        locked = self._locked()
+        if locked:
+            return "lockdown", locked
+        task = core.task(request.task)
+        lack = self._lack(core.model(task), task.requester)
+        if lack:
+            return "not_approved", lack
+        if not self.pilot(request) and self._binds(request):
+            return "no_pilot", self._why_no_pilot(request)
+        return None
+
+    def _binds(self, request: Request) -> bool:
+        return self._core.site.mode == "real" and machines_of(request) > 0
+
+    def pilot(self, request: Request) -> str:
+        """Return the pilot on duty who takes the machines of a request: the one with the most room; "" = none has enough."""
+        if not self._binds(request):
+            return ""
+        rooms = [(self._room(pilot), pilot) for pilot in self._core.site.pilots if pilot in self._core.state.duty]
+        fit = [(room, pilot) for room, pilot in rooms if room >= machines_of(request)]
+        return max(fit, key=lambda one: one[0])[1] if fit else ""
+
+    def _room(self, pilot: str) -> int:
+        return self._core.site.pilots[pilot] - len(self._machines_of(pilot))
+
+    def _machines_of(self, pilot: str) -> list[str]:
+        """Return the machines that tasks of a pilot hold and have not released."""
+        state = self._core.state
+        mine = {task for task in self._core.open if state.tasks[task].pilot == pilot}
+        return [agent.id for agent in state.agents.values() if agent.task in mine and not agent.human]
+
+    def _why_no_pilot(self, request: Request) -> str:
+        core = self._core
+        if not core.site.pilots:
+            return "the site names no pilots"
+        on = [pilot for pilot in core.site.pilots if pilot in core.state.duty]
+        if not on:
+            return f"nobody of {', '.join(core.site.pilots)} is on duty"
+        told = ", ".join(f"{p} has {len(self._machines_of(p))} of {core.site.pilots[p]}" for p in on)
+        return f"it needs room for {machines_of(request)}; {told}"
+
+
+def machines_of(request: Request) -> int:
+    """Return how many machines a request asks for."""
+    return sum(role.count for role in request.roles if not role.human)
+
+
+def short(digest: str) -> str:
+    """Return the part of a digest that people type."""
+    return digest[:TYPED]
