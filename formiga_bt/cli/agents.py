@@ -1,4 +1,4 @@
-"""`formiga agents`: list machines and people; `agents clear ID` and `agents handback ID` give orders about one."""
+"""`formiga agents`: list machines and people; `agents clear ID` takes one back (`agents handback ID`: `handback ID --end`)."""
 
 from typing import Annotated, Any
 
@@ -18,10 +18,10 @@ def command(
     as_json: JsonOption = False,
     site: SiteOption = None,
 ) -> None:
-    """List machines and people, or order `clear ID` or `handback ID`.
+    """List machines and people, or order `clear ID`.
 
     clear: you have looked at a quarantined machine and trust it again; it comes home if it may be airborne.
-    handback: its pilot has given a machine back; the step that was interrupted fails, and its task goes on from there.
+    handback: short for formiga handback ID --end. Example: formiga agents clear hwd_1
     """
     if order and (order not in ORDERS or not agent):
         raise UnusableFile(f"say `formiga agents`, or one of: {', '.join(f'formiga agents {o} ID' for o in ORDERS)}")
@@ -42,19 +42,39 @@ def command(
         typer.echo(f"no agents yet; they connect at {client.address.endpoint}")
         show_next("formiga up --sim starts simulated ones with the engine")
         return
+    if found["lockdown"]["on"]:
+        typer.echo(found["lockdown"]["text"])
     print_table(
         [("AGENT", "TYPE", "STATE", "BATTERY", "WHERE", "TASK", "ACTION", "HEARD", "NOTE"), *map(_row, found["agents"])]
     )
-    bad = [a["id"] for a in found["agents"] if a["quarantine"]]
-    show_next(*([f"formiga agents clear {bad[0]}"] if bad else ["formiga run TASK --follow"]))
+    show_next(*_suggestions(found))
+
+
+def _suggestions(found: dict[str, Any]) -> list[str]:
+    bad = [f"formiga agents clear {a['id']}" for a in found["agents"] if a["quarantine"]]
+    back = [
+        f"formiga handback {a['id']} --continue|--return|--end"
+        for a in found["agents"]
+        if a["taken"] and a["control"] == "engine"
+    ]
+    orders = [a["order"] for a in found["agents"] if a["order"] and a["order"]["scope"] in ("agent", "task", "all")]
+    ordered = [f"formiga continue {order['agent']}" for order in orders if order["stop"] != "cut"]
+    locked = ["formiga lockdown release"] if found["lockdown"]["on"] else []
+    return [*locked, *back[:1], *bad[:1], *ordered[:1]] or ["formiga run TASK --follow"]
 
 
 def _row(agent: dict[str, Any]) -> tuple[str, ...]:
     where = agent["position"]
     place = "" if where is None else f"{where['east_m']:.0f} E {where['north_m']:.0f} N {where['up_m']:.0f} up"
     state = agent["pool"] if not agent["human"] else "here" if agent["at_desk"] else "person"
-    notes = [agent["quarantine"], agent["refused"] and f"not admitted: {agent['refused']}"]
+    order = agent["order"]
+    notes = (
+        [] if order is None else [f"{order['stop'].upper()}: {order['text'].removeprefix(agent['id']).lstrip(': ')}"]
+    )
+    notes += [agent["quarantine"], agent["refused"] and f"not admitted: {agent['refused']}"]
     notes.append("" if agent["control"] == "engine" else f"control: {agent['control']}")
+    notes.append("waits for handback" if agent["taken"] and agent["control"] == "engine" else "")
+    notes.append(agent["breach"] and f"breaks its limit: {agent['breach'].removeprefix('!')}")
     battery = "" if agent["battery"] is None or agent["human"] else f"{agent['battery']:.0f} %"
     note = ", ".join(n for n in notes if n)
     return (

@@ -28,20 +28,25 @@ def command(
         return
     rows: list[tuple[str, ...]] = [("TASK", "STATUS", "PRIORITY", "REQUESTED", "TOOK", "AGENTS", "")]
     rows += [_row(task) for task in found["tasks"]]
+    if found["lockdown"]["on"]:
+        typer.echo(found["lockdown"]["text"])
     if len(rows) == 1:
         typer.echo("no tasks" + (f" that are {status}" if status else ""))
         show_next("formiga run TASK --follow", "formiga tasks --library")
         return
     print_table(rows)
+    first = found["tasks"][0]["id"]
     if found["total"] > len(found["tasks"]):
         typer.echo(f"... and {found['total'] - len(found['tasks'])} older ones: --limit {found['total']}")
-    show_next(f"formiga why {found['tasks'][0]['id']}")
+    held = [task["id"] for task in found["tasks"] if task["held"]]
+    show_next(*(["formiga lockdown release"] if found["lockdown"]["on"] else []), f"formiga why {[*held, first][0]}")
 
 
 def _row(task: dict[str, Any]) -> tuple[str, ...]:
     at = datetime.fromtimestamp(task["unix_millis_submitted"] / 1000).astimezone()
     status = task["status"] + (" HELD" if task["held"] else "")
-    why = ", ".join(task["held"]) if task["held"] else f"{task['code']} {task['reason']}".strip()
+    orders = [order["text"] for order in task["orders"] if task["section"] != "done"]
+    why = "; ".join([", ".join(task["held"]), *orders]).strip("; ") or f"{task['code']} {task['reason']}".strip()
     took = f"{task['duration_s']:.0f} s"
     return task["id"], status, task["priority"], f"{at:%H:%M:%S}", took, " ".join(task["agents"]), why
 

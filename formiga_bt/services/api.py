@@ -18,13 +18,16 @@ from starlette.exceptions import HTTPException
 
 from formiga_bt import __version__
 from formiga_bt.services import models as m
+from formiga_bt.services import order_routes
 from formiga_bt.services.door import Door
 from formiga_bt.services.feed import Event, Feed
-from formiga_bt.services.orders import Orders, Refused
+from formiga_bt.services.orders import Orders
+from formiga_bt.services.refused import Refused
 
 STATUS: Final = {
     "unknown_task": 404,
     "unknown_agent": 404,
+    "unknown_target": 404,
     "unknown_question": 404,
     "bad_params": 422,
     "bad_role": 422,
@@ -95,6 +98,7 @@ def build(host: Host, *, token: str, needs_token: bool) -> Callable[..., Any]:
     _errors(app)
     _tasks(app, host.orders)
     _agents(app, host.orders)
+    order_routes.add(app, host.orders.stops)
     _people(app, host.orders)
     _engine(app, host)
     return Door(app, token=token, needs_token=needs_token, refusal=problem)
@@ -176,11 +180,6 @@ def _agents(app: FastAPI, orders: Orders) -> None:
     def clear(agent: str, body: m.ByBody | None = None) -> m.Reply:
         """Take a quarantined agent back, once a person has looked at it."""
         return m.Reply(text=orders.clear(agent, (body or m.ByBody()).by or "http"))
-
-    @app.post("/v1/agents/{agent}/handback", tags=["agents"])
-    def handback(agent: str, body: m.HandbackBody | None = None) -> m.Reply:
-        """Give a machine back that its pilot had taken over."""
-        return m.Reply(text=orders.hand_back(agent, (body or m.HandbackBody()).by or "http"))
 
 
 def _people(app: FastAPI, orders: Orders) -> None:

@@ -20,7 +20,7 @@ class Event(Struct, frozen=True, kw_only=True):
 
     n: int
     type: str
-    """task, goal, agent, question, notice, alarm, engine, or gap (older events are gone)."""
+    """task, goal, agent, order, lockdown, question, notice, alarm, engine, or gap (older events are gone)."""
     at: Micros
     text: str
     task: str = ""

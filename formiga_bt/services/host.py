@@ -24,6 +24,7 @@ from formiga_bt.services import models as m
 from formiga_bt.services.door import is_loopback
 from formiga_bt.services.feed import Feed
 from formiga_bt.services.orders import Orders
+from formiga_bt.services.standing import lockdown_out
 from formiga_bt.services.view import View
 from formiga_bt.site_folder import SiteFolder
 from formiga_bt.transport.base import AgentTransport
@@ -266,6 +267,7 @@ class EngineHost:
                 steps=state.seq,
                 tasks=tasks,
                 agents=agents,
+                lockdown=lockdown_out(state),
                 questions=sum(q.reply is None for q in state.questions.values()),
                 alarms=[shown.line_out(line) for line in list(self.view.alarms)[-10:]],
                 text=repr(self.driver.error) if failed else "",

@@ -7,6 +7,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from formiga_bt.services.order_models import LockdownOut, StandingOrderOut
+
 Id = Annotated[str, Field(min_length=1, max_length=200)]
 Name = Annotated[str, Field(max_length=200)]
 
@@ -38,12 +40,6 @@ class ByBody(Body):
     """Who gives the order."""
 
     by: Name = ""
-
-
-class HandbackBody(ByBody):
-    """Give a machine back that a pilot had taken over. `end`: its interrupted step fails with `taken_over`."""
-
-    how: Literal["end"] = "end"
 
 
 class AnswerBody(Body):
@@ -95,7 +91,9 @@ class TaskOut(BaseModel):
     task: str
     status: Literal["PENDING", "ASSIGNED", "ACTIVE", "ENDING", "SUCCEEDED", "FAILED", "CANCELED"]
     held: list[str]
-    """Causes of HELD: operator, clearance:<agent>, take-over:<agent>, lockdown, resume. Empty: not held."""
+    """Causes of HELD: operator, operator:<agent>, clearance:<agent>, take-over:<agent>, lockdown, resume. Empty: not held."""
+    orders: list[StandingOrderOut]
+    """Orders that stand on its machines."""
     section: str
     priority: str
     requester: str
@@ -173,6 +171,7 @@ class TasksOut(BaseModel):
     tasks: list[TaskOut]
     total: int
     """So many fit the filter."""
+    lockdown: LockdownOut
 
 
 class BecauseOut(BaseModel):
@@ -224,6 +223,14 @@ class AgentOut(BaseModel):
     at_desk: bool
     word: str
     """Its own status word."""
+    order: StandingOrderOut | None
+    """The order that stands on it."""
+    taken: bool
+    """A pilot or its own failsafe took it over, and no person has handed it back yet."""
+    breach: str
+    """The limit of its envelope that it breaks now; a `!` before it: its landing is finished first."""
+    on_link_loss: str
+    """What it does by itself when it hears nothing of the engine."""
     quarantine: str
     refused: str
     bad: int
@@ -234,6 +241,7 @@ class AgentsOut(BaseModel):
     """All agents, in the order in which they came."""
 
     agents: list[AgentOut]
+    lockdown: LockdownOut
 
 
 class QuestionOut(BaseModel):
@@ -309,5 +317,6 @@ class Health(BaseModel):
     agents: dict[str, int]
     """Number by pool; people under `people`."""
     questions: int
+    lockdown: LockdownOut
     alarms: list[LineOut]
     text: str = ""

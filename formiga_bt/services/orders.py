@@ -2,7 +2,8 @@
 
 The engine itself is never touched, and its thread never waits for a caller.
 
-Every refusal is a `Refused` with a code, a text and what helps; `api` makes a problem document of it.
+Stops, lockdown and hand-back are `stops`. Every refusal is a `Refused` with a code, a text and what helps; `api` makes a
+problem document of it.
 """
 
 import hashlib
@@ -16,7 +17,7 @@ from typing import Any, Final, Protocol
 from formiga_bt.clock import Micros
 from formiga_bt.diagnostics import render
 from formiga_bt.engine.inputs import Abort, Input, Operator, Submit
-from formiga_bt.engine.records import AgentRecord, Priority, Question, TaskRecord
+from formiga_bt.engine.records import Priority, Question, TaskRecord
 from formiga_bt.engine.state import EngineState
 from formiga_bt.errors import FormigaError, TaskError
 from formiga_bt.geo import Frame
@@ -24,22 +25,18 @@ from formiga_bt.lang.binding import bind_params
 from formiga_bt.lang.model import Catalogue, Site, Task
 from formiga_bt.services import models as out
 from formiga_bt.services import shown
+from formiga_bt.services.because import Silence
 from formiga_bt.services.places import StepPlaces
+from formiga_bt.services.refused import Refused
+from formiga_bt.services.standing import lockdown_out
+from formiga_bt.services.stops import Stops
 from formiga_bt.services.view import TaskLog, View
-from formiga_bt.services.why import Silence, why
+from formiga_bt.services.why import why
+from formiga_bt.services.words import hint_for
 from formiga_bt.transport.desk import DeskTransport
 
 KEYS_KEPT: Final = 10_000
 """Idempotency keys remembered."""
-
-
-class Refused(TaskError):  # noqa: N818 - it names what happened
-    """An order or question that cannot be served."""
-
-    def __init__(self, code: str, text: str, hint: str = "", problems: Sequence[str] = ()) -> None:
-        super().__init__(code, text)
-        self.hint = hint
-        self.problems = tuple(problems)
 
 
 class Driver(Protocol):
@@ -92,6 +89,7 @@ class Orders:
         self._places: dict[str, StepPlaces] = {}
         self._keys: OrderedDict[str, _Keyed] = OrderedDict()
         self._keys_lock = threading.Lock()
+        self.stops = Stops(self._ask, view, site, driver.now)
         self.desk_people: set[str] = set()
         self.closed_for = ""
         """Why no task is admitted any more, or empty."""
@@ -163,7 +161,8 @@ class Orders:
         try:
             return self._driver.ask(given)
         except TaskError as error:
-            raise Refused(error.code, str(error), HINTS.get(error.code, "")) from error
+            target = str(getattr(given, "target", "") or getattr(given, "task", ""))
+            raise Refused(error.code, str(error), hint_for(error.code, target)) from error
         except FormigaError as error:
             raise Refused("stopped", str(error), "formiga up starts it again") from error
 
@@ -193,7 +192,11 @@ class Orders:
         with self._view.reading() as state:
             fit = [t for t in state.tasks.values() if _fits(t, status)]
             fit.sort(key=lambda t: -t.order)
-            return out.TasksOut(tasks=[shown.task_out(t, now) for t in fit[:limit]], total=len(fit))
+            return out.TasksOut(
+                tasks=[shown.task_out(state, t, now) for t in fit[:limit]],
+                total=len(fit),
+                lockdown=lockdown_out(state),
+            )
 
     def task(self, task_id: str) -> out.TaskDetail:
         """Return everything about a task.
@@ -216,7 +219,8 @@ class Orders:
         now = self._driver.now()
         with self._view.reading() as state:
             task = self._known(state.tasks, task_id)
-            lines = why(state, task, now, self._places_of(task.name), self._silences(state), self.desk_people)
+            places = self._places_of(task.name)
+            lines = why(state, task, now, places, self._silences(state), self.desk_people, self._catalogue)
         because = [
             out.BecauseOut(code=line.code, text=line.text, hint=line.hint, agent=line.agent, role=line.role)
             for line in lines
@@ -248,9 +252,11 @@ class Orders:
     # -- agents ----------------------------------------------------------------------------------------------------
     def agents(self) -> out.AgentsOut:
         """Return all agents."""
+        now = self._driver.now()
         with self._view.reading() as state:
             records = sorted(state.agents.values(), key=lambda a: a.order)
-        return out.AgentsOut(agents=[shown.agent_out(a, self._frame, self.desk_people) for a in records])
+            shown_agents = [shown.agent_out(state, a, self._frame, self.desk_people, now) for a in records]
+            return out.AgentsOut(agents=shown_agents, lockdown=lockdown_out(state))
 
     def clear(self, agent: str, by: str = "") -> str:
         """Take a quarantined agent back.
@@ -261,23 +267,6 @@ class Orders:
         self._ask(Operator("clear", agent, by))
         self._view.catch_up()
         return f"{agent} is asked what it still does, and comes home if it may be airborne"
-
-    def hand_back(self, agent: str, by: str = "") -> str:
-        """Give a machine back to the engine; its interrupted step fails.
-
-        Raises:
-            Refused: unknown, its pilot still has it, or none took it over.
-        """
-        self._view.catch_up()
-        with self._view.reading() as state:
-            record = state.agents.get(agent)
-            if record is not None and record.control == "engine" and not _taken_over(state, record):
-                raise Refused(
-                    "not_taken_over", f"{agent} was not taken over by a pilot", "formiga agents tells who has it"
-                )
-        self._ask(Operator("handback_end", agent, by))
-        self._view.catch_up()
-        return f"{agent} is the engine's again; its interrupted step fails (taken_over)"
 
     # -- people ----------------------------------------------------------------------------------------------------
     def inbox(self, person: str = "") -> out.InboxOut:
@@ -342,24 +331,6 @@ class Orders:
         """Return the tasks that can be requested."""
         tasks = [shown.library_task(self._tasks[name]) for name in sorted(self._tasks)]
         return out.LibraryOut(tasks=tasks, refused=list(refused))
-
-
-HINTS: Final[Mapping[str, str]] = {
-    "unknown_task": "formiga tasks lists them",
-    "unknown_agent": "formiga agents lists them",
-    "already_ended": "formiga why tells how",
-    "already_ending": "abort --now skips the rest of its cleanup",
-    "busy": "try again when some of the waiting tasks have started",
-    "not_alive": "is its process running, and connected to this engine?",
-}
-
-
-def _taken_over(state: EngineState, agent: AgentRecord) -> bool:
-    """Return whether a task or a goal waits until this agent is handed back."""
-    task = state.tasks.get(agent.task)
-    return (task is not None and f"take-over:{agent.id}" in task.held) or any(
-        goal.agent == agent.id and goal.state == "gated" and goal.code == "taken_over" for goal in state.goals.values()
-    )
 
 
 def _fits(task: TaskRecord, status: str) -> bool:

@@ -9,6 +9,7 @@ from formiga_bt.geo import Frame
 from formiga_bt.lang.model import Task
 from formiga_bt.services import models as out
 from formiga_bt.services.places import StepPlaces, running_leaves, title
+from formiga_bt.services.standing import standing_out
 from formiga_bt.services.view import Line, TaskLog
 from formiga_bt.services.why import place
 
@@ -23,13 +24,14 @@ def seconds(span: Micros) -> float:
     return round(span / 1e6, 1)
 
 
-def task_out(task: TaskRecord, now: Micros) -> out.TaskOut:
+def task_out(state: EngineState, task: TaskRecord, now: Micros) -> out.TaskOut:
     """Return a task as lists show it."""
     return out.TaskOut(
         id=task.id,
         task=task.name,
         status=task.status,
         held=list(task.held),
+        orders=[standing_out(state, state.orders[a], now) for a in _machines_of(task) if a in state.orders],
         section=task.section,
         priority=task.priority,
         requester=task.requester,
@@ -46,6 +48,10 @@ def task_out(task: TaskRecord, now: Micros) -> out.TaskOut:
     )
 
 
+def _machines_of(task: TaskRecord) -> list[str]:
+    return list(dict.fromkeys(agent for group in task.roles.values() for agent in group))
+
+
 def task_detail(
     state: EngineState, task: TaskRecord, log: TaskLog, now: Micros, places: StepPlaces | None
 ) -> out.TaskDetail:
@@ -57,7 +63,7 @@ def task_detail(
         mark = f"{step.mark.file}:{step.mark.line}" if step is not None else ""
         nodes.append(out.NodeOut(node=key, title=title(step) if step is not None else "", place=mark))
     return out.TaskDetail(
-        **task_out(task, now).model_dump(),
+        **task_out(state, task, now).model_dump(),
         failure=None
         if failure is None
         else out.FailureOut(
@@ -107,7 +113,7 @@ def goal_out(goal: GoalRecord, now: Micros) -> out.GoalOut:
     )
 
 
-def agent_out(agent: AgentRecord, frame: Frame, desk: Collection[str]) -> out.AgentOut:
+def agent_out(state: EngineState, agent: AgentRecord, frame: Frame, desk: Collection[str], now: Micros) -> out.AgentOut:
     """Return an agent."""
     point = None
     if agent.position is not None:
@@ -133,6 +139,10 @@ def agent_out(agent: AgentRecord, frame: Frame, desk: Collection[str]) -> out.Ag
         layer_m=agent.layer_m,
         at_desk=agent.id in desk,
         word=agent.word,
+        order=standing_out(state, state.orders[agent.id], now) if agent.id in state.orders else None,
+        taken=agent.taken,
+        breach=agent.breach,
+        on_link_loss=agent.on_link_loss,
         quarantine=agent.quarantine,
         refused=agent.refused,
         bad=agent.bad,

@@ -18,9 +18,10 @@ from formiga_bt.blackboard import Blackboard
 from formiga_bt.clock import Micros
 from formiga_bt.engine import changes as ch
 from formiga_bt.engine.inputs import Alarm, Notify, Step
-from formiga_bt.engine.records import AgentRecord, GoalRecord, Question, TaskRecord
+from formiga_bt.engine.records import AgentRecord, GoalRecord, Question, StandingOrder, TaskRecord
 from formiga_bt.engine.state import EngineState, apply
 from formiga_bt.services.feed import Feed
+from formiga_bt.services.standing import doing, given, lockdown_out
 
 ENDED_KEPT: Final = 2000
 ROWS_KEPT: Final = 500
@@ -133,6 +134,13 @@ class View:
                     known = state.agents.get(agent.id)
                     apply(state, self._board, change)
                     self._agent(step.at, agent, known)
+                case ch.OrderPut(agent_id, order):
+                    former = state.orders.get(agent_id)
+                    apply(state, self._board, change)
+                    self._order(step.at, agent_id, order, former)
+                case ch.LockdownPut():
+                    apply(state, self._board, change)
+                    self._lockdown(step.at)
                 case ch.QuestionPut(question):
                     asked = state.questions.get(question.id)
                     apply(state, self._board, change)
@@ -216,16 +224,37 @@ class View:
     def _agent(self, at: Micros, agent: AgentRecord, before: AgentRecord | None) -> None:
         news = [
             f"{name} {getattr(agent, name) or 'none'}"
-            for name in ("liveness", "pool", "control", "task", "refused")
+            for name in ("liveness", "pool", "control", "breach", "task", "refused")
             if before is None or getattr(agent, name) != getattr(before, name)
             if before is not None or getattr(agent, name)
         ]
+        if before is not None and agent.taken != before.taken:
+            news.append("taken over" if agent.taken else "handed back")
         if news:
             first = "is here: " if before is None else ""
             data = {"pool": agent.pool, "liveness": agent.liveness, "control": agent.control}
             self.feed.add(
                 "agent", at, f"{agent.id} {first}{', '.join(news)}", task=agent.task, agent=agent.id, data=data
             )
+
+    def _order(self, at: Micros, agent: str, order: StandingOrder | None, former: StandingOrder | None) -> None:
+        shown = order or former
+        if shown is None or (order is not None and former is not None and _alike(order, former)):
+            return
+        if order is None:
+            text = f"{agent}: the order `{shown.stop}` stands no more"
+        elif order.state == "open":
+            text = f"{given(order)}: {doing(self.state, order, at)}"
+        else:
+            text = f"{agent}: the order `{order.stop}` is {order.state}"
+        record = self.state.agents.get(agent)
+        data = {"stop": shown.stop, "state": "ended" if order is None else order.state, "by": shown.by}
+        self.feed.add("order", at, text, task=record.task if record is not None else "", agent=agent, data=data)
+
+    def _lockdown(self, at: Micros) -> None:
+        shown = lockdown_out(self.state)
+        text = shown.text if shown.on else "lockdown is released"
+        self.feed.add("lockdown", at, text, data={"on": shown.on, "how": shown.how, "by": shown.by})
 
     def _question(self, at: Micros, question: Question, before: Question | None) -> None:
         if before is None:
@@ -237,3 +266,7 @@ class View:
     def _tell_question(self, at: Micros, question: Question, state: str, text: str) -> None:
         data = {"question": question.number, "state": state, "options": list(question.options)}
         self.feed.add("question", at, text, task=question.task, data={**data, "people": list(question.asked)})
+
+
+def _alike(one: StandingOrder, other: StandingOrder) -> bool:
+    return (one.stop, one.scope, one.state) == (other.stop, other.scope, other.state)

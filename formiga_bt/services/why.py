@@ -5,37 +5,19 @@ Pure functions over the view's copy of the state. The codes are the engine's; th
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 
-from msgspec import Struct
-
 from formiga_bt.clock import Micros
 from formiga_bt.engine.allocator.policy import UNREACHABLE
 from formiga_bt.engine.records import PRIORITIES, GoalRecord, Question, Request, RoleRequest, TaskRecord, Verdict
 from formiga_bt.engine.state import EngineState
+from formiga_bt.lang.model import Catalogue
 from formiga_bt.nodes.memory import WaitMem
+from formiga_bt.services.because import Because, Silence
 from formiga_bt.services.places import StepPlaces, running_leaves, title
-from formiga_bt.services.words import GATE, HOLDS, REASONS, REPEATS, VERDICT_HINTS, VERDICTS, say
+from formiga_bt.services.why_stopped import locked, stopped
+from formiga_bt.services.words import GATE, REASONS, REPEATS, VERDICT_HINTS, VERDICTS, say, span
 
 OTHER_ROLE = frozenset({"wrong_type", "not_this_one"})
 """Refusals that say nothing about the agent; left out where others remain."""
-
-
-class Because(Struct, frozen=True, omit_defaults=True):
-    """One line of the chain."""
-
-    code: str
-    text: str
-    hint: str = ""
-    agent: str = ""
-    role: str = ""
-
-
-class Silence(Struct, frozen=True):
-    """An agent that is not heard of."""
-
-    since: Micros
-    """For so long, wall time."""
-    lost_after: Micros | None
-    """Silence after which it counts as lost; None for people, who are only unreachable."""
 
 
 def why(
@@ -45,15 +27,18 @@ def why(
     places: StepPlaces | None,
     silences: Mapping[str, Silence] | None = None,
     desk: Collection[str] = (),
+    catalogue: Catalogue | None = None,
 ) -> list[Because]:
     """Return the chain of a task, most important first.
 
-    `silences` are the agents that are not heard of, `desk` the people who answer at the engine.
+    `silences` are the agents that are not heard of, `desk` the people who answer at the engine; `catalogue` tells what an
+    interrupted action requires.
     """
     if task.status == "PENDING":
-        return list(_waiting(state, task, now))
+        return [*locked(state, now), *_waiting(state, task, now)]
     lines = [*_outcome(task, places)] if task.outcome else []
     if task.section != "done":
+        lines += stopped(state, task, now, catalogue)
         lines += _silent(state, task, silences or {})
         lines += _running(state, task, now, places, desk)
     return [*lines, *_chosen(state, task)]
@@ -64,7 +49,8 @@ def _waiting(state: EngineState, task: TaskRecord, now: Micros) -> Iterator[Beca
     request = state.requests.get(task.id)
     waited = span(now - task.submitted_at)
     if request is None:
-        yield Because("pending", f"it was requested {waited} ago and is about to start")
+        again = f"; it begins anew (run {task.run})" if task.run > 1 else ""
+        yield Because("pending", f"it was requested {waited} ago and is about to start{again}")
         return
     yield Because("pending", f"it waits for agents since {waited}; all of its roles are granted together")
     ahead = [r for r in state.requests.values() if _rank(r) < _rank(request)]
@@ -111,13 +97,11 @@ def _role(role: RoleRequest, verdicts: Sequence[Verdict]) -> Iterator[Because]:
 def _running(
     state: EngineState, task: TaskRecord, now: Micros, places: StepPlaces | None, desk: Collection[str]
 ) -> Iterator[Because]:
-    for cause in task.held:
-        word, _, agent = cause.partition(":")
-        yield Because(f"held.{word}", f"HELD: {say(HOLDS, word, agent=agent)}", agent=agent)
     mine = [goal for goal in state.goals.values() if goal.task == task.id and goal.action != "Confirm"]
     for goal in mine:
         if goal.state == "gated":
-            words = say(GATE, goal.code, text=goal.text or "another machine", agent=goal.agent)
+            code = "control:handback" if (goal.code, goal.text) == ("control", "handback") else goal.code
+            words = say(GATE, code, text=goal.text or "another machine", agent=goal.agent)
             yield Because(f"gate.{goal.code or 'open'}", f"{goal.agent}.{goal.action} {words}", agent=goal.agent)
         elif goal.in_flight:
             yield Because(f"goal.{goal.state}", _flight(goal, now), agent=goal.agent)
@@ -227,13 +211,3 @@ def place(key: str, places: StepPlaces | None) -> str:
     """Return what people call the node with this key, and where it stands."""
     step = places.of(key) if places is not None else None
     return f"{title(step)} at {step.mark.file}:{step.mark.line}" if step is not None else key
-
-
-def span(micros: Micros) -> str:
-    """Return a time span in words."""
-    seconds = max(0, micros) / 1e6
-    if seconds < 90:
-        return f"{seconds:.0f} s"
-    if seconds < 5400:
-        return f"{seconds / 60:.0f} min"
-    return f"{seconds / 3600:.1f} h"

@@ -1,7 +1,10 @@
 """Codes of the engine in plain words: what the allocator, the gate, a hold or the end of a task means, and what helps."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Final
+
+from formiga_bt.clock import Micros
+from formiga_bt.transport.messages import PreflightCheck
 
 VERDICTS: Final[Mapping[str, str]] = {
     "chosen": "was chosen",
@@ -20,6 +23,11 @@ VERDICTS: Final[Mapping[str, str]] = {
     "parked_away": "stands away from its port",
     "battery": "has too little charge: {detail}",
     "reserved": "is kept free for {detail}",
+    "ordered": "has a standing order ({detail})",
+    "taken": "was taken over and nobody has handed it back yet",
+    "preflight": "is not ready to fly: {detail}",
+    "no_pilot": "has no pilot: {detail}",
+    "lockdown": "is granted to nobody: the site is locked down",
 }
 """Of an agent for a role, after its id."""
 
@@ -28,7 +36,12 @@ VERDICT_HINTS: Final[Mapping[str, str]] = {
     "parked_away": "bring it home: formiga run MoveTask --param robot={agent}",
     "not_admitted": "list it in site.yaml under agents, with a port as its home",
     "not_alive": "is its process running, and connected to this engine?",
-    "control": "its pilot must hand it back",
+    "control": "its pilot must give it back, then: formiga handback {agent} --continue|--return|--end",
+    "taken": "formiga handback {agent} --continue|--return|--end",
+    "ordered": "formiga continue {agent}",
+    "preflight": "formiga preflight {agent}",
+    "no_pilot": "a pilot must go on duty",
+    "lockdown": "formiga lockdown release",
 }
 
 GATE: Final[Mapping[str, str]] = {
@@ -38,18 +51,22 @@ GATE: Final[Mapping[str, str]] = {
     "spot_busy": "waits until {text} has left the landing place",
     "port_busy": "waits until {text} has left the port",
     "control": "waits until the engine is in command again (now: {text})",
+    "control:handback": "waits until a person hands it back: formiga handback {agent} --continue|--return|--end",
+    "stopped": "waits: the order `{text}` stands on {agent}",
+    "lockdown": "waits: the site is locked down ({text})",
+    "epoch": "is not sent any more: {text} commands this site",
     "suspect": "waits until {text} is heard of again",
     "unreachable": "waits until {text} can be reached",
     "draining": "waits for the end of a former goal ({text})",
     "held": "waits: its task is held",
-    "taken_over": "was taken over by a pilot; a person must hand the machine back: formiga agents handback {agent}",
 }
 """Why a goal waits at the gate, after `agent.Action`."""
 
 HOLDS: Final[Mapping[str, str]] = {
-    "operator": "an operator holds it",
+    "operator": "it was stopped, and waits for a person's word",
+    "operator:": "a person stopped {agent}",
     "clearance": "a person must say that people stand clear of {agent}",
-    "take-over": "a pilot has taken {agent} over; once the pilot gives it back: formiga agents handback {agent}",
+    "take-over": "a pilot, or its own failsafe, has taken {agent} over",
     "lockdown": "the site is locked down",
     "resume": "it was interrupted by an outage; a person must say that it may go on",
 }
@@ -79,6 +96,19 @@ REASONS: Final[Mapping[str, str]] = {
     "released": "the agent had been released before",
     "aborted": "a person ended it",
     "preempted": "a more urgent task took its agents",
+    "cannot_continue": "an action was interrupted and cannot be done again as things stand",
+    "lockdown": "the site was locked down",
+    "no_pilot": "no pilot on duty could take it",
+    "no_action": "a machine does not offer what it was told",
+    "envelope.reserve": "too little charge to come home with its reserve",
+    "envelope.max_height": "higher than is allowed",
+    "envelope.terrain_clearance": "too near to the ground",
+    "envelope.keep_in": "outside the fence",
+    "envelope.keep_out": "in or through a no-fly zone",
+    "envelope.wind_max": "more wind than is allowed",
+    "envelope.daylight_only": "outside daylight",
+    "envelope.people_clearance": "too near to a person",
+    "envelope": "a limit of the safety envelope was broken",
     "runaway": "it visited more steps at one instant than a sane task does",
     "exception": "something could not be computed; this is a mistake in the task, or in formiga",
     "upgrade": "it was begun by another version of formiga",
@@ -96,7 +126,52 @@ REPEATS: Final = frozenset(
 """Reasons of the engine that say no more than the words of their codes."""
 
 
+HINTS: Final[Mapping[str, str]] = {
+    "unknown_task": "formiga tasks lists them",
+    "unknown_agent": "formiga agents lists them",
+    "unknown_target": "formiga agents and formiga tasks list what there is",
+    "already_ended": "formiga why {target} tells how",
+    "already_ending": "abort --now skips the rest of its cleanup",
+    "busy": "try again when some of the waiting tasks have started",
+    "not_alive": "is its process running, and connected to this engine?",
+    "not_started": "formiga abort {target}",
+    "agent_lost": "find the machine; formiga agents tells when it is heard of again",
+    "not_in_command": "formiga agents tells who has it; --all and lockdown reach it when it is handed back",
+    "still_in_command": "its pilot gives it back first, at the machine's own remote control",
+    "not_announced": "stop it otherwise: formiga land {target}, or its pilot takes over",
+    "human": "speak to them",
+    "not_held": "formiga tasks tells what is held",
+    "not_taken_over": "formiga agents tells who has it",
+    "cannot_continue": "formiga restart TASK begins it anew, formiga abort TASK ends it",
+    "order_under_way": "let it come to its end, or: formiga hold {target}",
+    "lockdown": "formiga lockdown release",
+    "not_admitted": "list it in site.yaml under agents, with a port as its home",
+    "cut": "look at the machine; nothing takes a cut back",
+}
+"""What helps against a refusal of the engine; `{target}`: what the order was for."""
+
+
+def hint_for(code: str, target: str = "") -> str:
+    """Return what helps against a refusal, or an empty text."""
+    return HINTS.get(code, "").format(target=target or "ID")
+
+
+def not_ready(checks: Iterable[PreflightCheck]) -> str:
+    """Return the preflight checks that are not ok: `gnss: 4 satellites, storage: full`."""
+    return ", ".join(f"{c.check}: {c.text}" if c.text else c.check for c in checks if not c.ok)
+
+
 def say(table: Mapping[str, str], code: str, **values: str) -> str:
     """Return the words of a code; an unknown code speaks for itself."""
-    text = table.get(code) or table.get(code.split(":", 1)[0])
+    text = table.get(code) or table.get(code.split(":", 1)[0]) or table.get(code.split(".", 1)[0])
     return text.format(**values) if text else " ".join(part for part in (code, values.get("detail", "")) if part)
+
+
+def span(micros: Micros) -> str:
+    """Return a time span in words."""
+    seconds = max(0, micros) / 1e6
+    if seconds < 90:
+        return f"{seconds:.0f} s"
+    if seconds < 5400:
+        return f"{seconds / 60:.0f} min"
+    return f"{seconds / 3600:.1f} h"

@@ -179,7 +179,7 @@ def test_a_machine_that_a_pilot_took_is_handed_back(start: Start) -> None:
         why = service.get(f"/v1/tasks/{task_id}/why")
         assert "held.take-over" in [b["code"] for b in why["because"]]
         early = service.refused("POST", "/v1/agents/lwd_1/handback")
-        assert (early["status"], early["code"]) == (409, "not_possible")
+        assert (early["status"], early["code"]) == (409, "not_in_command")
 
         machine.control = "engine"
         service.wire.say("lwd_1")

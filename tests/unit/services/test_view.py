@@ -10,7 +10,7 @@ from formiga_bt.services import words
 from formiga_bt.services.feed import Feed
 from formiga_bt.services.places import StepPlaces, running_leaves
 from formiga_bt.services.view import View
-from formiga_bt.services.why import span
+from formiga_bt.services.words import span
 from formiga_bt.testing import packaged_task
 
 ROOT = Path(__file__).parents[3]

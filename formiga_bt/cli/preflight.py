@@ -1,0 +1,43 @@
+"""`formiga preflight`: whether machines are ready to fly."""
+
+from typing import Annotated, Any
+
+import typer
+
+from formiga_bt.cli.client import JsonOption, SiteOption, connect, print_json, print_table, segment, show_next
+
+EXIT_NO = 1
+
+
+def command(
+    agent: Annotated[
+        str, typer.Argument(help="The machine, for example hwd_1. Without it: all.", metavar="AGENT")
+    ] = "",
+    as_json: JsonOption = False,
+    site: SiteOption = None,
+) -> None:
+    """Show what each machine found when it looked at itself before a flight.
+
+    Exit code 0: all are ready. 1: one is not, or has told nothing yet. Example: formiga preflight hwd_1
+    """
+    client = connect(site)
+    names = [agent] if agent else [a["id"] for a in client.get("/v1/agents")["agents"] if not a["human"]]
+    found = [client.get(f"/v1/agents/{segment(name)}/preflight") for name in names]
+    if as_json:
+        print_json(found[0] if agent else {"agents": found})
+    elif not found:
+        typer.echo("no machines yet")
+    else:
+        print_table([("AGENT", "CHECK", "OK", "TEXT"), *(row for one in found for row in _rows(one))])
+        bad = [one["agent"] for one in found if not one["ok"]]
+        if found[0]["required"] and bad:
+            typer.echo(f"this site grants no machine that is not ready: {', '.join(bad)}")
+        show_next("formiga agents")
+    if any(not one["ok"] for one in found):
+        raise typer.Exit(EXIT_NO)
+
+
+def _rows(found: dict[str, Any]) -> list[tuple[str, ...]]:
+    if not found["checks"]:
+        return [(found["agent"], "", "?", "told no checks yet")]
+    return [(found["agent"], one["check"], "ok" if one["ok"] else "NO", one["text"]) for one in found["checks"]]

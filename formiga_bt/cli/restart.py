@@ -1,0 +1,22 @@
+"""`formiga restart`: end a run of a task and begin anew."""
+
+from typing import Annotated
+
+import typer
+
+from formiga_bt.cli.client import JsonOption, SiteOption, connect, segment, user
+from formiga_bt.cli.ordering import ByOption, tell
+
+
+def command(
+    task: Annotated[str, typer.Argument(help="The task's id, for example PickUp-12.", metavar="TASK")],
+    by: ByOption = "",
+    as_json: JsonOption = False,
+    site: SiteOption = None,
+) -> None:
+    """Restart a task: its cleanup runs, its machines come home, and it waits for agents to begin at its first step.
+
+    For a task that cannot be continued. It keeps its id and what it was requested with. Example: formiga restart PickUp-12
+    """
+    body = {"order": "restart", "by": by or user()}
+    tell(connect(site).post(f"/v1/tasks/{segment(task)}/orders", body), as_json=as_json)

@@ -1,0 +1,14 @@
+"""`Refused`: what everything behind the API raises when it cannot serve a caller."""
+
+from collections.abc import Sequence
+
+from formiga_bt.errors import TaskError
+
+
+class Refused(TaskError):  # noqa: N818 - it names what happened
+    """An order or question that cannot be served: a stable code, a text, what helps, and all problems where several."""
+
+    def __init__(self, code: str, text: str, hint: str = "", problems: Sequence[str] = ()) -> None:
+        super().__init__(code, text)
+        self.hint = hint
+        self.problems = tuple(problems)

@@ -1,0 +1,369 @@
+"""Orders of people that rank above tasks: the four stops, continue, restart, lockdown, hand-back; and preflight.
+
+`Orders` owns one. The engine decides; here its answer becomes what a person reads: who got the order, who did not and why,
+what each machine does now, and what must be done next. That is read off the view before and after the order.
+"""
+
+from collections.abc import Callable, Iterable
+from typing import Final
+
+from formiga_bt.clock import Micros
+from formiga_bt.engine.inputs import Input, LockdownOrder, Operator, OperatorOrder
+from formiga_bt.engine.records import AgentRecord, StandingOrder
+from formiga_bt.engine.state import EngineState
+from formiga_bt.lang.model import Site
+from formiga_bt.services import order_models as out
+from formiga_bt.services.refused import Refused
+from formiga_bt.services.standing import STOPPED, doing, lockdown_out
+from formiga_bt.services.view import View
+from formiga_bt.services.words import hint_for, not_ready
+
+NOTHING: Final = "there is nothing to do: no machine is here"
+
+
+class Stops:
+    """The orders of people about machines, tasks or everything.
+
+    Args:
+        ask: hands an input to the engine and returns its reply; raises `Refused`.
+        view: the copy of the engine's state.
+        site: whether it requires preflight.
+        now: the engine time.
+    """
+
+    def __init__(self, ask: Callable[[Input], str], view: View, site: Site, now: Callable[[], Micros]) -> None:
+        self._ask = ask
+        self._view = view
+        self._site = site
+        self._now = now
+
+    # -- stops, continue, restart ------------------------------------------------------------------------------------
+    def agent(self, agent: str, order: OperatorOrder, by: str = "", confirmed: str = "") -> out.OrderReply:
+        """Give an order to one machine.
+
+        Raises:
+            Refused: the engine refuses it, or a `cut` is not confirmed by the machine's id.
+        """
+        if order == "cut" and confirmed != agent:
+            raise Refused(
+                "not_confirmed",
+                f"cut stops the motors of {agent} at once; in the air it falls",
+                f'confirm it with the machine\'s id: {{"order": "cut", "confirmed": "{agent}"}};'
+                f" formiga cut {agent} asks for it",
+            )
+        self._view.catch_up()
+        with self._view.reading() as state:
+            if agent not in state.agents:
+                raise Refused("unknown_agent", f"there is no agent '{agent}'", hint_for("unknown_agent"))
+        return self._give(order, agent, by, lambda state: [a for a in state.agents.values() if a.id == agent])
+
+    def task(self, task: str, order: OperatorOrder, by: str = "") -> out.OrderReply:
+        """Give an order to all machines of a task, or restart it.
+
+        Raises:
+            Refused: the engine refuses it.
+        """
+        with self._view.reading() as state:
+            if task in state.agents and task not in state.tasks:
+                raise Refused("unknown_task", f"'{task}' is an agent", f"formiga {order} {task}")
+        return self._give(order, task, by, lambda state: _machines_of(state, task))
+
+    def all(self, order: OperatorOrder, by: str = "") -> out.OrderReply:
+        """Give an order to every machine of the site.
+
+        Raises:
+            Refused: the engine refuses it.
+        """
+        return self._give(order, "", by, _machines)
+
+    def _give(
+        self, order: OperatorOrder, target: str, by: str, scope: Callable[[EngineState], list[AgentRecord]]
+    ) -> out.OrderReply:
+        before, held = self._standing()
+        self._ask(Operator(order, target, by))
+        self._view.catch_up()
+        with self._view.reading() as state:
+            agents = scope(state)
+            if order in STOPPED:
+                same = all(_same(before.get(a.id), state.orders.get(a.id)) for a in agents) and (held == _held(state))
+                return self._stopped(state, order, target, agents, stands_already=same)
+            if order == "restart":
+                return _restarted(target)
+            return self._went_on(state, target, agents, before, held)
+
+    def _standing(self) -> tuple[dict[str, StandingOrder], dict[str, tuple[str, ...]]]:
+        self._view.catch_up()
+        with self._view.reading() as state:
+            return dict(state.orders), _held(state)
+
+    def _stopped(
+        self, state: EngineState, order: str, target: str, agents: Iterable[AgentRecord], *, stands_already: bool
+    ) -> out.OrderReply:
+        ordered, skipped = _sorted_out(state, order, agents, self._now())
+        if not ordered and not skipped:
+            text = NOTHING if not target else f"{target} has no machine now; it is held"
+        elif stands_already:
+            text = f"{order} stands already; nothing was changed"
+        else:
+            text = f"{order} is ordered for {_count(len(ordered), 'machine')}"
+            text += f"; {len(skipped)} did not get it" if skipped else ""
+        return out.OrderReply(
+            order=order,
+            target=target,
+            stands_already=stands_already and bool(ordered),
+            text=text,
+            ordered=ordered,
+            skipped=skipped,
+            next=_after_stop(state, order, target, ordered),
+        )
+
+    def _went_on(
+        self,
+        state: EngineState,
+        target: str,
+        agents: Iterable[AgentRecord],
+        before: dict[str, StandingOrder],
+        held: dict[str, tuple[str, ...]],
+    ) -> out.OrderReply:
+        now = self._now()
+        ordered, skipped = [], []
+        for agent in agents:
+            order = state.orders.get(agent.id)
+            if order is not None:
+                text = f"`{order.stop}` still stands on it: {doing(state, order, now)}"
+                skipped.append(_skipped(state, agent, "ordered", text, f"formiga continue {agent.id}"))
+            elif agent.id in before:
+                ordered.append(out.OrderedOut(who=agent.id, text=f"{agent.id} is free of `{before[agent.id].stop}`"))
+        for task_id, causes in held.items():
+            task = state.tasks.get(task_id)
+            if task is None or task.section == "done" or task.held == causes:
+                continue
+            if task.held:
+                text = f"{task_id} is still HELD ({', '.join(task.held)})"
+                skipped.append(out.SkippedOut(who=task_id, code="held", text=text, hint=f"formiga why {task_id}"))
+            else:
+                ordered.append(out.OrderedOut(who=task_id, text=f"{task_id} goes on"))
+        if not target:  # tasks that could not be continued were passed over
+            skipped += [
+                out.SkippedOut(
+                    who=task.id,
+                    code="cannot_continue",
+                    text=f"{task.id} is still HELD ({', '.join(task.held)})",
+                    hint=f"formiga why {task.id}",
+                )
+                for task in state.tasks.values()
+                if task.held and task.section != "done" and task.held == held.get(task.id)
+            ]
+        text = ", ".join(one.text for one in ordered) or "nothing was held up by an order"
+        return out.OrderReply(
+            order="continue",
+            target=target,
+            stands_already=False,
+            text=text,
+            ordered=ordered,
+            skipped=skipped,
+            next=[one.hint for one in skipped if one.hint] or ["formiga tasks"],
+        )
+
+    # -- lockdown ----------------------------------------------------------------------------------------------------
+    def lockdown(self, how: str, by: str = "") -> out.OrderReply:
+        """Press lockdown, or release it.
+
+        Raises:
+            Refused: the engine refuses it.
+        """
+        self._view.catch_up()
+        with self._view.reading() as state:
+            before = state.lockdown
+        if how == "release" and before is None:
+            return _released([], "no lockdown stands", already=True)
+        self._ask(LockdownOrder(how, by))  # type: ignore[arg-type]
+        self._view.catch_up()
+        with self._view.reading() as state:
+            if how == "release":
+                stopped = [t.id for t in state.tasks.values() if t.held and t.section != "done"]
+                return _released(stopped, "lockdown is released: tasks are admitted and machines granted again")
+            airborne = [a for a in _machines(state) if a.landed != "grounded"]
+            ordered, skipped = _sorted_out(state, how, airborne, self._now(), at_lockdown=True)
+            already = before is not None and before.how == how
+            text = "lockdown stands already" if already else "LOCKDOWN: nothing starts, nothing goes on"
+            if not airborne:
+                text += "; no machine is in the air"
+            return out.OrderReply(
+                order="lockdown",
+                target=how,
+                stands_already=already,
+                text=text,
+                ordered=ordered,
+                skipped=skipped,
+                next=["formiga lockdown release"],
+            )
+
+    def lockdown_now(self) -> out.LockdownOut:
+        """Return how lockdown stands."""
+        with self._view.reading() as state:
+            return lockdown_out(state)
+
+    # -- hand-back ---------------------------------------------------------------------------------------------------
+    def hand_back(self, agent: str, how: str = "end", by: str = "") -> out.OrderReply:
+        """Give a machine back to the engine that its pilot had taken over.
+
+        Raises:
+            Refused: unknown, none took it over, its pilot still has it, or its step cannot be continued.
+        """
+        self._view.catch_up()
+        with self._view.reading() as state:
+            record = state.agents.get(agent)
+            task = record.task if record is not None else ""
+        self._ask(Operator(f"handback_{how}", agent, by))  # type: ignore[arg-type]
+        self._view.catch_up()
+        with self._view.reading() as state:
+            held = bool(task and task in state.tasks and state.tasks[task].held)
+            order = state.orders.get(agent)
+            now = doing(state, order, self._now()) if order is not None else ""
+        then = {
+            "continue": f"{task} goes on" if task else "it has no task",
+            "return": f"it flies to its port, then {task} waits for your word" if task else "it flies to its port",
+            "end": "its interrupted step fails (taken_over)" if task else "it has no task",
+        }[how]
+        follow = [f"formiga continue {task}", f"formiga abort {task}"] if held else ["formiga agents", "formiga tasks"]
+        return out.OrderReply(
+            order=f"handback_{how}",
+            target=agent,
+            stands_already=False,
+            text=f"{agent} is the engine's again; {then}",
+            ordered=[out.OrderedOut(who=agent, text=now)] if now else [],
+            skipped=[],
+            next=follow,
+        )
+
+    # -- preflight ---------------------------------------------------------------------------------------------------
+    def preflight(self, agent: str) -> out.PreflightOut:
+        """Return whether a machine is ready to fly, as it says itself.
+
+        Raises:
+            Refused: unknown, or a person.
+        """
+        with self._view.reading() as state:
+            record = state.agents.get(agent)
+        if record is None:
+            raise Refused("unknown_agent", f"there is no agent '{agent}'", "formiga agents lists them")
+        if record.human:
+            raise Refused("human", f"{agent} is a person, who is not looked at before a flight")
+        checks = [out.CheckOut(check=c.check, ok=c.ok, text=c.text) for c in record.checks]
+        bad = not_ready(record.checks)
+        ready = bool(checks) and not bad
+        text = f"{agent} is ready" if ready else f"{agent} is not ready: {bad}"
+        if not checks:
+            text = f"{agent} has told no checks yet; a machine tells them while it stands on the ground"
+        return out.PreflightOut(agent=agent, ok=ready, required=self._site.preflight, checks=checks, text=text)
+
+
+def _machines(state: EngineState) -> list[AgentRecord]:
+    return sorted((a for a in state.agents.values() if not a.human), key=lambda a: a.order)
+
+
+def _machines_of(state: EngineState, task_id: str) -> list[AgentRecord]:
+    task = state.tasks.get(task_id)
+    if task is None:
+        return []
+    ids = dict.fromkeys([agent for group in task.roles.values() for agent in group] + [task.system_agent])
+    return [a for a in _machines(state) if a.id in ids]
+
+
+def _held(state: EngineState) -> dict[str, tuple[str, ...]]:
+    return {task.id: task.held for task in state.tasks.values() if task.held and task.section != "done"}
+
+
+def _same(before: StandingOrder | None, after: StandingOrder | None) -> bool:
+    """Return whether it is the same order: how far it is does not count."""
+    if before is None or after is None:
+        return before is after
+    return (before.stop, before.scope, before.at) == (after.stop, after.scope, after.at)
+
+
+def _sorted_out(
+    state: EngineState, stop: str, agents: Iterable[AgentRecord], now: Micros, *, at_lockdown: bool = False
+) -> tuple[list[out.OrderedOut], list[out.SkippedOut]]:
+    ordered, skipped = [], []
+    for agent in agents:
+        order = state.orders.get(agent.id)
+        if order is not None and order.stop == stop:
+            ordered.append(out.OrderedOut(who=agent.id, text=doing(state, order, now)))
+            continue
+        task = state.tasks.get(agent.task)
+        if order is not None:
+            text = f"`{order.stop}` stands on it, which goes before: {doing(state, order, now)}"
+            skipped.append(_skipped(state, agent, "ordered", text))
+        elif agent.liveness == "LOST" or agent.pool == "QUARANTINED":
+            text = "is not heard of, nothing can be sent to it" if agent.liveness == "LOST" else "is quarantined"
+            hint = f"find it; when it is here again: formiga agents clear {agent.id}"
+            skipped.append(_skipped(state, agent, "agent_lost", f"{agent.id} {text}", hint))
+        elif agent.control != "engine" or agent.taken:
+            who = f"is in the hands of its {agent.control}" if agent.control != "engine" else "was taken over"
+            text = f"{agent.id} {who}" + ("; lockdown reaches it when it is handed back" if at_lockdown else "")
+            skipped.append(_skipped(state, agent, "not_in_command", text, f"formiga handback {agent.id} --return"))
+        elif agent.landed == "grounded":
+            ordered.append(out.OrderedOut(who=agent.id, text=f"{agent.id} stands on the ground"))
+        elif at_lockdown and task is not None and task.section == "recover":
+            ordered.append(out.OrderedOut(who=agent.id, text=f"{agent.id} is on its way home with {task.id}"))
+        else:
+            skipped.append(_skipped(state, agent, "not_ordered", f"{agent.id} did not get it", "formiga agents"))
+    return ordered, skipped
+
+
+def _skipped(state: EngineState, agent: AgentRecord, code: str, text: str, hint: str = "") -> out.SkippedOut:
+    text = text if text.startswith(agent.id) else f"{agent.id}: {text}"
+    return out.SkippedOut(
+        who=agent.id, code=code, text=text, hint=hint, may_be_airborne=state.agents[agent.id].landed != "grounded"
+    )
+
+
+def _after_stop(state: EngineState, order: str, target: str, ordered: list[out.OrderedOut]) -> list[str]:
+    if order == "cut":
+        return ["formiga agents"]
+    if not target:
+        return ["formiga continue --all", "formiga tasks"]
+    agent = state.agents.get(target)
+    task = agent.task if agent is not None else target
+    if task and task in state.tasks and not state.tasks[task].system_agent:
+        return [f"formiga continue {task}", f"formiga abort {task}"]
+    return [f"formiga continue {target}"] if ordered or agent is not None else ["formiga tasks"]
+
+
+def _restarted(task: str) -> out.OrderReply:
+    text = f"{task} tidies up, its machines come home, and it begins anew from its first step"
+    return out.OrderReply(
+        order="restart",
+        target=task,
+        stands_already=False,
+        text=text,
+        ordered=[out.OrderedOut(who=task, text=text)],
+        skipped=[],
+        next=[f"formiga why {task}"],
+    )
+
+
+def _released(held: list[str], text: str, *, already: bool = False) -> out.OrderReply:
+    left = [
+        out.SkippedOut(
+            who=task,
+            code="held",
+            text=f"{task} was interrupted and waits for your word",
+            hint=f"formiga continue {task}",
+        )
+        for task in held
+    ]
+    return out.OrderReply(
+        order="lockdown",
+        target="release",
+        stands_already=already,
+        text=text,
+        ordered=[],
+        skipped=left,
+        next=["formiga continue --all", f"formiga abort {held[0]}"] if held else ["formiga tasks"],
+    )
+
+
+def _count(number: int, noun: str) -> str:
+    return f"{number} {noun}{'' if number == 1 else 's'}"

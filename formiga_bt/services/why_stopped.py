@@ -1,0 +1,130 @@
+"""Why a task does not go on: who holds it, which orders stand on its machines, what was interrupted, which limit was broken.
+
+Pure functions over the view's copy of the state, part of `why`.
+"""
+
+import math
+from collections.abc import Iterator
+
+from formiga_bt.clock import Micros
+from formiga_bt.engine.records import AgentRecord, GoalRecord, TaskRecord
+from formiga_bt.engine.state import EngineState
+from formiga_bt.lang.model import Catalogue
+from formiga_bt.services.because import Because
+from formiga_bt.services.standing import doing, given
+from formiga_bt.services.words import HOLDS, REASONS, say, span
+
+AGAIN = {
+    "preempted": "it steps aside for a more urgent task",
+    "agent_lost": "it lost a machine",
+    "restart": "a person restarts it",
+}
+"""Why a task is ended to begin anew."""
+
+
+def locked(state: EngineState, now: Micros) -> Iterator[Because]:
+    """Tell of lockdown to a task that waits for agents."""
+    found = state.lockdown
+    if found is not None:
+        text = f"the site is locked down by {found.by or 'somebody'} since {span(now - found.at)}; nothing is granted"
+        yield Because("lockdown", text, "formiga lockdown release")
+
+
+def stopped(state: EngineState, task: TaskRecord, now: Micros, catalogue: Catalogue | None) -> Iterator[Because]:
+    """Tell who holds a task, what its machines do for their orders, and what `continue` would do."""
+    if task.again:
+        reason = f" ({task.abort_reason or task.reason})" if task.abort_reason or task.reason else ""
+        yield Because(
+            task.again, f"{AGAIN[task.again]}{reason}; its machines come home, then it begins anew from its first step"
+        )
+    told: set[str] = set()
+    for cause in task.held:
+        yield _held(state, task, cause, now, told)
+    for agent_id in _machines_of(task):
+        agent = state.agents.get(agent_id)
+        if agent is None:
+            continue
+        order = state.orders.get(agent_id)
+        if order is not None and agent_id not in told:
+            hint = "" if order.scope in ("engine", "lockdown") else f"formiga continue {agent_id}"
+            yield Because(f"order.{order.stop}", f"{given(order)}: {doing(state, order, now)}", hint, agent_id)
+        if agent.breach:
+            yield _breach(agent)
+    for goal in state.goals.values():
+        if goal.task == task.id and goal.state == "interrupted":
+            yield _interrupted(state, task, goal, catalogue)
+
+
+def _machines_of(task: TaskRecord) -> list[str]:
+    return list(dict.fromkeys([*task.granted, *([task.system_agent] if task.system_agent else [])]))
+
+
+def _held(state: EngineState, task: TaskRecord, cause: str, now: Micros, told: set[str]) -> Because:
+    word, _, agent_id = cause.partition(":")
+    text = say(HOLDS, f"{word}:" if agent_id and f"{word}:" in HOLDS else word, agent=agent_id)
+    hint = ""
+    order = state.orders.get(agent_id)
+    agent = state.agents.get(agent_id)
+    match word:
+        case "operator":
+            hint = f"formiga continue {task.id} | formiga abort {task.id}"
+            if order is not None:
+                told.add(agent_id)
+                text = f"{given(order)}: {doing(state, order, now)}"
+        case "lockdown":
+            hint = "formiga lockdown release"
+            found = state.lockdown
+            if found is not None:
+                text += f" ({found.how}) by {found.by or 'somebody'} since {span(now - found.at)}"
+        case "take-over" if agent is not None:
+            if agent.control == "engine":
+                text += "; it has been given back, and a person must say what becomes of it"
+                hint = f"formiga handback {agent_id} --continue|--return|--end"
+            else:
+                text += f"; once its {agent.control} gives it back: formiga handback {agent_id}"
+                text += " --continue|--return|--end"
+    return Because(f"held.{word}", f"HELD: {text}", hint, agent_id)
+
+
+def _interrupted(state: EngineState, task: TaskRecord, goal: GoalRecord, catalogue: Catalogue | None) -> Because:
+    who = "its pilot, or its own failsafe, took over" if goal.code == "taken_over" else "by an order"
+    order = state.orders.get(goal.agent)
+    if goal.code != "taken_over" and order is not None:
+        who = f"by {given(order)}"
+    text = f"{goal.agent}.{goal.action} was interrupted: {who}"
+    if goal.section != "steps":
+        return Because("interrupted", text, agent=goal.agent)
+    cannot = cannot_continue(state.agents.get(goal.agent), goal, catalogue)
+    if cannot:
+        hint = f"formiga restart {task.id} | formiga abort {task.id}"
+        return Because("cannot_continue", f"{text}; it cannot be continued: {cannot}", hint, goal.agent)
+    return Because("interrupted", f"{text}; `continue` sends it again", agent=goal.agent)
+
+
+def cannot_continue(agent: AgentRecord | None, goal: GoalRecord, catalogue: Catalogue | None) -> str:
+    """Return why an interrupted goal cannot be sent again as things stand, or an empty text."""
+    if not goal.repeatable:
+        return f"{goal.action} may not be done a second time"
+    spec = catalogue.actions.get(goal.action) if catalogue is not None else None
+    if spec is not None and spec.requires and agent is not None and agent.landed != spec.requires:
+        return f"{goal.action} needs {agent.id} {spec.requires}, it is {agent.landed}"
+    return ""
+
+
+def _breach(agent: AgentRecord) -> Because:
+    name = agent.breach.removeprefix("!")
+    text = f"{agent.id} breaks its limit `{name}`: {say(REASONS, f'envelope.{name}')}{_numbers(agent, name)}"
+    if agent.breach.startswith("!"):
+        text += "; its landing is finished first, then its task ends"
+    return Because(f"envelope.{name}", text, "", agent.id)
+
+
+def _numbers(agent: AgentRecord, name: str) -> str:
+    if name == "reserve" and agent.battery is not None:
+        return f" (battery {agent.battery:.0f} %)"
+    if name == "wind_max" and agent.wind is not None:
+        return f" ({math.hypot(*agent.wind):.1f} m/s)"
+    if agent.position is not None and name not in ("reserve", "wind_max", "daylight_only"):
+        at = agent.position
+        return f" (at {at.east_m:.0f} E {at.north_m:.0f} N, {at.up_m:.0f} m up)"
+    return ""
