@@ -1,0 +1,266 @@
+"""Who may let a task fly (`mode: real`): approvals, pilots on duty, preflight checks; and what no grant gets past."""
+
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from formiga_bt.engine.inputs import Alarm, Approve, Duty, Submit
+from formiga_bt.engine.records import Lockdown
+from formiga_bt.errors import TaskError
+from formiga_bt.lang.model import Site
+from formiga_bt.safety.approval import approval_digest
+from formiga_bt.testing import Bench, effects, packaged_task, packaged_world, task_of
+from formiga_bt.transport.messages import PreflightCheck
+
+GOOD = (PreflightCheck("gnss", True, "14 satellites"),)
+BAD = (PreflightCheck("gnss", True), PreflightCheck("storage", False, "no card"))
+HOP = """\
+imports: [lib/flying.yaml]
+agents: {drone: {type: lwd}}
+steps:
+  - do: drone.TakeOff
+  - call: ReturnHome
+    with: {drone: '${drone}'}
+"""
+WAIT = "agents: {drone: {type: lwd}}\nsteps: [{wait: 1 h}]\n"
+FAR = """\
+params: {target: {type: place, default: camp}}
+agents: {drone: {type: lwd}}
+steps:
+  - do: drone.TakeOff
+  - do: drone.LandIn
+    with: {at: '${target}'}
+"""
+
+
+def real(**more: Any) -> Site:
+    site = packaged_world()[0]
+    people = {**site.people, "approvers": ("ann", "bob")}
+    return replace(site, **{"mode": "real", "people": people, "pilots": {"pia": 1, "pete": 2}, **more})
+
+
+class Field(Bench):
+    """Two light drones of a site in `mode: real`, ready to fly; tasks Hop (home), Wait, Far (lands away)."""
+
+    def __init__(self, site: Site | None = None, checks: tuple[PreflightCheck, ...] = GOOD) -> None:
+        world, catalogue = packaged_world()
+        texts = {"Hop": HOP, "Wait": WAIT, "Far": FAR}
+        self.models = {name: task_of(text, world, catalogue, name=name) for name, text in texts.items()}
+        super().__init__(site or real(), catalogue, self.models.values())
+        self.drones = [self.agent(name, "lwd") for name in ("lwd_1", "lwd_2")]
+        for drone in self.drones:
+            drone.say(checks=checks)
+        self.run_for(1)
+
+    def digest(self, name: str) -> str:
+        return approval_digest(self.models[name], self.site)
+
+    def approve(self, name: str, by: str = "ann", **more: Any) -> str:
+        return self.ask(Approve(self.digest(name), name, by, **more))
+
+    def ready(self, *pilots: str, name: str = "Wait") -> None:
+        self.approve(name)
+        for pilot in pilots:
+            self.ask(Duty(pilot, True))
+
+    def begin(self, name: str = "Wait", **more: Any) -> str:
+        found = self.submit(name, {}, **{"requester": "rita@desk", **more})
+        self.run_for(1)
+        return found
+
+    def codes(self, task_id: str) -> dict[str, str]:
+        return {v.agent: v.code for v in self.engine.state.explanations[task_id] if v.role == "drone"}
+
+    def blocked(self, task_id: str) -> tuple[str, str]:
+        (verdict,) = [v for v in self.engine.state.explanations[task_id] if not v.role]
+        return verdict.code, verdict.detail
+
+
+# -- approval ----------------------------------------------------------------------------------------------------------
+def test_a_task_that_nobody_approved_is_refused_and_the_refusal_says_what_to_do() -> None:
+    field = Field()
+    with pytest.raises(TaskError) as refused:
+        field.submit("Hop", requester="rita")
+    assert refused.value.code == "not_approved"
+    assert str(refused.value) == (
+        f"Hop ({field.digest('Hop')[:8]}) is not approved as it is now; an approver (ann, bob) must:"
+        " formiga approve Hop --by NAME"
+    )
+    assert field.engine.state.tasks == {}
+
+
+def test_an_approved_task_starts() -> None:
+    field = Field()
+    field.ready("pia")
+    assert field.task(field.begin()).status == "ACTIVE"
+
+
+def test_only_approvers_approve() -> None:
+    field = Field()
+    with pytest.raises(TaskError, match=r"^rita is no approver of rovaniemi; it has ann, bob$"):
+        field.approve("Hop", by="rita")
+    assert field.engine.state.approvals == {}
+
+
+def test_an_approval_is_for_this_version_on_this_site_only() -> None:
+    field = Field()
+    other = replace(field.models["Hop"], bundle="changed by one letter")
+    field.ask(Approve(approval_digest(other, field.site), "Hop", "ann"))
+    with pytest.raises(TaskError, match="is not approved as it is now"):
+        field.submit("Hop")
+
+
+def test_an_approval_can_be_taken_back_and_then_waiting_tasks_wait_for_another() -> None:
+    field = Field()
+    field.approve("Wait")
+    task_id = field.begin()  # no pilot yet
+    field.approve("Wait", by="bob", revoke=True)
+    field.ask(Duty("pia", True))
+    field.run_for(1)
+
+    assert field.task(task_id).status == "PENDING"
+    assert field.blocked(task_id)[0] == "not_approved"
+    with pytest.raises(TaskError, match=r"^Wait \(\w{8}\) is not approved$"):
+        field.approve("Wait", revoke=True)
+    field.approve("Wait")
+    field.run_for(1)
+    assert field.task(task_id).status == "ACTIVE"
+
+
+def test_who_requests_a_task_that_lands_away_needs_the_word_of_another() -> None:
+    field = Field()
+    field.approve("Far")
+    for requester in ("ann", "Ann@desk"):
+        with pytest.raises(TaskError, match=f"another person than its requester {requester} must approve it"):
+            field.submit("Far", requester=requester)
+    with pytest.raises(TaskError, match="its requester must be named"):
+        field.submit("Far", requester="http")
+    assert field.submit("Far", requester="bob") == "Far-1"
+    field.approve("Far", by="bob")
+    assert field.submit("Far", requester="ann") == "Far-2"
+
+
+def test_one_that_lands_at_home_may_be_approved_by_its_requester() -> None:
+    field = Field()
+    field.approve("Hop")
+    assert field.submit("Hop", requester="ann") == "Hop-1"
+
+
+def test_in_a_simulation_nothing_of_this_binds() -> None:
+    field = Field(packaged_world()[0], checks=())
+    task_id = field.begin("Far", requester="")
+    assert (field.task(task_id).status, field.task(task_id).pilot) == ("ACTIVE", "")
+
+
+# -- pilots ------------------------------------------------------------------------------------------------------------
+def test_a_grant_names_a_pilot_on_duty() -> None:
+    field = Field()
+    field.ready("pia")
+    assert field.task(field.begin()).pilot == "pia"
+
+
+def test_without_a_pilot_on_duty_a_request_waits_and_says_so() -> None:
+    field = Field()
+    field.approve("Wait")
+    task_id = field.begin()
+
+    assert field.task(task_id).status == "PENDING"
+    assert field.blocked(task_id) == ("no_pilot", "nobody of pia, pete is on duty")
+    assert field.codes(task_id)["lwd_1"] == "fits"
+    field.ask(Duty("pete", True))
+    field.run_for(1)
+    assert field.task(task_id).pilot == "pete"
+
+
+def test_a_pilot_has_so_many_machines_at_once_until_they_are_released() -> None:
+    field = Field()
+    field.ready("pia")
+    first, second = field.begin(), field.begin()
+
+    assert field.blocked(second) == ("no_pilot", "it needs room for 1; pia has 1 of 1")
+    field.abort(first)
+    field.run_until_ended(first)
+    field.run_for(1)
+    assert field.task(second).pilot == "pia"
+
+
+def test_two_grants_of_one_look_do_not_share_the_last_room() -> None:
+    field = Field()
+    field.approve("Wait")
+    first, second = field.begin(), field.begin()
+    field.ask(Duty("pia", True))
+    field.run_for(1)
+
+    assert sorted(field.task(t).status for t in (first, second)) == ["ACTIVE", "PENDING"]
+    assert field.blocked(second)[0] == "no_pilot"
+
+
+def test_the_pilot_with_the_most_room_is_taken() -> None:
+    field = Field()
+    field.ready("pia", "pete")
+    assert [field.task(field.begin()).pilot for _ in range(2)] == ["pete", "pia"]
+
+
+def test_a_pilot_who_leaves_gets_no_more_and_an_alarm_tells_what_is_still_out() -> None:
+    field = Field()
+    field.ready("pete")
+    field.begin()
+    field.ask(Duty("pete", False))
+    second = field.begin()
+
+    assert field.blocked(second)[0] == "no_pilot"
+    (alarm,) = [a for a in effects(field, Alarm) if a.code == "pilot_off_duty"]
+    assert alarm.text == "pete went off duty; still under that name: lwd_1"
+
+
+def test_only_pilots_of_the_site_go_on_duty() -> None:
+    with pytest.raises(TaskError, match=r"^ann is no pilot of rovaniemi; it has pia, pete$"):
+        Field().ask(Duty("ann", True))
+
+
+# -- before a flight ---------------------------------------------------------------------------------------------------
+@pytest.mark.parametrize(
+    ("checks", "code", "detail"), [(BAD, "preflight", "storage: no card"), ((), "no_checks", "")], ids=["bad", "none"]
+)
+def test_a_machine_is_granted_only_when_its_checks_are_all_ok(
+    checks: tuple[PreflightCheck, ...], code: str, detail: str
+) -> None:
+    field = Field(checks=checks)
+    field.ready("pia")
+    task_id = field.begin()
+
+    verdict = next(v for v in field.engine.state.explanations[task_id] if v.agent == "lwd_1")
+    assert (verdict.code, verdict.detail) == (code, detail)
+    field.drones[0].say(checks=GOOD)
+    field.run_for(2)
+    assert field.task(task_id).roles == {"drone": ("lwd_1",)}
+
+
+def test_a_simulated_site_may_ask_for_checks_too() -> None:
+    field = Field(replace(packaged_world()[0], preflight=True), checks=BAD)
+    assert field.codes(field.begin())["lwd_1"] == "preflight"
+
+
+def test_a_machine_that_was_taken_over_is_not_granted() -> None:
+    field = Field(packaged_world()[0])
+    for drone in field.drones:
+        field.engine.core.put_agent(drone.id, taken=True)
+    assert field.codes(field.begin())["lwd_1"] == "control"
+
+
+# -- lockdown ----------------------------------------------------------------------------------------------------------
+def test_under_lockdown_nothing_is_admitted_and_nothing_granted() -> None:
+    field = Field(replace(packaged_world()[0], preflight=True), checks=BAD)
+    waiting = field.begin()
+    field.engine.state.lockdown = Lockdown("return", "olga", field.now)
+    for drone in field.drones:
+        drone.say(checks=GOOD)
+    field.run_for(1)
+
+    assert field.blocked(waiting) == ("lockdown", "the site is locked down by olga")
+    reply = field.driver.feed(Submit("Wait")).reply
+    assert reply == "error:lockdown:the site is locked down by olga; no task is admitted before it is released"
+    field.engine.state.lockdown = None
+    field.run_for(2)
+    assert field.task(waiting).status == "ACTIVE"
