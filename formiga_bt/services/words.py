@@ -108,6 +108,7 @@ REASONS: Final[Mapping[str, str]] = {
     "envelope.wind_max": "more wind than is allowed",
     "envelope.daylight_only": "outside daylight",
     "envelope.people_clearance": "too near to a person",
+    "envelope.position": "it is not known where a machine is",
     "envelope": "a limit of the safety envelope was broken",
     "runaway": "it visited more steps at one instant than a sane task does",
     "exception": "something could not be computed; this is a mistake in the task, or in formiga",

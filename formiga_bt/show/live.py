@@ -1,6 +1,6 @@
 """Progress of a run for the terminal: a live display, plain lines, and the closing table. Used by `demo`."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from types import TracebackType
 from typing import TYPE_CHECKING
 
@@ -10,7 +10,8 @@ from rich.table import Table
 from rich.text import Text
 
 from formiga_bt.clock import Micros
-from formiga_bt.engine.records import AgentRecord, TaskRecord
+from formiga_bt.engine.records import AgentRecord, GoalRecord, TaskRecord
+from formiga_bt.engine.state import EngineState
 from formiga_bt.show.runlog import ActionRow, RunLog
 
 if TYPE_CHECKING:
@@ -150,11 +151,19 @@ class LiveView(View):
         self._live.update(
             Group(
                 Text(head, "bold"),
+                *_lockdown(log.state),
                 _tasks(log, now),
-                _agents(log.state.agents.values()),
+                _agents(log.state),
                 *(Text(f"{log.since_start(line.at):7.1f} s  {line.text}", "dim") for line in log.lines[-TAIL:]),
             )
         )
+
+
+def _lockdown(state: EngineState) -> list[Text]:
+    found = state.lockdown
+    if found is None:
+        return []
+    return [Text(f"LOCKDOWN ({found.how}) by {found.by or 'somebody'}: formiga lockdown release", "bold red")]
 
 
 def _tasks(log: RunLog, now: Micros) -> Table:
@@ -170,16 +179,31 @@ def _doing(log: RunLog, task: TaskRecord) -> str:
     if task.section == "done":
         return task.code
     goals = [g for g in log.state.goals.values() if g.task == task.id and not g.ended]
-    words = [
-        f"{g.agent}.{g.action}" + (f" waits: {g.code} {g.text}".rstrip() if g.state == "gated" else "") for g in goals
-    ]
-    return "; ".join(words) or ", ".join(task.held) or task.section
+    words = [", ".join(task.held)] if task.held else []
+    words += [f"{g.agent}.{g.action}{_waits(g)}" for g in goals]
+    return "; ".join(words) or task.section
 
 
-def _agents(agents: Iterable[AgentRecord]) -> Table:
-    table = Table("agent", "pool", "action", "battery", "height", expand=True)
-    for agent in sorted(agents, key=lambda a: (a.human, a.id)):
+def _waits(goal: GoalRecord) -> str:
+    if goal.state == "interrupted":
+        return " interrupted"
+    return f" waits: {goal.code} {goal.text}".rstrip() if goal.state == "gated" else ""
+
+
+def _agents(state: EngineState) -> Table:
+    table = Table("agent", "pool", "action", "order", "battery", "height", expand=True)
+    for agent in sorted(state.agents.values(), key=lambda a: (a.human, a.id)):
         battery = "" if agent.human or agent.battery is None else f"{agent.battery:.0f} %"
         up = f"{agent.position.up_m:.0f} m" if agent.position is not None and not agent.human else ""
-        table.add_row(agent.id, agent.pool if not agent.human else agent.word, agent.action, battery, up)
+        pool = agent.pool if not agent.human else agent.word
+        order = Text(_order(state, agent), "bold yellow")
+        table.add_row(agent.id, pool, agent.action, order, battery, up)
     return table
+
+
+def _order(state: EngineState, agent: AgentRecord) -> str:
+    order = state.orders.get(agent.id)
+    words = [f"{order.stop} {'' if order.state == 'open' else order.state}".strip()] if order is not None else []
+    if agent.taken:
+        words.append("handback" if agent.control == "engine" else agent.control)
+    return ", ".join([*words, agent.breach.removeprefix("!")]).strip(", ")
