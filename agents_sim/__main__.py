@@ -38,6 +38,15 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
     )
     parser.add_argument("--walk", default="", help="a person's way: places east,north joined by ;")
     parser.add_argument("--base", default="", help="latitude,longitude of the base, to report both")
+    parser.add_argument("--wind", default="0,0", help="m/s east,north, where it blows to (%(default)s)")
+    parser.add_argument("--payload", type=float, default=0.0, help="kg that a drone carries (%(default)s)")
+    parser.add_argument("--cut", action="store_true", help="a drone that announces CutMotors")
+    parser.add_argument(
+        "--on-link-loss",
+        choices=["return", "land", "hold"],
+        default="return",
+        help="what a drone does by itself without a link (%(default)s)",
+    )
     parser.add_argument("--orders", action="store_true", help="read faults to play from standard input")
     parser.add_argument("--state-dir", type=Path, help="where its files are kept; without, it is new at each start")
     parser.add_argument(
@@ -59,6 +68,7 @@ def read_spec(options: argparse.Namespace) -> AgentSpec:
     """
     at = read_point(options.at)
     home = read_point(options.home) if options.home else at
+    wind = read_place(options.wind)
     limits = dict(pair.split("=", 1) for pair in options.limits.split(",") if pair)
     return AgentSpec(
         id=options.id,
@@ -71,6 +81,10 @@ def read_spec(options: argparse.Namespace) -> AgentSpec:
         kind=options.kind,
         walk=tuple(read_place(point) for point in options.walk.split(";") if point),
         base=read_degrees(options.base) if options.base else None,
+        wind=(wind.east_m, wind.north_m),
+        payload_kg=options.payload,
+        cut=options.cut,
+        on_link_loss=options.on_link_loss,
     )
 
 

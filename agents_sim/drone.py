@@ -2,62 +2,53 @@
 
 Its place and charge are functions of time, so that they are exact at every speed of the clock. It refuses what a drone
 would refuse (`already_airborne`, `not_airborne`, `battery_low`, `too_far`, `too_low`, `bad_field`), does not break off
-a landing near the ground, and at the end of its charge lands by itself (control `failsafe`).
+a landing near the ground, at the end of its charge lands by itself, and without its engine does what its card says
+(control `failsafe`). It flies at its airspeed, so that wind changes how long a leg takes.
 
 Called from one thread: by its `AgentSide` (start, cancel), by the scheduler, and by whoever plays the pilot.
 """
 
-from typing import Final
+from typing import Final, Literal
 
-from msgspec import Struct
-
+from agents_sim.charge import drain_percent_s
 from agents_sim.limits import DroneLimits
 from agents_sim.motion import (
+    NO_WIND,
     BadFieldError,
     BodyState,
     MotionKind,
     NoRecorder,
     Recorder,
     Segment,
+    Wind,
+    fall_us,
     leg_us,
-    read_number,
-    read_place,
-    read_position,
 )
-from agents_sim.sweep import sweep
+from agents_sim.planning import CUT_MOTORS, LOWEST_HOVER_M, Leg, plan, way_down, way_home
+from agents_sim.preflight import preflight
 from formiga_bt.clock import SECOND, Micros, Scheduler, Timer, micros
-from formiga_bt.geo import Frame, Position, horizontal_m, mm
+from formiga_bt.geo import Frame, Position, mm
 from formiga_bt.transport.agent_side import AgentSide
-from formiga_bt.transport.messages import Control, GoalRequest, Landed
+from formiga_bt.transport.messages import Control, GoalRequest, Landed, PreflightCheck
 
-LAND_WITHIN_M: Final = 10.0
-"""LandIn is refused (`too_far`) when the place is farther than this, over ground."""
 LANDING_FINAL_M: Final = 5.0
 """Below this a landing is not broken off: its cancel is refused."""
 CLEAR_OF_GROUND_M: Final = 0.5
 """Between the ground and here a drone cannot tell whether it stands: landed is "unknown"."""
-LOWEST_HOVER_M: Final = 2.0
-"""A canceled take-off first rises to here; GoTo to less is refused (`too_low`)."""
-SWEEP_SPACING_M: Final = 20.0
 
-
-class Leg(Struct, frozen=True):
-    """One straight part of a flight."""
-
-    to: Position
-    kind: MotionKind
-    speed_m_s: float
+OnLinkLoss = Literal["return", "land", "hold"]
 
 
 class _Flight:
     """The motion under way: for a goal, or by the drone's own failsafe (`goal_id` empty)."""
 
-    __slots__ = ("action", "canceled", "ends", "goal_id", "legs", "started")
+    __slots__ = ("action", "canceled", "ends", "goal_id", "leg", "legs", "started")
 
     def __init__(self, goal_id: str, action: str, legs: list[Leg], started: Micros) -> None:
         self.goal_id = goal_id
         self.action = action
         self.legs = legs
+        self.leg = legs[0]
         self.started = started
         self.ends = started
         self.canceled = False
@@ -73,9 +64,11 @@ class Drone:
         state: where and how it begins; on the ground unless `state.kind` says otherwise.
         recorder: told of each segment and rotor start.
         frame: of the base, to report latitude and longitude too.
+        wind: that it flies in.
+        payload_kg: that it carries.
+        can_cut: whether it announces CutMotors.
+        on_link_loss: what it does by itself without a link.
     """
-
-    actions: Final = ("TakeOff", "GoTo", "LandIn", "Explore")
 
     def __init__(
         self,
@@ -85,9 +78,22 @@ class Drone:
         state: BodyState,
         recorder: Recorder | None = None,
         frame: Frame | None = None,
+        *,
+        wind: Wind = NO_WIND,
+        payload_kg: float = 0.0,
+        can_cut: bool = False,
+        on_link_loss: OnLinkLoss = "return",
     ) -> None:
         self.agent = agent
+        self.actions = ("TakeOff", "GoTo", "LandIn", "Explore", *((CUT_MOTORS,) if can_cut else ()))
         self.limits = limits
+        self.wind = wind
+        self.payload_kg = payload_kg
+        self.on_link_loss = on_link_loss
+        self.drift: tuple[float, float] = (0.0, 0.0)
+        """How far east and north of the truth its own fix is, in metres."""
+        self.broken: dict[str, str] = {}
+        """Preflight checks that fail, with what the drone says of it."""
         self.home = state.home
         self._control: Control = state.control
         self.confirms_cancel = True
@@ -97,6 +103,7 @@ class Drone:
         self._frame = frame
         self._side: AgentSide | None = None
         self._flight: _Flight | None = None
+        self._is_alone = state.is_alone
         self._timers: list[Timer] = []
         self._flat_timer: Timer | None = None
         self._segment = state.segment
@@ -122,6 +129,11 @@ class Drone:
         """Return whether its rotors turn."""
         return self._kind != "rest"
 
+    @property
+    def is_alone(self) -> bool:
+        """Return whether it acts by itself for want of a link."""
+        return self._is_alone
+
     def position(self) -> Position:
         """Return where it is now, to 1 mm."""
         here = self._segment.at(self._scheduler.now())
@@ -135,22 +147,30 @@ class Drone:
         """Return what it knows of standing on the ground."""
         if not self.is_airborne:
             return "grounded"
-        if self._kind in ("climb", "descend") and self.position().up_m < CLEAR_OF_GROUND_M:
+        if self._kind in ("climb", "descend", "fall") and self.position().up_m < CLEAR_OF_GROUND_M:
             return "unknown"
         return "airborne"
 
     def state(self) -> BodyState:
         """Return the whole of it, to be kept."""
         return BodyState(
-            self._segment, self._kind, self._battery, self._battery_at, self._drain, self.home, self._control
+            self._segment,
+            self._kind,
+            self._battery,
+            self._battery_at,
+            self._drain,
+            self.home,
+            self._control,
+            self._is_alone,
         )
 
     # From the side.
 
     def start(self, request: GoalRequest) -> str:
         """Begin a goal, or return why not."""
+        is_low = self._exact_battery() <= self.limits.failsafe_percent
         try:
-            legs = self._plan(request)
+            legs = plan(request, self.position(), is_airborne=self.is_airborne, is_low=is_low)
         except BadFieldError:
             return "bad_field"
         if isinstance(legs, str):
@@ -167,12 +187,12 @@ class Drone:
         if flight is None or flight.goal_id != goal_id:
             return True
         here = self.position()
-        if flight.action == "LandIn" and self._kind == "descend" and here.up_m < LANDING_FINAL_M:
+        if flight.action == CUT_MOTORS or self._is_landing_for_good():
             return False
         flight.canceled = True
         if flight.action == "TakeOff" and here.up_m < LOWEST_HOVER_M:
             rise = Position(here.east_m, here.north_m, LOWEST_HOVER_M)
-            flight.legs = [Leg(rise, "climb", self.limits.speed_m_s)]
+            flight.legs = [Leg(rise, "climb")]
             self._next_leg()
         else:
             self._end_flight()
@@ -217,64 +237,55 @@ class Drone:
             self._flight.ends += by
         self._recorder.moved(self.agent, self._segment, self._kind)
 
-    # Inside: what a goal means.
+    def set_battery(self, percent: float) -> None:
+        """Change the charge at once (a cell that failed, a wrong gauge)."""
+        self._settle_charge(min(100.0, max(0.0, percent)))
+        self.report()
 
-    def _plan(self, request: GoalRequest) -> list[Leg] | str:
-        """Return the legs of a goal, or the code of its refusal."""
-        low = self._exact_battery() <= self.limits.failsafe_percent
-        if request.action == "TakeOff":
-            if self.is_airborne:
-                return "already_airborne"
-            return "battery_low" if low else self._plan_take_off(request)
-        if not self.is_airborne:
-            return "not_airborne"
-        if request.action == "LandIn":
-            return self._plan_landing(request)
-        if low:
-            return "battery_low"
-        if request.action == "GoTo":
-            return self._plan_leg(request)
-        if request.action == "Explore":
-            return self._plan_sweep(request)
-        return "unknown_action"
+    def set_wind(self, wind: Wind) -> None:
+        """Change the wind: what is left of the present leg takes as long as it takes in this one."""
+        self.wind = wind
+        flight = self._flight
+        if flight is not None and self._kind == "cruise":
+            flight.legs.insert(0, flight.leg)
+            self._next_leg()
+            self._expect_end(flight)
+        self.report()
 
-    def _plan_take_off(self, request: GoalRequest) -> list[Leg] | str:
-        here, up = self.position(), read_number(request.fields.get("altitude"))
-        if up < LOWEST_HOVER_M:
-            return "too_low"
-        return [Leg(Position(here.east_m, here.north_m, up), "climb", self.limits.speed_m_s)]
+    def preflight(self) -> tuple[PreflightCheck, ...]:
+        """Return what is and is not ready for a flight; nothing in the air."""
+        return () if self.is_airborne else preflight(self._control, self.home, self.battery(), self.broken)
 
-    def _plan_leg(self, request: GoalRequest) -> list[Leg] | str:
-        to = read_position(request.fields.get("to"))
-        return "too_low" if to.up_m < LOWEST_HOVER_M else [Leg(to, "cruise", self._speed(request))]
+    def watch_link(self) -> None:
+        """Act by itself if the engine is silent for too long, and yield again when it is heard and the flight is over."""
+        side = self._side
+        if side is None:
+            return
+        if self._is_alone:
+            if not side.is_cut_off and self._flight is None:
+                self._is_alone = False
+                if self._control == "failsafe":
+                    self.hand_back()
+        elif side.is_cut_off and self.is_airborne and self._control == "engine":
+            self._is_alone = True
+            self._carry_on_alone()
 
-    def _plan_landing(self, request: GoalRequest) -> list[Leg] | str:
-        here, at = self.position(), read_place(request.fields.get("at"))
-        if horizontal_m(here, at) > LAND_WITHIN_M:
-            return "too_far"
-        legs = [Leg(Position(at.east_m, at.north_m, 0.0), "descend", self.limits.speed_m_s)]
-        if horizontal_m(here, at) > 0.0:
-            legs.insert(0, Leg(Position(at.east_m, at.north_m, here.up_m), "cruise", self.limits.speed_m_s))
-        return legs
+    # Inside: alone.
 
-    def _plan_sweep(self, request: GoalRequest) -> list[Leg] | str:
-        corners = request.fields.get("region")
-        if not isinstance(corners, list | tuple) or len(corners) < 3:
-            return "bad_field"
-        up = read_number(request.fields.get("altitude", self.position().up_m))
-        if up < LOWEST_HOVER_M:
-            return "too_low"
-        places = sweep([read_place(corner) for corner in corners], SWEEP_SPACING_M)
-        return [Leg(Position(place.east_m, place.north_m, up), "cruise", self._speed(request)) for place in places]
+    def _carry_on_alone(self) -> None:
+        does = "land" if self._is_landing_for_good() else self.on_link_loss
+        if self._flight is not None and self._flight.action == CUT_MOTORS:
+            return
+        self._yield_to("failsafe")
+        if does != "hold":
+            here = self.position()
+            legs = way_home(here, self.home, self.limits.return_height_m) if does == "return" else way_down(here)
+            self._fly("", "link_loss", legs)
 
-    def _speed(self, request: GoalRequest) -> float:
-        wanted = request.fields.get("speed")
-        if wanted is None:
-            return self.limits.speed_m_s
-        speed = read_number(wanted)
-        if speed <= 0.0:
-            raise BadFieldError(f"no speed: {wanted!r}")
-        return min(speed, self.limits.speed_m_s)
+    def _is_landing_for_good(self) -> bool:
+        flight = self._flight
+        is_landing = flight is not None and flight.action == "LandIn"
+        return is_landing and self._kind == "descend" and self.position().up_m < LANDING_FINAL_M
 
     # Inside: flying.
 
@@ -282,20 +293,27 @@ class Drone:
         now = self._scheduler.now()
         self._flight = flight = _Flight(goal_id, action, legs, now)
         self._next_leg()
-        flight.ends = self._segment.t1
-        start = self._segment.p1
-        for leg in flight.legs:
-            flight.ends += leg_us(start, leg.to, leg.speed_m_s, self.limits.climb_m_s)
-            start = leg.to
+        self._expect_end(flight)
         # Not now: the side has yet to answer the goal.
         self._timers.append(self._scheduler.call_at(now, self.report))
+
+    def _expect_end(self, flight: _Flight) -> None:
+        flight.ends, start = self._segment.t1, self._segment.p1
+        for leg in flight.legs:
+            flight.ends += self._leg_us(start, leg)
+            start = leg.to
+
+    def _leg_us(self, start: Position, leg: Leg) -> Micros:
+        if leg.kind == "fall":
+            return fall_us(start.up_m)
+        return leg_us(start, leg.to, self.limits.speed_m_s, self.limits.climb_m_s, self.wind, leg.wanted_m_s)
 
     def _next_leg(self) -> None:
         flight = self._flight
         assert flight is not None, "no flight has a next leg"
-        leg = flight.legs.pop(0)
+        leg = flight.leg = flight.legs.pop(0)
         now, here = self._scheduler.now(), self._segment.at(self._scheduler.now())
-        lasts = leg_us(here, leg.to, leg.speed_m_s, self.limits.climb_m_s)
+        lasts = self._leg_us(here, leg)
         self._move(Segment(now, here, now + lasts, leg.to), leg.kind)
         self._timers.append(self._scheduler.call_at(now + lasts, self._arrived))
         rise = leg.to.up_m - here.up_m
@@ -328,7 +346,7 @@ class Drone:
 
     def _stand_still(self) -> None:
         now, here = self._scheduler.now(), self._segment.at(self._scheduler.now())
-        down = self._kind == "rest" or (self._kind == "descend" and here.up_m <= 0.0)
+        down = self._kind == "rest" or (self._kind in ("descend", "fall") and here.up_m <= 0.0)
         self._move(Segment(now, here, now, here), "rest" if down else "hover")
 
     def _move(self, segment: Segment, kind: MotionKind) -> None:
@@ -336,10 +354,15 @@ class Drone:
         for timer in self._timers:
             timer.cancel()
         self._timers.clear()
-        self._battery, self._battery_at = self._exact_battery(), self._scheduler.now()
+        charge = self._exact_battery()
         self._segment, self._kind = segment, kind
-        self._drain = self._drain_of(kind)
         self._recorder.moved(self.agent, segment, kind)
+        self._settle_charge(charge)
+
+    def _settle_charge(self, percent: float) -> None:
+        """Reckon the charge from now on, and when it ends."""
+        self._battery, self._battery_at = percent, self._scheduler.now()
+        self._drain = drain_percent_s(self.limits, self._kind, self._segment, self.home, self.payload_kg)
         if self._flat_timer is not None:
             self._flat_timer.cancel()
         if self._drain > 0.0 and not self._is_failsafe():
@@ -348,10 +371,11 @@ class Drone:
 
     def _flat(self) -> None:
         """Land here by its own failsafe; whoever was in command no longer is."""
+        self._is_alone = False  # it does not yield again: there is no charge for more
         self._yield_to("failsafe")
         here = self.position()
         ground = Position(here.east_m, here.north_m, 0.0)
-        self._fly("", "failsafe", [Leg(ground, "descend", self.limits.speed_m_s)])
+        self._fly("", "failsafe", [Leg(ground, "descend")])
 
     def _yield_to(self, control: Control) -> None:
         self.stop()
@@ -362,24 +386,17 @@ class Drone:
     def _is_failsafe(self) -> bool:
         return self._flight is not None and self._flight.action == "failsafe"
 
-    def _drain_of(self, kind: MotionKind) -> float:
-        if kind == "hover":
-            return self.limits.drain_hover_percent_s
-        if kind != "rest":
-            return self.limits.drain_cruise_percent_s
-        at_home = self.home is not None and horizontal_m(self.home, self._segment.p1) <= 2.0
-        return -self.limits.charge_percent_s if at_home else 0.0
-
     def _exact_battery(self) -> float:
         lasted_s = (self._scheduler.now() - self._battery_at) / SECOND
         return min(100.0, max(0.0, self._battery - self._drain * lasted_s))
 
     def _phase(self) -> str:
-        return {"climb": "climbing", "cruise": "flying", "descend": "descending"}.get(self._kind, "")
+        return {"climb": "climbing", "cruise": "flying", "descend": "descending", "fall": "falling"}.get(self._kind, "")
 
     def _set_status(self) -> None:
         if self._side is not None:
-            here = self.position()
+            here, (east_m, north_m) = self.position(), self.drift
+            here = Position(mm(here.east_m + east_m), mm(here.north_m + north_m), here.up_m)
             lat, lng = self._frame.lat_lng(here) if self._frame is not None else (None, None)
             self._side.set_status(
                 position=here,
@@ -387,5 +404,9 @@ class Drone:
                 lng=lng,
                 battery=self.battery(),
                 landed=self.landed(),
+                payload_kg=self.payload_kg,
+                wind_east_m_s=self.wind[0],
+                wind_north_m_s=self.wind[1],
+                checks=self.preflight(),
                 initial_deployment=self._first_place,
             )

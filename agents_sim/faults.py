@@ -20,7 +20,10 @@ from formiga_bt.transport.messages import TERMINAL, AgentCard, AgentStatus, Goal
 
 Body = Drone | Person
 
-OrderKind = Literal["nan", "wrong_id", "slow", "refuse", "take_over", "hand_back", "lose_result", "never_confirm"]
+OrderKind = Literal[
+    "nan", "wrong_id", "slow", "refuse", "take_over", "hand_back", "lose_result", "never_confirm",
+    "link_loss", "battery", "wind", "preflight", "drift",
+]  # fmt: skip
 
 
 class Order(Struct, frozen=True, kw_only=True):
@@ -36,7 +39,18 @@ class Order(Struct, frozen=True, kw_only=True):
     delay_s: float = 0.0
     """How late all it says is from now on, in wall time; 0 ends it (slow)."""
     on: bool = True
-    """False ends never_confirm."""
+    """False ends never_confirm, link_loss, preflight, drift."""
+    vanishes: bool = True
+    """Whether the presence token goes with the link (link_loss)."""
+    percent: float = 100.0
+    """The charge from now on (battery)."""
+    east: float = 0.0
+    north: float = 0.0
+    """Where the wind blows to, m/s (wind); how far the fix is off, metres (drift)."""
+    check: str = ""
+    """Which check fails (preflight)."""
+    text: str = "broken"
+    """What the drone says of it (preflight)."""
 
 
 class FaultyBody:
@@ -45,10 +59,15 @@ class FaultyBody:
     def __init__(self, body: Body) -> None:
         self.body = body
         self.refusals: list[str] = []
+        self.begun: Callable[[], None] = lambda: None
+        """Told when the body has begun a goal."""
 
     def start(self, request: GoalRequest) -> str:
         """Refuse with the next code in `refusals`, else let the body begin."""
-        return self.refusals.pop(0) if self.refusals else self.body.start(request)
+        code = self.refusals.pop(0) if self.refusals else self.body.start(request)
+        if not code:
+            self.begun()
+        return code
 
     def cancel(self, goal_id: str) -> bool:
         """Let the body cancel."""
@@ -104,11 +123,15 @@ class FaultyLink:
             self._late.append((self._wall() + self.delay_us, call))
 
 
-FLIGHT_ORDERS: Final = ("take_over", "hand_back")
+FLIGHT_ORDERS: Final = ("take_over", "hand_back", "battery", "wind")
+"""What befalls a drone's body, whether or not its process runs."""
 
 
 def obey(order: Order, body: Body, front: FaultyBody, link: FaultyLink) -> None:
-    """Play a fault; one that does not fit the agent (a person has no pilot) is passed over."""
+    """Play a fault; one that does not fit the agent (a person has no pilot) is passed over.
+
+    `link_loss` befalls the wire below the link: whoever owns that plays it.
+    """
     match order.kind:
         case "nan":
             link.nan_statuses += order.count
@@ -128,3 +151,15 @@ def obey(order: Order, body: Body, front: FaultyBody, link: FaultyLink) -> None:
             body.take_over()
         case "hand_back" if isinstance(body, Drone):
             body.hand_back()
+        case "battery" if isinstance(body, Drone):
+            body.set_battery(order.percent)
+        case "wind" if isinstance(body, Drone):
+            body.set_wind((order.east, order.north))
+        case "drift" if isinstance(body, Drone):
+            body.drift = (order.east, order.north) if order.on else (0.0, 0.0)
+            body.report()
+        case "preflight" if isinstance(body, Drone):
+            body.broken.pop(order.check, None)
+            if order.on:
+                body.broken[order.check] = order.text
+            body.report()

@@ -48,6 +48,13 @@ def command(spec: AgentSpec, *, site: str, connect: str, state_dir: Path) -> lis
         words += ["--walk=" + ";".join(_numbers([place.east_m, place.north_m]) for place in spec.walk)]
     if spec.base is not None:
         words += [f"--base={_numbers(spec.base)}"]
+    if any(spec.wind):
+        words += [f"--wind={_numbers(spec.wind)}"]
+    if spec.payload_kg:
+        words += [f"--payload={float(spec.payload_kg)!r}"]
+    if spec.cut:
+        words += ["--cut"]
+    words += ["--on-link-loss", spec.on_link_loss]
     return [*words, "--orders", "--exit-with-parent", str(os.getpid())]
 
 

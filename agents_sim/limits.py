@@ -35,16 +35,28 @@ class DroneLimits(Limits, frozen=True, kw_only=True):
 
     speed_m_s: float = 10.0
     climb_m_s: float = 3.0
-    drain_cruise_percent_s: float = 0.065
-    drain_hover_percent_s: float = 0.058
+    cruise_drain_pct_s: float = 0.065
+    hover_drain_pct_s: float = 0.058
+    climb_drain_pct_s: float | None = None
+    """While it gains height; None: as in cruise."""
+    payload_drain_pct_kg_s: float = 0.0
+    """Added in the air, for each kilogram it carries."""
     charge_percent_s: float = 0.0
     """Gained per second on the ground within 2 m of its home."""
     failsafe_percent: float = 5.0
     """At this charge the drone lands by itself, and it starts or goes nowhere on its engine's word."""
+    return_height_m: float = 0.0
+    """Coming home by itself it first climbs to this height over the base's ground, if it is lower."""
+
+    @property
+    def climbing_percent_s(self) -> float:
+        """Return what climbing drains."""
+        return self.cruise_drain_pct_s if self.climb_drain_pct_s is None else self.climb_drain_pct_s
 
     def on_card(self) -> dict[str, float]:
         """Return the limits as an agent announces them."""
-        return {name: float(getattr(self, name)) for name in self.__struct_fields__}
+        said = {name: getattr(self, name) for name in self.__struct_fields__}
+        return {name: float(number) for name, number in {**said, "climb_drain_pct_s": self.climbing_percent_s}.items()}
 
 
 class PersonLimits(Limits, frozen=True, kw_only=True):
@@ -60,7 +72,7 @@ class PersonLimits(Limits, frozen=True, kw_only=True):
 
 DRONE_TYPES: Final[Mapping[str, DroneLimits]] = MappingProxyType(
     {
-        "lwd": DroneLimits(speed_m_s=8.0, climb_m_s=2.5, drain_cruise_percent_s=0.06, drain_hover_percent_s=0.055),
+        "lwd": DroneLimits(speed_m_s=8.0, climb_m_s=2.5, cruise_drain_pct_s=0.06, hover_drain_pct_s=0.055),
         "hwd": DroneLimits(),
     }
 )

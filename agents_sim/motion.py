@@ -6,7 +6,7 @@ is the same at every speed of the clock. Used by the drone's body, the referee a
 
 import math
 from itertools import pairwise
-from typing import Any, Literal, Protocol
+from typing import Any, Final, Literal, Protocol
 
 from msgspec import Struct
 
@@ -14,8 +14,17 @@ from formiga_bt.clock import SECOND, Micros, micros
 from formiga_bt.geo import Place, Position, horizontal_m
 from formiga_bt.transport.messages import Clearance, Control
 
-MotionKind = Literal["rest", "hover", "climb", "cruise", "descend"]
-"""What a drone does during a segment. Only at "rest" are its rotors off and it stands."""
+MotionKind = Literal["rest", "hover", "climb", "cruise", "descend", "fall"]
+"""What a drone does during a segment. Only at "rest" are its rotors off and it stands; in a "fall" they are off too."""
+
+FALL_S: Final = 2.0
+"""A fall takes at most this long, from any height."""
+LEAST_GROUND_SPEED_M_S: Final = 0.5
+"""Against a wind that it cannot make way against a drone still creeps on, so that every leg ends."""
+
+Wind = tuple[float, float]
+"""East and north, m/s: where it blows to."""
+NO_WIND: Final[Wind] = (0.0, 0.0)
 
 
 class Segment(Struct, frozen=True):
@@ -62,6 +71,8 @@ class BodyState(Struct, frozen=True, tag="drone"):
     drain_percent_s: float
     home: Place | None = None
     control: Control = "engine"
+    is_alone: bool = False
+    """Without a link it does what its card says; it yields when it hears the engine again."""
 
     def found_at(self, now: Micros, died: Micros, hover_percent_s: float) -> "BodyState":
         """Return the body as found `now`: its process died at `died`, and if in the air it has hovered there since.
@@ -69,13 +80,16 @@ class BodyState(Struct, frozen=True, tag="drone"):
         Its segment begins when it died, so that whoever is told of it forgets what was to come after.
         """
         here = self.segment.at(died)
-        has_landed = self.kind == "rest" or (self.kind == "descend" and here.up_m <= 0.0)
+        if self.kind == "fall":
+            here = self.segment.p1  # nobody holds it up
+        has_landed = self.kind == "rest" or (self.kind in ("descend", "fall") and here.up_m <= 0.0)
         kind: MotionKind = "rest" if has_landed else "hover"
         battery = self.battery - self.drain_percent_s * (died - self.battery_at) / SECOND
         if kind == "hover":
             battery -= hover_percent_s * (now - died) / SECOND
+        battery = min(100.0, max(0.0, battery))
         return BodyState(
-            Segment(died, here, died, here), kind, min(100.0, max(0.0, battery)), now, 0.0, self.home, self.control
+            Segment(died, here, died, here), kind, battery, now, 0.0, self.home, self.control, self.is_alone
         )
 
 
@@ -108,9 +122,46 @@ class NoRecorder:
         """Ignore it."""
 
 
-def leg_us(start: Position, end: Position, speed_m_s: float, climb_m_s: float) -> Micros:
-    """Return how long a straight leg takes: as long as the slower of its horizontal and its vertical part."""
-    return micros(max(horizontal_m(start, end) / speed_m_s, abs(end.up_m - start.up_m) / climb_m_s))
+def leg_us(
+    start: Position,
+    end: Position,
+    speed_m_s: float,
+    climb_m_s: float,
+    wind: Wind = NO_WIND,
+    wanted_m_s: float | None = None,
+) -> Micros:
+    """Return how long a straight leg takes: as long as the slower of its horizontal and its vertical part.
+
+    Args:
+        start: where it begins.
+        end: where it ends.
+        speed_m_s: the drone's speed through the air: a wind along the way helps, one against it or across costs time.
+        climb_m_s: its speed up or down, whatever the wind.
+        wind: where it blows to.
+        wanted_m_s: the speed over ground that it does not exceed.
+    """
+    length_m = horizontal_m(start, end)
+    over_ground = ground_speed(start, end, speed_m_s, wind)
+    if wanted_m_s is not None:
+        over_ground = min(over_ground, wanted_m_s)
+    return micros(max(length_m / over_ground, abs(end.up_m - start.up_m) / climb_m_s))
+
+
+def ground_speed(start: Place | Position, end: Place | Position, speed_m_s: float, wind: Wind) -> float:
+    """Return the speed over ground of a drone that flies straight from `start` to `end`, its nose turned into the wind."""
+    length_m = horizontal_m(start, end)
+    if length_m <= 0.0 or wind == NO_WIND:
+        return speed_m_s
+    east, north = (end.east_m - start.east_m) / length_m, (end.north_m - start.north_m) / length_m
+    along, across = wind[0] * east + wind[1] * north, wind[0] * north - wind[1] * east
+    if abs(across) >= speed_m_s:
+        return LEAST_GROUND_SPEED_M_S
+    return max(LEAST_GROUND_SPEED_M_S, along + math.sqrt(speed_m_s**2 - across**2))
+
+
+def fall_us(height_m: float) -> Micros:
+    """Return how long a fall takes: as in free fall, `FALL_S` at most."""
+    return micros(min(FALL_S, math.sqrt(2.0 * max(0.0, height_m) / 9.81)))
 
 
 class Approach(Struct, frozen=True):

@@ -14,6 +14,7 @@ from typing import Final
 
 import msgspec
 
+from agents_sim.drone import Drone
 from agents_sim.faults import FaultyBody, FaultyLink, Order, obey
 from agents_sim.ledger import BodyFile, Ledger, MotionNote, Note, NoteTaker, Saved
 from agents_sim.motion import BodyState
@@ -28,6 +29,8 @@ from formiga_bt.transport.zenoh_agent import ZenohAgentLink, ZenohObserver
 STATUS_EVERY_US: Final[Micros] = SECOND // 2
 SAVE_EVERY_US: Final[Micros] = SECOND // 5
 """How far behind the file may be of a drone that moves (wall time)."""
+STANDSTILL_US: Final[Micros] = SECOND
+"""A loop that was away for longer stood still (frozen, or a machine under load)."""
 LONGEST_WAIT_S: Final = 0.2
 """After a signal the loop goes on within this."""
 
@@ -109,13 +112,14 @@ class AgentProcess:
             speed = saved.speed
         self.scheduler = PacedScheduler(wall_us, start, speed)
         self._dirty = False
+        self._looked_at: Micros = 0
         self._newest: Note | None = None
         self._link = ZenohAgentLink(site, connect=connect)
         # Before the body: already its first motion is noted, and dropped for want of engine time.
         notes = NoteTaker(self._note)
         state = saved.body if saved is not None else None
         if saved is not None and isinstance(state, BodyState):
-            state = state.found_at(start, saved.engine_us, drone_limits(spec).drain_hover_percent_s)
+            state = state.found_at(start, saved.engine_us, drone_limits(spec).hover_drain_pct_s)
         radar = Radar(ZenohObserver(site, connect=connect), self.scheduler.now)
         self.body = build_body(spec, self.scheduler, recorder=notes, state=state, sight=radar.flying)
         self._radar = radar if MINI_FINDER in self.body.actions else None
@@ -136,13 +140,14 @@ class AgentProcess:
             self._link.serve(self.side)
             self.body.resume()
             self._save()
-            next_status = next_save = wall_us()
+            next_status = next_save = self._looked_at = wall_us()
             while not is_stopping():
                 self.scheduler.run_due()
                 for order in orders():
-                    obey(order, self.body, self._front, self._faulty)
+                    self._obey(order)
                 self._faulty.flush()
                 now = wall_us()
+                self._watch_link(now)
                 if now >= next_status:
                     if self._radar is not None:
                         self._radar.listen()
@@ -163,6 +168,19 @@ class AgentProcess:
             self._link.close()
             if self._ledger is not None:
                 self._ledger.close()
+
+    def _obey(self, order: Order) -> None:
+        if order.kind == "link_loss":
+            self._link.cut(vanishes=order.vanishes) if order.on else self._link.mend()
+        else:
+            obey(order, self.body, self._front, self._faulty)
+
+    def _watch_link(self, now: Micros) -> None:
+        stood_still, self._looked_at = now - self._looked_at > STANDSTILL_US, now
+        if stood_still:
+            self.side.excuse_silence()  # what was said meanwhile is yet to be heard
+        if isinstance(self.body, Drone):
+            self.body.watch_link()
 
     def _note(self, note: Note) -> None:
         self._dirty = True

@@ -6,15 +6,15 @@ as an OS process). Nothing here reads a clock or is random: equal calls give equ
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any, Final
+from typing import Any, Final, get_args
 
 from msgspec import Struct
 
-from agents_sim.drone import Drone
+from agents_sim.drone import Drone, OnLinkLoss
 from agents_sim.faults import FLIGHT_ORDERS, Body, FaultyBody, FaultyLink, Order, obey
 from agents_sim.finder import Sight, sees_nothing
 from agents_sim.limits import DRONE_TYPES, PERSON_TYPES, TRACKED_TYPES, DroneLimits, PersonLimits
-from agents_sim.motion import BodyState, MotionKind, NoRecorder, PersonState, Recorder, Segment
+from agents_sim.motion import NO_WIND, BodyState, MotionKind, NoRecorder, PersonState, Recorder, Segment, Wind
 from agents_sim.person import Person, read_rules
 from formiga_bt.clock import SECOND, Micros, Scheduler
 from formiga_bt.geo import Frame, Place, Position, mm
@@ -24,6 +24,10 @@ from formiga_bt.transport.messages import AgentCard
 
 STATUS_EVERY_US: Final[Micros] = 5 * SECOND
 """In virtual time a status comes on change and this often."""
+
+
+LOOK_EVERY_US: Final[Micros] = SECOND
+"""How often a drone without a link looks whether it is back."""
 
 
 class AgentSpec(Struct, frozen=True, kw_only=True):
@@ -45,6 +49,13 @@ class AgentSpec(Struct, frozen=True, kw_only=True):
     """A person's way from `at` on, begun at once."""
     base: tuple[float, float] | None = None
     """Latitude and longitude of the base, degrees: an agent that knows it reports both of itself too."""
+    wind: Wind = NO_WIND
+    """East and north, m/s, where it blows to: a drone flies in it."""
+    payload_kg: float = 0.0
+    cut: bool = False
+    """Whether a drone announces CutMotors."""
+    on_link_loss: OnLinkLoss = "return"
+    """What a drone does by itself without a link."""
 
 
 def is_person(spec: AgentSpec) -> bool:
@@ -92,6 +103,12 @@ def check_spec(spec: AgentSpec) -> None:
     drone_limits(spec)
     if not 0.0 <= spec.battery <= 100.0:
         raise ValueError(f"battery of {spec.id} must be 0..100, got {spec.battery!r}")
+    if not 0.0 <= spec.payload_kg < math.inf:
+        raise ValueError(f"payload_kg of {spec.id} must be 0 or more, got {spec.payload_kg!r}")
+    if not all(math.isfinite(part) for part in spec.wind):
+        raise ValueError(f"wind of {spec.id} must be two finite numbers in m/s, got {spec.wind!r}")
+    if spec.on_link_loss not in get_args(OnLinkLoss):
+        raise ValueError(f"on_link_loss of {spec.id} must be return, land or hold, got {spec.on_link_loss!r}")
 
 
 def build_body(
@@ -134,7 +151,10 @@ def build_body(
         now = scheduler.now()
         kind: MotionKind = "hover" if here.up_m > 0.0 else "rest"
         state = BodyState(Segment(now, here, now, here), kind, spec.battery, now, 0.0, spec.home)
-    return Drone(spec.id, scheduler, limits, state, recorder, frame)
+    return Drone(
+        spec.id, scheduler, limits, state, recorder, frame,
+        wind=spec.wind, payload_kg=spec.payload_kg, can_cut=spec.cut, on_link_loss=spec.on_link_loss,
+    )  # fmt: skip
 
 
 def build_card(spec: AgentSpec, body: Body, boot_id: str) -> AgentCard:
@@ -147,7 +167,7 @@ def build_card(spec: AgentSpec, body: Body, boot_id: str) -> AgentCard:
         actions=body.actions,
         human=isinstance(body, Person),
         limits=limits,
-        on_link_loss="hold",
+        on_link_loss=body.on_link_loss if isinstance(body, Drone) else "hold",
     )
 
 
@@ -158,6 +178,8 @@ class SimAgent:
         self.spec = spec
         self.body = body
         self.boots = 0
+        self.watches = False
+        """Whether it looks at its link now and then: in the air only."""
         self.front = FaultyBody(body)
         self.link: FaultyLink | None = None
         self.side: AgentSide | None = None
@@ -243,6 +265,8 @@ class SimFleet:
             self._hub.set_delay(agent, round(order.delay_s * SECOND) or self._hub.delay_us)
         elif order.kind == "lose_result":
             self._hub.lose_results(agent, order.count)
+        elif order.kind == "link_loss":
+            self._hub.cut(agent, vanishes=order.vanishes) if order.on else self._hub.mend(agent)
         elif one.link is not None or order.kind in FLIGHT_ORDERS:
             obey(order, one.body, one.front, one.link or FaultyLink(self._hub.link(agent)))
 
@@ -268,6 +292,14 @@ class SimFleet:
         """Let a frozen agent go on: all it missed and all it meant to say now passes."""
         if self.agents[agent].side is not None:
             self._hub.thaw(agent)
+
+    def lose_link(self, agent: str, *, vanishes: bool = True) -> None:
+        """Cut an agent's wire both ways; `vanishes`: its presence token goes too."""
+        self.order(agent, Order(kind="link_loss", vanishes=vanishes))
+
+    def mend_link(self, agent: str) -> None:
+        """Join an agent's wire again."""
+        self.order(agent, Order(kind="link_loss", on=False))
 
     def take_over(self, agent: str) -> None:
         """Let the pilot take a drone: it hovers, its goal ends `taken_over`."""
@@ -301,6 +333,8 @@ class SimFleet:
 
     def _boot(self, agent: SimAgent) -> None:
         agent.boots += 1
+        agent.watches = False
+        agent.front.begun = lambda: self._watch_link(agent)
         wire: MemoryLink = self._hub.link(agent.spec.id)
         agent.link = FaultyLink(wire)
         card = build_card(agent.spec, agent.body, f"{agent.spec.id}-boot-{agent.boots}")
@@ -318,6 +352,35 @@ class SimFleet:
             self._report_later(agent, boot)
 
         self._scheduler.call_at(self._scheduler.now() + self._status_every_us, report)
+
+    def _watch_link(self, agent: SimAgent) -> None:
+        """Let a drone look at its link, at the end of the silence that it may bear, for as long as it flies."""
+        body, boot = agent.body, agent.boots
+        if agent.watches or not isinstance(body, Drone):
+            return
+        agent.watches, was_silent = True, False
+
+        def look() -> None:
+            nonlocal was_silent
+            side = agent.side
+            if self._closed or side is None or agent.boots != boot:
+                return
+            is_silent = side.is_cut_off and not self._hub.is_frozen(agent.spec.id)
+            if (is_silent and was_silent) or body.is_alone:
+                body.watch_link()
+            was_silent = is_silent
+            if not body.is_airborne and not body.is_alone:
+                agent.watches = False
+                return
+            again()
+
+        def again() -> None:
+            # Virtual beats come with events: a look that finds silence may itself bring the next, so it looks twice.
+            now, ends = self._scheduler.now(), agent.side.cut_off_at if agent.side is not None else None
+            waits = ends is None or ends < now or body.is_alone
+            self._scheduler.call_at(now + LOOK_EVERY_US if waits or ends is None else ends + 1, look)
+
+        self._scheduler.call_at(self._scheduler.now(), look)
 
 
 # Fleets for tests and benchmarks.

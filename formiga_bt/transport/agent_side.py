@@ -1,10 +1,13 @@
-"""The rules that every agent follows, once: remembered goal ids, epochs, expiry, one goal at a time.
+"""The rules that every agent follows, once: remembered goal ids, epochs, expiry, one goal at a time, link silence.
 
 Why here: an engine that crashes, repeats itself or loses messages is only safe if all agents answer alike. Simulated
 agents, the desk's people and integrators put an `AgentSide` between their body and their wire (`docs/wire.md`).
 
 Called from one thread. A wire calls the `on_...` methods and sends what they return; a body calls `feedback`, `finish`,
 `publish_status` and `take_control`. Both may happen inside a call to the body (`start` may `finish` at once).
+
+Link silence: the owner looks at `is_cut_off` now and then (at `cut_off_at`, or in its loop). While it is True and the
+machine is in the air, the body does by itself what its card calls `on_link_loss`, after `take_control("failsafe")`.
 """
 
 from collections.abc import Callable, Sequence
@@ -12,7 +15,7 @@ from typing import Any, Final
 
 import msgspec
 
-from formiga_bt.clock import Micros
+from formiga_bt.clock import Micros, micros
 from formiga_bt.transport.base import AgentBody, AgentLink
 from formiga_bt.transport.messages import (
     TERMINAL,
@@ -35,8 +38,11 @@ STANDBY: Final = "STANDBY"
 EXECUTING: Final = "EXECUTING ACTION"
 
 _STATUS_FIELDS: Final = frozenset(
-    {"battery", "position", "lat", "lng", "initial_deployment", "landed", "payload_kg", "quality", "age_us"}
-)
+    {
+        "battery", "position", "lat", "lng", "initial_deployment", "landed", "payload_kg", "quality", "age_us",
+        "wind_east_m_s", "wind_north_m_s", "checks",
+    }
+)  # fmt: skip
 """What a body may say of itself; all other fields of a status are the side's."""
 
 
@@ -87,6 +93,9 @@ class AgentSide:
         self._beat = 0
         self._clock: tuple[Micros, ClockBeat] | None = None
         self._engine_now: Micros = 0
+        self._heard_at: Micros = now()
+        self._silence_us: Micros | None = None
+        self._untold: list[str] = []
 
     # What the owner may look at.
 
@@ -119,6 +128,17 @@ class AgentSide:
     def status(self) -> AgentStatus:
         """Return the status as it would be published now (does not use up a `seq`)."""
         return self._present_status()
+
+    @property
+    def cut_off_at(self) -> Micros | None:
+        """Return when, by the local clock, the silence grows too long; None before a goal said how long is too long."""
+        return self._heard_at + self._silence_us if self._silence_us is not None else None
+
+    @property
+    def is_cut_off(self) -> bool:
+        """Return whether nothing was heard of the engine for longer than the newest begun goal's `link_silence_s`."""
+        at = self.cut_off_at
+        return at is not None and self._now() > at
 
     def state_of(self, goal_id: str) -> GoalState:
         """Return the recorded state of a goal, "unknown" if there is none."""
@@ -156,8 +176,11 @@ class AgentSide:
         if code:
             record.request = None
             return event
+        self._heard_at = self._now()
         self._running.append(request.goal_id)
         code = self._body.start(request)
+        if not code and request.link_silence_s is not None:
+            self._silence_us = micros(request.link_silence_s)
         if code and record.event.state not in TERMINAL:
             self._running.remove(request.goal_id)
             record.request = None
@@ -209,7 +232,14 @@ class AgentSide:
         elif beat.beat < self._beat and self._clock is not None and self._clock[1].epoch == beat.epoch:
             return
         self._beat = max(self._beat, beat.beat)
-        self._clock = (self._now(), beat)
+        was_cut_off, self._heard_at = self.is_cut_off, self._now()
+        self._clock = (self._heard_at, beat)
+        if was_cut_off:
+            self._tell_what_was_not_heard()
+
+    def excuse_silence(self) -> None:
+        """Count silence from now on: the owner itself stood still and could not have heard."""
+        self._heard_at = self._now()
 
     def engine_now(self) -> Micros:
         """Return engine time, extrapolated from the newest beat; the local clock before the first. Never goes back."""
@@ -246,6 +276,8 @@ class AgentSide:
         record.request = None
         record.event = self._next(record, state=state, code=code, text=text, result=result or {})
         self._status = msgspec.structs.replace(self._status, last_goal=goal_id, last_goal_state=state)
+        if self.is_cut_off:
+            self._untold.append(goal_id)
         self._link.publish_event(msgspec.structs.replace(record.event, status=self._make_status()))
 
     def set_status(self, **fields: Any) -> None:
@@ -271,6 +303,14 @@ class AgentSide:
         self.publish_status()
 
     # Inside.
+
+    def _tell_what_was_not_heard(self) -> None:
+        """Say again, now that the engine is heard, what ended in the silence."""
+        untold, self._untold = self._untold, []
+        for goal in untold:
+            if goal in self._goals:
+                self._link.publish_event(self._answer(self._goals[goal].event))
+        self.publish_status()
 
     def _refusal(self, request: GoalRequest, rivals: tuple[str, ...]) -> str:
         if request.agent != self.card.id:

@@ -30,6 +30,8 @@ Asked = Literal["goal", "cancel", "query"]
 
 FRAME_LIMIT: Final = 256 * 1024
 """The most bytes one message may have."""
+CHECKS_LIMIT: Final = 32
+"""The most preflight checks a status may hold."""
 
 _T = TypeVar("_T")
 
@@ -120,15 +122,22 @@ def check_status(agent: str, status: AgentStatus) -> AgentStatus:
     """Return the status if it is this agent's and all its numbers are finite.
 
     Raises:
-        WireError: it is another agent's, or holds NaN or infinity (possible without JSON in between).
+        WireError: it is another agent's, holds NaN or infinity (possible without JSON in between), half a wind, more than
+            `CHECKS_LIMIT` preflight checks, or one without a name or twice.
     """
     if status.id != agent:
         raise WireError(f"a status of {status.id!r} came from {agent!r}")
     numbers = [status.battery, status.payload_kg, status.quality, status.lat or 0.0, status.lng or 0.0]
+    numbers += [status.wind_east_m_s or 0.0, status.wind_north_m_s or 0.0]
     for point in (status.position, status.initial_deployment):
         numbers += _numbers(point)
     if not all(math.isfinite(number) for number in numbers):
         raise WireError("a status with a number that is not finite")
+    if (status.wind_east_m_s is None) != (status.wind_north_m_s is None):
+        raise WireError("a status with half a wind: east and north, or neither")
+    names = [check.check for check in status.checks]
+    if len(names) > CHECKS_LIMIT or not all(names) or len(set(names)) < len(names):
+        raise WireError(f"a status with preflight checks that are more than {CHECKS_LIMIT}, nameless, or named twice")
     return status
 
 
@@ -145,6 +154,18 @@ def check_event(agent: str, event: GoalEvent) -> GoalEvent:
     return event
 
 
+def check_request(request: GoalRequest) -> GoalRequest:
+    """Return the goal if its link silence can be kept.
+
+    Raises:
+        WireError: `link_silence_s` is not above 0 s or not finite.
+    """
+    silence_s = request.link_silence_s
+    if silence_s is not None and not 0.0 < silence_s < math.inf:
+        raise WireError(f"a goal with link_silence_s {silence_s!r}: seconds above 0, or null")
+    return request
+
+
 def _numbers(point: Position | None) -> list[float]:
     return [] if point is None else [point.east_m, point.north_m, point.up_m]
 
@@ -158,7 +179,7 @@ def serve_request(side: AgentSide, what: Asked, raw: bytes) -> bytes:
     """
     reply: GoalEvent | GoalsReply
     if what == "goal":
-        reply = side.on_goal(decode(raw, GoalRequest))
+        reply = side.on_goal(check_request(decode(raw, GoalRequest)))
     elif what == "cancel":
         reply = side.on_cancel(decode(raw, CancelRequest).goal_id)
     else:

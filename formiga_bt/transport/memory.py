@@ -81,6 +81,7 @@ class MemoryLink:
         self.card: AgentCard | None = None
         self.dead = False
         self.frozen = False
+        self.is_cut = False
         self.seen = False
         self.held: list[Callable[[], None]] = []
         self.asks: list[_Ask] = []
@@ -195,6 +196,35 @@ class MemoryHub:
         for call in held:
             call()
 
+    def is_frozen(self, agent: str) -> bool:
+        """Return whether an agent's process stands still."""
+        link = self._links.get(agent)
+        return link is not None and link.frozen
+
+    def cut(self, agent: str, *, vanishes: bool = True) -> None:
+        """Cut an agent's wire: all that is said either way is lost, also what is under way.
+
+        Args:
+            agent: whose; nothing happens if its process does not run.
+            vanishes: whether its presence token goes too, after the lease.
+        """
+        link = self._links.get(agent)
+        if link is None or link.is_cut:
+            return
+        link.is_cut = True
+        if vanishes:
+            self.scheduler.call_at(self.scheduler.now() + self._lease_us, lambda: self._lease_over(link))
+
+    def mend(self, agent: str) -> None:
+        """Join a cut wire: what is said from now on passes, and a presence that had gone is there again."""
+        link = self._links.get(agent)
+        if link is None or not link.is_cut:
+            return
+        link.is_cut = False
+        if not link.seen:
+            link.seen = True
+            self.show(link)
+
     # For links and the transport.
 
     def join(self, link: MemoryLink) -> None:
@@ -234,8 +264,8 @@ class MemoryHub:
         """Carry what an agent says to the engine's end, where `deliver` hands it over."""
         if link.frozen:
             link.held.append(lambda: self.to_engine(link, deliver))
-        elif not link.dead:
-            self._send(link.agent, True, deliver)
+        elif not link.dead and not link.is_cut:
+            self._send(link.agent, True, lambda: None if link.is_cut else deliver())
 
     def to_agent(self, agent: str, call: Callable[[AgentSide, MemoryLink], None], ask: _Ask | None = None) -> None:
         """Deliver what the engine says; an `ask` fails if there is nobody."""
@@ -254,7 +284,7 @@ class MemoryHub:
             self.to_agent(agent, call)
 
     def _hear(self, link: MemoryLink, call: Callable[[AgentSide, MemoryLink], None]) -> None:
-        if link.dead or link.side is None:
+        if link.dead or link.side is None or link.is_cut:
             return
         if link.frozen:
             link.held.append(lambda: self._hear(link, call))
@@ -262,7 +292,7 @@ class MemoryHub:
             call(link.side, link)
 
     def _lease_over(self, link: MemoryLink) -> None:
-        if link.frozen and link.seen and not link.dead:
+        if (link.frozen or link.is_cut) and link.seen and not link.dead:
             link.seen = False
             self.transport.arrived(AgentGone(link.agent))
 

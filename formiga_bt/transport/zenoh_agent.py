@@ -60,6 +60,7 @@ class ZenohAgentLink:
         self._card = b""
         self._kept: list[Any] = []
         self._token: Any = None
+        self._is_cut = False
 
     def serve(self, side: AgentSide) -> None:
         """Open the session, take requests for `side`, then announce it. Takes about half a second.
@@ -87,6 +88,23 @@ class ZenohAgentLink:
         if session is not None:
             close_session(session)
 
+    def cut(self, *, vanishes: bool = True) -> None:
+        """Play a broken link, for trials: what comes in goes unanswered and nothing leaves, until `mend`.
+
+        Args:
+            vanishes: whether the presence token goes too.
+        """
+        self._is_cut = True
+        if vanishes and self._token is not None:
+            self._token.undeclare()
+            self._token = None
+
+    def mend(self) -> None:
+        """Let the link carry again."""
+        self._is_cut = False
+        if self._token is None and self._session is not None:
+            self._token = self._session.liveliness().declare_token(self._key("alive"))
+
     def pump(self, timeout_s: float = 0.0) -> int:
         """Answer all that came in, waiting up to `timeout_s` for the first of it. Return how many there were."""
         done = 0
@@ -101,13 +119,15 @@ class ZenohAgentLink:
 
     def publish_status(self, status: AgentStatus) -> None:
         """Publish a status; a link that cannot take it drops it."""
-        self._put(self._key("status"), encode(status), zenoh.CongestionControl.DROP)
+        if not self._is_cut:
+            self._put(self._key("status"), encode(status), zenoh.CongestionControl.DROP)
 
     def publish_event(self, event: GoalEvent) -> None:
         """Publish news of a goal."""
         assert self._side is not None, "serve(side) comes first"
         action = self._side.action_of(event.goal_id) or "any"
-        self._put(self._key("action", action, "event"), encode(event), zenoh.CongestionControl.BLOCK)
+        if not self._is_cut:
+            self._put(self._key("action", action, "event"), encode(event), zenoh.CongestionControl.BLOCK)
 
     def publish_card(self, card: AgentCard) -> None:
         """Announce the agent: the first time by its presence token, later by the changed card."""
@@ -152,10 +172,14 @@ class ZenohAgentLink:
         side = self._side
         assert side is not None
         if what == "clock":
+            if self._is_cut:
+                return
             with contextlib.suppress(WireError):  # an engine of another version: its goals will tell
                 side.on_clock(decode(item.payload.to_bytes(), ClockBeat))
             return
         with item as query:
+            if self._is_cut:
+                return  # no reply
             key = str(query.key_expr)
             payload = query.payload
             try:

@@ -5,7 +5,7 @@ import pytest
 from formiga_bt.clock import SECOND
 from formiga_bt.geo import Position
 from formiga_bt.transport.agent_side import REMEMBERED_GOALS, AgentSide
-from formiga_bt.transport.messages import AgentCard, AgentStatus, ClockBeat, GoalEvent, GoalRequest
+from formiga_bt.transport.messages import AgentCard, AgentStatus, ClockBeat, GoalEvent, GoalRequest, PreflightCheck
 
 
 class Link:
@@ -236,3 +236,72 @@ def test_a_pilot_ends_all_goals_and_gives_back(agent: Agent) -> None:
     assert agent.goal("s1", safety=True).code == "not_in_command"
     agent.side.take_control("engine")
     assert agent.goal("g2").state == "accepted"
+
+
+# Link silence.
+
+
+def test_silence_counts_from_the_newest_heartbeat(agent: Agent) -> None:
+    agent.goal("g1", link_silence_s=10.0)
+    agent.time = 8 * SECOND
+    agent.clock(beat=1)
+    assert agent.side.cut_off_at == 18 * SECOND
+    agent.time = 18 * SECOND
+    assert not agent.side.is_cut_off
+    agent.time += 1
+    assert agent.side.is_cut_off
+    agent.clock(beat=2)
+    assert not agent.side.is_cut_off
+
+
+def test_no_silence_is_too_long_before_a_goal_says_so(agent: Agent) -> None:
+    agent.goal("g1")
+    agent.time = 3600 * SECOND
+    assert (agent.side.cut_off_at, agent.side.is_cut_off) == (None, False)
+
+
+def test_the_newest_begun_goal_says_what_silence_is_too_long(agent: Agent) -> None:
+    agent.goal("g1", link_silence_s=10.0)
+    agent.goal("busy", link_silence_s=1.0)
+    assert agent.side.cut_off_at == 10 * SECOND
+    agent.side.finish("g1", "succeeded")
+    agent.goal("g2", link_silence_s=5.0)
+    assert agent.side.cut_off_at == 5 * SECOND
+    agent.side.finish("g2", "succeeded")
+    agent.goal("g3")  # says nothing: the bound stays
+    assert agent.side.cut_off_at == 5 * SECOND
+
+
+def test_beats_of_an_older_engine_do_not_break_the_silence(agent: Agent) -> None:
+    agent.goal("g1", link_silence_s=10.0, epoch=4)
+    agent.time = 11 * SECOND
+    agent.clock(beat=99, epoch=3)
+    assert agent.side.is_cut_off
+
+
+def test_what_ended_in_the_silence_is_said_again_when_the_link_is_back(agent: Agent) -> None:
+    agent.goal("g1", link_silence_s=10.0)
+    agent.time = 11 * SECOND
+    agent.side.take_control("failsafe")
+    agent.link.events.clear()
+    agent.clock(beat=1)
+    agent.clock(beat=2)
+    assert [(e.goal_id, e.state, e.n) for e in agent.link.events] == [("g1", "taken_over", 2)]
+    assert agent.link.events[0].status is not None
+    assert agent.link.events[0].status.control == "failsafe"
+
+
+def test_a_standstill_of_the_process_is_no_silence_of_the_engine(agent: Agent) -> None:
+    agent.goal("g1", link_silence_s=10.0)
+    agent.time = 60 * SECOND
+    agent.side.excuse_silence()
+    assert not agent.side.is_cut_off
+    agent.time = 71 * SECOND
+    assert agent.side.is_cut_off
+
+
+def test_the_body_tells_of_wind_and_checks(agent: Agent) -> None:
+    checks = (PreflightCheck("gnss", False, "3 satellites"),)
+    agent.side.publish_status(wind_east_m_s=3.0, wind_north_m_s=-1.0, checks=checks)
+    status = agent.link.statuses[-1]
+    assert (status.wind_east_m_s, status.wind_north_m_s, status.checks) == (3.0, -1.0, checks)

@@ -1,0 +1,29 @@
+"""What a drone's motion costs in charge; the engine's estimate (`formiga_bt.safety.energy`) uses the same limits."""
+
+from agents_sim.limits import DroneLimits
+from agents_sim.motion import MotionKind, Segment
+from formiga_bt.clock import SECOND
+from formiga_bt.geo import Place, horizontal_m
+
+AT_HOME_M = 2.0
+"""So near its home, over ground, a drone at rest charges."""
+
+
+def drain_percent_s(
+    limits: DroneLimits, kind: MotionKind, way: Segment, home: Place | None, payload_kg: float
+) -> float:
+    """Return the points of charge lost a second during a segment; negative while it charges.
+
+    A leg that gains height drains more, for as long as the climb alone would take. A fall costs nothing.
+    """
+    if kind == "rest":
+        at_home = home is not None and horizontal_m(home, way.p1) <= AT_HOME_M
+        return -limits.charge_percent_s if at_home else 0.0
+    if kind == "fall":
+        return 0.0
+    load = payload_kg * limits.payload_drain_pct_kg_s
+    if kind == "hover":
+        return limits.hover_drain_pct_s + load
+    lasts_s, rises_m = (way.t1 - way.t0) / SECOND, way.p1.up_m - way.p0.up_m
+    share = min(1.0, rises_m / limits.climb_m_s / lasts_s) if rises_m > 0.0 and lasts_s > 0.0 else 0.0
+    return limits.cruise_drain_pct_s + share * (limits.climbing_percent_s - limits.cruise_drain_pct_s) + load

@@ -1,0 +1,124 @@
+"""What a goal means for a drone: the straight legs that it is flown in, or the code of its refusal.
+
+Pure functions of where the drone is and what it can do; `drone.Drone` flies what comes of them.
+"""
+
+from typing import Final
+
+from msgspec import Struct
+
+from agents_sim.motion import BadFieldError, MotionKind, read_number, read_place, read_position
+from agents_sim.sweep import sweep
+from formiga_bt.geo import Place, Position, horizontal_m
+from formiga_bt.transport.messages import GoalRequest
+
+CUT_MOTORS: Final = "CutMotors"
+"""The action that stops the rotors wherever the drone is."""
+
+LAND_WITHIN_M: Final = 10.0
+"""LandIn is refused (`too_far`) when the place is farther than this, over ground."""
+LOWEST_HOVER_M: Final = 2.0
+"""A canceled take-off first rises to here; GoTo to less is refused (`too_low`)."""
+SWEEP_SPACING_M: Final = 20.0
+
+
+class Leg(Struct, frozen=True):
+    """One straight part of a flight."""
+
+    to: Position
+    kind: MotionKind
+    wanted_m_s: float | None = None
+    """The speed over ground that was asked for; else as fast as it can."""
+
+
+def plan(request: GoalRequest, here: Position, *, is_airborne: bool, is_low: bool) -> list[Leg] | str:
+    """Return the legs of a goal, or the code of its refusal.
+
+    Args:
+        request: the goal.
+        here: where the drone is.
+        is_airborne: whether its rotors turn.
+        is_low: whether its charge is so low that it goes nowhere but down.
+
+    Raises:
+        BadFieldError: a field is missing or not what the action needs.
+    """
+    if request.action == CUT_MOTORS:
+        return [fall(here)]
+    if request.action == "TakeOff":
+        if is_airborne:
+            return "already_airborne"
+        return "battery_low" if is_low else _take_off(request, here)
+    if not is_airborne:
+        return "not_airborne"
+    if request.action == "LandIn":
+        return _landing(request, here)
+    if is_low:
+        return "battery_low"
+    if request.action == "GoTo":
+        return _leg(request)
+    if request.action == "Explore":
+        return _sweep(request, here)
+    return "unknown_action"
+
+
+def fall(here: Position) -> Leg:
+    """Return the way down of a drone whose rotors stand still."""
+    return Leg(Position(here.east_m, here.north_m, 0.0), "fall")
+
+
+def way_down(here: Position, at: Place | None = None) -> list[Leg]:
+    """Return the legs of a landing at a place (here, if none is given)."""
+    at = at or here.ground
+    legs = [Leg(Position(at.east_m, at.north_m, 0.0), "descend")]
+    if horizontal_m(here, at) > 0.0:
+        legs.insert(0, Leg(Position(at.east_m, at.north_m, here.up_m), "cruise"))
+    return legs
+
+
+def way_home(here: Position, home: Place | None, height_m: float) -> list[Leg]:
+    """Return the legs of a drone that comes home by itself: up to `height_m` if it is lower, over home, down."""
+    if home is None:
+        return way_down(here)
+    up = Position(here.east_m, here.north_m, max(here.up_m, height_m, LOWEST_HOVER_M))
+    rise = [Leg(up, "climb")] if up.up_m > here.up_m else []
+    return [*rise, *way_down(up, home)]
+
+
+def _take_off(request: GoalRequest, here: Position) -> list[Leg] | str:
+    up = read_number(request.fields.get("altitude"))
+    if up < LOWEST_HOVER_M:
+        return "too_low"
+    return [Leg(Position(here.east_m, here.north_m, up), "climb")]
+
+
+def _leg(request: GoalRequest) -> list[Leg] | str:
+    to = read_position(request.fields.get("to"))
+    return "too_low" if to.up_m < LOWEST_HOVER_M else [Leg(to, "cruise", _speed(request))]
+
+
+def _landing(request: GoalRequest, here: Position) -> list[Leg] | str:
+    at = read_place(request.fields.get("at"))
+    return "too_far" if horizontal_m(here, at) > LAND_WITHIN_M else way_down(here, at)
+
+
+def _sweep(request: GoalRequest, here: Position) -> list[Leg] | str:
+    corners = request.fields.get("region")
+    if not isinstance(corners, list | tuple) or len(corners) < 3:
+        return "bad_field"
+    up = read_number(request.fields.get("altitude", here.up_m))
+    if up < LOWEST_HOVER_M:
+        return "too_low"
+    speed = _speed(request)
+    places = sweep([read_place(corner) for corner in corners], SWEEP_SPACING_M)
+    return [Leg(Position(place.east_m, place.north_m, up), "cruise", speed) for place in places]
+
+
+def _speed(request: GoalRequest) -> float | None:
+    wanted = request.fields.get("speed")
+    if wanted is None:
+        return None
+    speed = read_number(wanted)
+    if speed <= 0.0:
+        raise BadFieldError(f"no speed: {wanted!r}")
+    return speed
