@@ -18,6 +18,7 @@ from formiga_bt.engine.authority import Authority
 from formiga_bt.engine.core import Core, task_deadline
 from formiga_bt.engine.env import TaskEnv
 from formiga_bt.engine.fleet import Fleet
+from formiga_bt.engine.preemption import Plan, plans, told
 from formiga_bt.engine.records import PRIORITIES, Request, RoleRequest, TaskRecord, Verdict
 from formiga_bt.engine.taskmodel import CANNOT_COMPUTE
 from formiga_bt.engine.tasks import Tasks
@@ -122,12 +123,14 @@ class Allocation:
         requests.sort(key=lambda r: (PRIORITIES[r.priority], r.order))
         agents = self._candidates()
         blocked = {r.task: why for r in requests if (why := self._authority.blocked(r)) is not None}
-        decision = self._policy([r for r in requests if r.task not in blocked], agents)
+        decision, made = self._decide([r for r in requests if r.task not in blocked], agents)
         for request in requests:
             if request.task in blocked:
                 self._explain_blocked(request, *blocked[request.task], agents)
                 continue
             verdicts = decision.verdicts.get(request.task, ())
+            if request.priority == "high":
+                verdicts = told(core, request, verdicts, made.get(request.task))
             if core.state.explanations.get(request.task) != verdicts:
                 core.emit(ch.Explained(request.task, core.now, verdicts))
         for grant in decision.grants:
@@ -143,6 +146,38 @@ class Allocation:
             self._tasks.granted(grant.task, grant.roles, lists)
 
         self._answer_hopeless(requests, decision)
+        for request in requests:
+            if request.priority == "high" and request.task in core.state.requests:
+                self._preempt(core.state.requests[request.task], made.get(request.task))
+
+    def _decide(self, requests: list[Request], agents: list[Candidate]) -> tuple[Decision, dict[str, Plan]]:
+        """Return the policy's decision, and whom the HIGH requests that get nothing ask to step aside."""
+        decision = self._policy(requests, agents)
+        made = plans(self._core, requests, decision, agents)
+        if any(r.task in made and not r.reserves for r in requests):
+            # What fits already must not go to others while the rest of the team is freed.
+            kept = [replace(r, reserves=True) if r.task in made else r for r in requests]
+            decision = self._policy(kept, agents)
+        return decision, made
+
+    def _preempt(self, request: Request, plan: Plan | None) -> None:
+        """Have the victims of a plan step aside; meanwhile the roles' `wait` stands still."""
+        core = self._core
+        for victim in plan.victims if plan is not None else ():
+            self._tasks.restart(victim, "preempted", f"for {request.task}")
+        awaited = plan.awaited if plan is not None else {}
+        if awaited == request.preempting:
+            return
+        key = task_deadline(request.task, "wait")
+        if not request.preempting and key in core.state.deadlines:
+            request = replace(request, wait_left=core.state.deadlines[key].at - core.now)
+            core.clear_deadline(key)
+        elif not awaited and request.wait_left is not None:
+            over = core.now + request.wait_left
+            core.set_deadline(key, over, request.task, pausable=True)
+            roles = tuple(replace(role, wait_until=over if role.wait_until else None) for role in request.roles)
+            request = replace(request, wait_left=None, roles=roles)
+        core.emit(ch.RequestPut(request.task, replace(request, preempting=awaited)))
 
     def _explain_blocked(self, request: Request, code: str, detail: str, agents: list[Candidate]) -> None:
         """Say what keeps a request waiting whoever is free, and how the agents look meanwhile."""
@@ -151,11 +186,15 @@ class Allocation:
             self._core.emit(ch.Explained(request.task, self._core.now, verdicts))
 
     def _aged(self, request: Request) -> Request:
-        """Return a request as it ranks now: LOW counts as MEDIUM after an hour, a team reserves after two minutes."""
+        """Return a request as it ranks now.
+
+        LOW counts as MEDIUM after an hour; a team reserves after two minutes, and whom others step aside for at once.
+        """
         waited = self._core.now - request.at
         priority = "medium" if request.priority == "low" and waited >= LOW_AGES_US else request.priority
         machines = sum(role.count for role in request.roles if not role.human)
-        return replace(request, priority=priority, reserves=machines > 1 and waited >= RESERVE_AFTER_US)
+        reserves = bool(request.preempting) or (machines > 1 and waited >= RESERVE_AFTER_US)
+        return replace(request, priority=priority, reserves=reserves)
 
     def _answer_hopeless(self, requests: list[Request], decision: Decision) -> None:
         """End requests that no known agent could ever serve, once the site's agents were seen or 10 s passed."""

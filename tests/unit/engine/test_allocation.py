@@ -77,7 +77,7 @@ def test_a_team_is_matched_to_its_places_at_least_total_cost(make: Make) -> None
 
 
 def test_higher_priority_is_served_first_then_who_came_first(make: Make) -> None:
-    yard = make(CART + HOLD)
+    yard = make(CART + "preemptible: false\n" + HOLD)
     running = yard.start()
     low = yard.submit("Try", {}, priority="low")
     first, second = yard.submit("Try"), yard.submit("Try")
