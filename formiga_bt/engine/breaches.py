@@ -1,8 +1,26 @@
-"""Breaches of the envelope in flight: looked for at each status of a machine in the air."""
+"""Breaches of the envelope in flight: looked for at each status of a machine in the air.
+
+| it flies | what happens |
+|---|---|
+| for a task's steps or cleanup | alarm, the task ends `envelope.<name>`, the engine orders it to return (or to hold 5 s, then return) |
+| the last phase of a landing, and the limit is reserve, wind or daylight | alarm; the landing is finished, then the task ends |
+| for nobody | alarm, and it is ordered to return |
+| home already: recover, an order | alarm; a rescue is never refused |
+"""
 
 from formiga_bt.engine.core import Core
+from formiga_bt.engine.inputs import Alarm
 from formiga_bt.engine.orders import Orders
+from formiga_bt.engine.records import AgentRecord, GoalRecord
 from formiga_bt.engine.tasks import Tasks
+from formiga_bt.geo import Place
+from formiga_bt.safety.energy import power_of
+from formiga_bt.safety.envelope import Breach, FlightState, in_flight
+
+DESCENDING = "descending"
+"""The phase of a landing that is not broken off."""
+LATER = "!"
+"""In `AgentRecord.breach`: its landing is finished first, then its task ends."""
 
 
 class Breaches:
@@ -15,3 +33,67 @@ class Breaches:
 
     def look(self, agent_id: str) -> None:
         """A status of a machine came in."""
+        core = self._core
+        agent = core.state.agents[agent_id]
+        if agent.landed == "grounded":
+            self._on_ground(agent)
+            return
+        if agent.refused or agent.pool == "QUARANTINED" or agent.control != "engine" or agent.taken:
+            return
+        found = in_flight(self._state(agent), core.airspace, core.rules(agent, agent.task))
+        if not found:
+            core.put_agent(agent_id, breach=agent.breach if agent.breach.startswith(LATER) else "")
+        elif agent.breach.removeprefix(LATER) != found[0].name:
+            self._breached(agent, found[0])
+
+    def _state(self, agent: AgentRecord) -> FlightState:
+        core = self._core
+        goal = core.state.goals.get(agent.goal)
+        spec = core.action(goal.action) if goal is not None else None
+        target = goal.fields.get(spec.moves_to) if goal is not None and spec is not None and spec.lands else None
+        home = core.site.ports.get(agent.home)
+        return FlightState(
+            agent=agent.id,
+            here=agent.position,
+            spots=(agent.stood_at,) if agent.stood_at is not None else (),
+            lands_at=target if isinstance(target, Place) else None,
+            descending=_descends(goal),
+            battery=agent.battery,
+            payload_kg=agent.payload_kg,
+            wind=agent.wind,
+            power=power_of(core.agent_type(agent).limits),
+            home=home.at if home else None,
+            layer_m=agent.layer_m,
+            sun_up=core.airspace.sun_is_up(core.now) if core.rules(agent, agent.task).daylight_only else None,
+        )
+
+    def _breached(self, agent: AgentRecord, breach: Breach) -> None:
+        core = self._core
+        core.put_agent(agent.id, breach=f"{LATER if breach.only_alarm else ''}{breach.name}")
+        core.effect(Alarm(breach.code, f"{agent.id}: {breach.text}", agent.task, agent.id))
+        if breach.only_alarm or self._comes_home(agent):
+            return
+        if agent.task:
+            self._tasks.fail(agent.task, breach.code, f"{agent.id}: {breach.text}")
+        reaction = core.rules(agent, agent.task).reaction(breach.name)
+        self._orders.breached(agent.id, breach.name, reaction)
+
+    def _comes_home(self, agent: AgentRecord) -> bool:
+        order = self._core.state.orders.get(agent.id)
+        task = self._core.state.tasks.get(agent.task)
+        if order is not None and (order.stop != "hold" or order.scope == "engine"):
+            return True
+        return task is not None and (task.section == "recover" or bool(task.system_agent))
+
+    def _on_ground(self, agent: AgentRecord) -> None:
+        if not agent.breach:
+            return
+        self._core.put_agent(agent.id, breach="")
+        name = agent.breach.removeprefix(LATER)
+        if agent.breach.startswith(LATER) and agent.task and not self._comes_home(agent):
+            text = f"{agent.id} broke its limit while it landed; it stands now"
+            self._tasks.fail(agent.task, f"envelope.{name}", text)
+
+
+def _descends(goal: GoalRecord | None) -> bool:
+    return goal is not None and goal.in_flight and goal.phase == DESCENDING

@@ -6,6 +6,7 @@ through `emit`, which applies each change at once, so that what is read next is 
 
 import heapq
 from collections.abc import Callable, Mapping
+from types import MappingProxyType
 from typing import Any, Final
 
 from msgspec.structs import replace
@@ -18,6 +19,10 @@ from formiga_bt.engine.records import AgentRecord, Deadline, GoalRecord, TaskRec
 from formiga_bt.engine.state import EngineState, apply, board_of
 from formiga_bt.geo import Frame
 from formiga_bt.lang.model import ActionSpec, AgentType, Catalogue, Site, Task
+from formiga_bt.safety.airspace import Airspace
+from formiga_bt.safety.rules import Rules, rules_of
+
+NO_ENVELOPE: Final[Mapping[str, float]] = MappingProxyType({})
 
 EVERYTHING: Final = ""
 """In `Core.stale`: look at all waiting goals."""
@@ -33,6 +38,7 @@ GATE_READS: Final = (
     "present",
     "pool",
     "lost_leg",
+    "lost_area",
     "layer_m",
     "home",
 )
@@ -49,6 +55,8 @@ class Core:
         self.state = state
         self.board: Blackboard = board_of(state)
         self.frame = Frame(site.lat, site.lng, site.ground_msl_m)
+        self.airspace = Airspace(site)
+        self._rules: dict[tuple[str, str, str], Rules] = {}
         self.changes: list[ch.Change] = []
         self.effects: list[Effect] = []
         self.woken: dict[str, dict[str, None]] = {}
@@ -64,6 +72,8 @@ class Core:
         """Confirm goals that ended in this step and whose question must be looked at."""
         self.stale: set[str] = set()
         """Agents of which something changed that a waiting goal may wait for; `EVERYTHING` = look at all."""
+        self.moved: dict[str, None] = dict.fromkeys(state.agents)
+        """Agents that changed since the gate last looked at them as traffic."""
         self.gated: dict[str, None] = {goal.id: None for goal in state.goals.values() if goal.state == "gated"}
         """Goals that wait at the gate: an index of the state."""
         self.open: dict[str, None] = {task.id: None for task in state.tasks.values() if task.section != "done"}
@@ -103,6 +113,9 @@ class Core:
                 self.open[change.task.id] = None
         elif type(change) is ch.GoalDrop:
             self.gated.pop(change.goal, None)
+        elif type(change) is ch.ClearancePut:
+            self.stale.add(change.agent)
+            self.moved[change.agent] = None
         elif type(change) is ch.OrderPut:
             self.stale.add(change.agent)
         apply(self.state, self.board, change)
@@ -115,14 +128,16 @@ class Core:
         old = self.state.agents.get(new.id)
         if old is None or any(getattr(old, name) != getattr(new, name) for name in GATE_READS):
             self.stale.add(new.id)
+            self.moved[new.id] = None
 
     def _note_goal(self, goal: GoalRecord) -> None:
         if goal.state == "gated":
             self.gated[goal.id] = None
             return
         self.gated.pop(goal.id, None)
-        if goal.leg is not None:
+        if goal.leg is not None or goal.area is not None:
             self.stale.add(goal.agent)
+            self.moved[goal.agent] = None
 
     def effect(self, effect: Effect) -> None:
         """Add an effect; it leaves the process after the step is persisted."""
@@ -186,6 +201,17 @@ class Core:
     def action(self, name: str) -> ActionSpec:
         """Return the catalogue's entry for an action."""
         return self.catalogue.actions[name]
+
+    def rules(self, agent: AgentRecord, task_id: str) -> Rules:
+        """Return the limits of a machine that flies for a task."""
+        task = self.state.tasks.get(task_id)
+        model = self.models.get(task.name) if task is not None else None
+        key = (agent.type, model.bundle if model is not None else "", model.name if model is not None else "")
+        found = self._rules.get(key)
+        if found is None:
+            envelope = model.envelope if model is not None else NO_ENVELOPE
+            found = self._rules[key] = rules_of(self.agent_type(agent), self.site, envelope)
+        return found
 
     # -- waking ------------------------------------------------------------------------------------------------------
     def wake(self, task_id: str, key: str) -> None:

@@ -141,6 +141,7 @@ class Fleet:
             position=status.position,
             initial=status.initial_deployment or agent.initial or status.position,
             landed=status.landed,
+            stood_at=status.position.ground if status.landed == "grounded" and status.position else agent.stood_at,
             lost_leg=None if status.landed == "grounded" else agent.lost_leg,
             control=status.control,
             word=status.status,

@@ -7,8 +7,8 @@
 | land | a system task flies the type's `land`, to the nearest spot away from known people | done |
 | cut | one safety goal of an announced action with `cuts` | done |
 
-A `StandingOrder` stands until what it was given for is continued, ended or released; the engine's own until it is done. While it
-stands the gate lets nothing but its own goals to the machine, and the allocator grants nobody the machine. The interrupted
+A `StandingOrder` stands until what it was given for is continued, ended or released; the engine's own until it is done. While
+it stands the gate lets nothing but its own goals to the machine, and the allocator grants nobody the machine. The interrupted
 goals of its task wait as `interrupted`; `continue` has their steps send them anew.
 """
 
@@ -132,6 +132,10 @@ class Orders:
             self._withdraw(old)
         self._put(StandingOrder(agent=agent.id, stop=stop, by=by, scope=scope, why=why, at=core.now))  # type: ignore[arg-type]
         self._hold_task(agent, scope)
+        if self._recovered_by_its_task(agent, core.state.orders[agent.id]):
+            self._put(replace(core.state.orders[agent.id], task=agent.task))
+            self._resume(agent)
+            return
         self._goals.interrupt_all(agent.id)
         if stop == "hold":
             patience = BREACH_HOLD_US if why else self._clearances.patience_us(agent)
@@ -522,25 +526,26 @@ class Orders:
                 continue
             goals = [g for g in core.state.goals.values() if g.task == task_id]
             stopped = any(a.id in core.state.orders for a in self._machines_of(task))
-            if task.status != "PENDING" and (stopped or any(g.state == "interrupted" for g in goals)):
+            if task.section == "steps" and (stopped or any(g.state == "interrupted" for g in goals)):
                 hold(core, task_id, "operator")
             unhold(core, task_id, "lockdown")
         for order in list(core.state.orders.values()):
             if order.scope == "lockdown":
-                if order.state == "open":
-                    self._put(replace(order, scope="engine"))
-                else:
-                    self._hover_no_more(order)
+                self._let_go(order)
         self._tasks.poke_allocator()
 
-    def _hover_no_more(self, order: StandingOrder) -> None:
-        """A machine that lockdown held in the air and that belongs to nobody comes home; one of a task waits with it."""
+    def _let_go(self, order: StandingOrder) -> None:
+        """Lockdown ended: what it ordered is finished, what hovers waits with its task, goes on ending it, or comes home."""
         core = self._core
         agent = core.state.agents[order.agent]
         task = core.state.tasks.get(agent.task)
-        if order.stop == "hold" and agent.landed != "grounded" and task is not None and not task.system_agent:
+        if order.stop != "hold" and order.state == "open":
+            self._put(replace(order, scope="engine"))
+        elif order.stop == "hold" and task is not None and task.section == "steps":
             self._put(replace(order, scope="task"))
-            return
-        self._withdraw(order)
-        if order.stop == "hold" and agent.landed != "grounded" and not agent.task:
-            self._stop(agent, "return", order.by, "engine", why="lockdown", strict=False)
+        else:
+            self._withdraw(order)
+            if task is None or task.section != "steps":
+                self._resume(agent)
+            if agent.landed != "grounded" and task is None:
+                self._stop(agent, "return", order.by, "engine", why="lockdown", strict=False)

@@ -10,6 +10,7 @@ from msgspec import Struct
 from formiga_bt.clock import Micros
 from formiga_bt.geo import Place, Position
 from formiga_bt.nodes.run import Failure
+from formiga_bt.safety.traffic import Area
 from formiga_bt.transport.messages import Clearance, Control, Landed, PreflightCheck
 
 TaskStatus = Literal["PENDING", "ASSIGNED", "ACTIVE", "ENDING", "SUCCEEDED", "FAILED", "CANCELED"]
@@ -175,10 +176,14 @@ class AgentRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
     layer_m: float | None = None
     lost_leg: tuple[Position, Position] | None = None
     """The way that it was on when it was lost: it may have gone on, so all of it stays reserved until it flies another."""
+    lost_area: Area | None = None
+    """The area that it explored when it was lost, likewise."""
     battery: float | None = None
     position: Position | None = None
     initial: Position | None = None
     landed: Landed = "unknown"
+    stood_at: Place | None = None
+    """Where it was last known to stand on the ground: near it, it may be low."""
     control: Control = "unknown"
     word: str = ""
     """The agent's own status word."""
@@ -238,6 +243,8 @@ class GoalRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
     phase: str = ""
     leg: tuple[Position, Position] | None = None
     """The straight way that the gate granted."""
+    area: Area | None = None
+    """The area at one height that it explores: nobody else may come near while it does."""
     clearance: Clearance | None = None
 
     @property

@@ -1,0 +1,337 @@
+"""Orders of people above the tasks: hold, return, land, cut, continue, handback, restart, lockdown."""
+
+import pytest
+
+from formiga_bt.engine.inputs import LockdownOrder, Operator, SendGoal, Submit
+from formiga_bt.errors import TaskError
+from formiga_bt.rehearsal import Rehearsal
+from formiga_bt.testing import alarms, effects, packaged_world, task_of
+from tests.missions.conftest import Fly
+from tests.missions.test_faults import crossing, pool
+
+
+def order(rehearsal: Rehearsal, word: str, target: str = "", by: str = "ann") -> str:
+    return rehearsal.ask(Operator(word, target, by))  # type: ignore[arg-type]
+
+
+def refused(rehearsal: Rehearsal, word: str, target: str = "") -> tuple[str, str]:
+    with pytest.raises(TaskError) as caught:
+        order(rehearsal, word, target)
+    return caught.value.code, str(caught.value)
+
+
+def sent(rehearsal: Rehearsal, agent: str = "hwd_1") -> list[str]:
+    return [g.goal_id for g in effects(rehearsal, SendGoal) if g.agent == agent]
+
+
+def airborne(rehearsal: Rehearsal) -> list[str]:
+    return [a.id for a in rehearsal.engine.state.agents.values() if a.landed != "grounded" and not a.human]
+
+
+def standing(rehearsal: Rehearsal, agent: str = "hwd_1") -> tuple[str, str] | None:
+    found = rehearsal.engine.state.orders.get(agent)
+    return (found.stop, found.state) if found else None
+
+
+def test_hold_hovers_and_continue_sends_the_leg_anew_under_another_id(fly: Fly) -> None:
+    rehearsal = fly()
+    task = crossing(rehearsal)
+    leg = sent(rehearsal)[-1]
+
+    order(rehearsal, "hold", "hwd_1")
+    rehearsal.run_for(60)
+    here = rehearsal.sim["hwd_1"].body.position()
+    rehearsal.run_for(60)
+
+    assert rehearsal.sim["hwd_1"].body.position() == here
+    assert rehearsal.task(task).held == ("operator:hwd_1",)
+    assert standing(rehearsal) == ("hold", "done")
+    assert sent(rehearsal)[-1] == leg
+
+    order(rehearsal, "continue", "hwd_1")
+    rehearsal.run_for(1)
+
+    assert sent(rehearsal)[-1] == f"{leg}+2"
+    assert rehearsal.run_until_ended(task)
+    assert rehearsal.task(task).status == "SUCCEEDED"
+    assert standing(rehearsal) is None
+
+
+def test_the_same_order_twice_changes_nothing(fly: Fly) -> None:
+    rehearsal = fly()
+    task = crossing(rehearsal)
+    order(rehearsal, "hold", "hwd_1")
+    rehearsal.run_for(5)
+    before = len(sent(rehearsal))
+
+    assert order(rehearsal, "hold", "hwd_1") == "ok"
+    assert rehearsal.steps[-1].changes == ()
+    assert len(sent(rehearsal)) == before
+
+    order(rehearsal, "continue", task)
+    assert rehearsal.run_until_ended(task)
+
+
+def test_one_that_hovers_too_long_comes_home_by_itself(fly: Fly) -> None:
+    rehearsal = fly()
+    task = crossing(rehearsal)
+    order(rehearsal, "hold", task)
+
+    assert rehearsal.run_until(lambda: pool(rehearsal)[1] == "grounded", 3600)
+
+    assert "hold_over" in alarms(rehearsal)
+    assert rehearsal.sim["hwd_1"].body.battery() > 25
+    assert rehearsal.task(task).held == ("operator",)
+    code, text = refused(rehearsal, "continue", task)
+    assert code == "cannot_continue"
+    assert text == (
+        f"GoTo needs hwd_1 airborne, it is grounded; formiga restart {task} begins anew, formiga abort {task} ends it"
+    )
+    rehearsal.abort(task)
+    assert rehearsal.run_until_ended(task)
+    assert standing(rehearsal) is None
+
+
+def test_return_flies_home_at_once_and_the_task_waits(fly: Fly) -> None:
+    rehearsal = fly()
+    task = crossing(rehearsal)
+
+    order(rehearsal, "return", "hwd_1")
+    assert rehearsal.run_until(lambda: pool(rehearsal)[1] == "grounded", 600)
+    rehearsal.run_for(5)
+
+    home = [g for g in effects(rehearsal, SendGoal) if g.goal_id.startswith("Return-")]
+    assert [g.action for g in home] == ["GoTo", "GoTo", "LandIn"]
+    assert all(g.safety for g in home)
+    assert rehearsal.task(task).status == "ACTIVE"
+    assert rehearsal.task(task).held == ("operator:hwd_1",)
+    assert standing(rehearsal) == ("return", "done")
+    assert pool(rehearsal)[0] != "STANDBY"  # it stays its task's
+
+    order(rehearsal, "restart", task)
+    rehearsal.run_for(2)
+    order(rehearsal, "continue", "hwd_1")  # the order was for the machine: it stands until a person lifts it
+    assert rehearsal.run_until_ended(task)
+    record = rehearsal.task(task)
+    assert (record.status, record.run) == ("SUCCEEDED", 2)
+    assert any("/2/steps" in goal for goal in sent(rehearsal, record.granted[0]))
+
+
+def test_land_comes_down_here_and_parks_away(fly: Fly) -> None:
+    rehearsal = fly()
+    task = crossing(rehearsal)
+
+    order(rehearsal, "land", "hwd_1")
+    assert rehearsal.run_until(lambda: pool(rehearsal)[1] == "grounded", 600)
+    rehearsal.run_for(5)
+
+    assert standing(rehearsal) == ("land", "done")
+    rehearsal.abort(task)
+    assert rehearsal.run_until_ended(task)
+    assert pool(rehearsal) == ("PARKED_AWAY", "grounded")
+
+    order(rehearsal, "return", "hwd_1")  # from the ground: people say first that they stand clear
+    assert rehearsal.run_until(lambda: pool(rehearsal) == ("STANDBY", "grounded"), 900)
+    assert [g.action for g in effects(rehearsal, SendGoal) if g.agent == "hwd_1"][-4:] == [
+        "TakeOff",
+        "GoTo",
+        "GoTo",
+        "LandIn",
+    ]
+    order(rehearsal, "continue", "hwd_1")
+
+
+def test_a_hold_in_recover_waits_and_goes_on(fly: Fly) -> None:
+    rehearsal = fly()
+    task = crossing(rehearsal)
+    rehearsal.abort(task)
+    rehearsal.run_for(8)
+
+    order(rehearsal, "hold", "hwd_1")
+    rehearsal.run_for(120)
+    assert rehearsal.task(task).section == "recover"
+    assert pool(rehearsal)[1] == "airborne"
+
+    order(rehearsal, "continue", "hwd_1")
+    assert rehearsal.run_until_ended(task)
+    assert pool(rehearsal) == ("STANDBY", "grounded")
+
+
+def test_a_return_while_its_task_recovers_it_goes_on_with_that(fly: Fly) -> None:
+    rehearsal = fly()
+    task = crossing(rehearsal)
+    rehearsal.abort(task)
+    rehearsal.run_for(8)
+
+    order(rehearsal, "return", "hwd_1")
+    assert rehearsal.run_until_ended(task)
+
+    assert not [t for t in rehearsal.engine.state.tasks if t.startswith("Return")]
+    assert standing(rehearsal) == ("return", "done")
+    order(rehearsal, "continue", "hwd_1")
+    assert standing(rehearsal) is None
+
+
+def test_hold_then_land_then_return_each_replaces_the_one_before(fly: Fly) -> None:
+    rehearsal = fly()
+    task = crossing(rehearsal)
+    for word in ("hold", "land", "hold", "return", "hold", "return"):
+        order(rehearsal, word, "hwd_1")
+        rehearsal.run_for(2)
+    assert rehearsal.run_until(lambda: pool(rehearsal)[1] == "grounded", 900)
+    rehearsal.run_for(5)
+    assert standing(rehearsal) == ("return", "done")
+    rehearsal.abort(task)
+    assert rehearsal.run_until_ended()
+
+
+def test_hold_all_stops_everything_and_grants_nothing(fly: Fly) -> None:
+    rehearsal = fly()
+    task = crossing(rehearsal)
+    order(rehearsal, "hold")
+    late = rehearsal.submit("MoveTask", {})
+    rehearsal.run_for(30)
+
+    assert {a for a, o in rehearsal.engine.state.orders.items() if o.stop == "hold"} == {
+        "lwd_1",
+        "lwd_2",
+        "hwd_1",
+        "hwd_2",
+    }
+    assert rehearsal.task(late).status == "PENDING"
+    order(rehearsal, "continue")
+    assert rehearsal.run_until_ended(task, late)
+    assert {rehearsal.task(t).status for t in (task, late)} == {"SUCCEEDED"}
+
+
+def test_orders_that_cannot_be(fly: Fly) -> None:
+    rehearsal = fly()
+    task = crossing(rehearsal)
+    pending = rehearsal.submit("MoveTask", {})
+    assert refused(rehearsal, "hold", "nobody") == ("unknown_target", "there is no agent and no task 'nobody'")
+    assert refused(rehearsal, "hold", "picker_1") == ("human", "picker_1 is a person; orders are for machines")
+    assert refused(rehearsal, "hold", pending)[0] in ("not_started", "")
+    assert refused(rehearsal, "continue", task) == ("not_held", f"{task} was not stopped, there is nothing to continue")
+    assert refused(rehearsal, "cut", "lwd_1") == ("not_announced", "lwd_1 announces no action that cuts its motors")
+    assert refused(rehearsal, "handback_end", "lwd_1") == ("not_taken_over", "lwd_1 was not taken over")
+    rehearsal.sim.take_over("hwd_1")
+    rehearsal.run_for(1)
+    assert refused(rehearsal, "return", "hwd_1") == (
+        "not_in_command", "hwd_1 is not the engine's to command: its pilot has it; formiga handback hwd_1 ends that"
+    )  # fmt: skip
+    rehearsal.sim.hand_back("hwd_1")
+    rehearsal.run_for(1)
+    order(rehearsal, "handback_continue", "hwd_1")
+    assert rehearsal.run_until_ended()
+
+
+@pytest.mark.parametrize("how", ["continue", "return", "end"])
+def test_a_person_hands_back_in_three_ways(fly: Fly, how: str) -> None:
+    rehearsal = fly()
+    task = crossing(rehearsal)
+    rehearsal.sim.take_over("hwd_1")
+    rehearsal.run_for(30)
+    rehearsal.sim.hand_back("hwd_1")
+    rehearsal.run_for(5)
+
+    order(rehearsal, f"handback_{how}", "hwd_1")
+
+    if how == "return":
+        assert rehearsal.run_until(lambda: pool(rehearsal)[1] == "grounded", 600)
+        assert rehearsal.task(task).held == ("operator:hwd_1",)
+        rehearsal.abort(task)
+    assert rehearsal.run_until_ended(task)
+    expected = {"continue": ("SUCCEEDED", ""), "return": ("CANCELED", "aborted"), "end": ("FAILED", "taken_over")}
+    assert (rehearsal.task(task).status, rehearsal.task(task).code) == expected[how]
+
+
+def test_lockdown_returns_all_and_release_leaves_stopped_tasks_to_a_person(fly: Fly) -> None:
+    rehearsal = fly()
+    task = crossing(rehearsal)
+    rehearsal.ask(LockdownOrder("return", "ann"))
+    with pytest.raises(TaskError) as caught:
+        rehearsal.ask(Submit("MoveTask", {}))
+    assert caught.value.code == "lockdown"
+    assert rehearsal.run_until(lambda: not airborne(rehearsal), 600)
+    rehearsal.run_for(5)
+    assert rehearsal.task(task).held == ("lockdown",)
+    assert refused(rehearsal, "continue", task)[0] == "lockdown"
+
+    rehearsal.ask(LockdownOrder("release", "ann"))
+    rehearsal.run_for(30)
+
+    assert rehearsal.task(task).held == ("operator",)
+    assert rehearsal.engine.state.orders == {}
+    order(rehearsal, "restart", task)
+    assert rehearsal.run_until_ended(task)
+    assert (rehearsal.task(task).status, rehearsal.task(task).run) == ("SUCCEEDED", 2)
+
+
+@pytest.mark.parametrize("how", ["hold", "land"])
+def test_lockdown_stops_recover_until_its_release(fly: Fly, how: str) -> None:
+    rehearsal = fly()
+    task = crossing(rehearsal)
+    rehearsal.abort(task)
+    rehearsal.run_for(8)
+
+    rehearsal.ask(LockdownOrder(how, "ann"))  # type: ignore[arg-type]
+    rehearsal.run_for(120)
+    assert pool(rehearsal)[1] == ("airborne" if how == "hold" else "grounded")
+
+    rehearsal.ask(LockdownOrder("release", "ann"))
+    assert rehearsal.run_until_ended(task)
+    assert pool(rehearsal) == (("STANDBY" if how == "hold" else "PARKED_AWAY"), "grounded")
+
+
+def test_what_is_handed_back_in_the_air_during_lockdown_obeys_it(fly: Fly) -> None:
+    rehearsal = fly()
+    task = crossing(rehearsal)
+    rehearsal.sim.take_over("hwd_1")
+    rehearsal.run_for(1)
+    rehearsal.ask(LockdownOrder("land", "ann"))
+    rehearsal.run_for(10)
+    assert standing(rehearsal) is None
+    rehearsal.sim.hand_back("hwd_1")
+    rehearsal.run_for(5)
+
+    order(rehearsal, "handback_continue", "hwd_1")
+    assert rehearsal.run_until(lambda: pool(rehearsal)[1] == "grounded", 600)
+
+    rehearsal.ask(LockdownOrder("release", "ann"))
+    rehearsal.abort(task)
+    assert rehearsal.run_until_ended(task)
+
+
+def test_an_action_that_may_not_be_repeated_cannot_be_continued(fly: Fly) -> None:
+    site, catalogue = packaged_world()
+    survey = task_of(
+        """imports: [lib/flying.yaml]
+agents: {drone: {type: lwd}}
+steps:
+  - call: FlyTo
+    with: {drone: "${drone}", to: "${site.places.lake_shore}", height: 60 m}
+  - do: drone.Explore
+    with: {region: "${site.regions.lake}"}
+    timeout: 30 min
+  - call: ReturnHome
+    with: {drone: "${drone}"}
+""",
+        site,
+        catalogue,
+        "Survey",
+    )
+    rehearsal = fly(survey)
+    task = rehearsal.submit("Survey")
+    assert rehearsal.run_until(lambda: any(a.action == "Explore" for a in rehearsal.engine.state.agents.values()), 600)
+    rehearsal.run_for(5)
+    order(rehearsal, "hold", task)
+    rehearsal.run_for(5)
+    drone = rehearsal.task(task).roles["drone"][0]
+
+    assert refused(rehearsal, "continue", task) == (
+        "cannot_continue",
+        f"Explore of {drone} may not be done a second time; formiga restart {task} begins anew, formiga abort {task} ends it",
+    )
+    order(rehearsal, "restart", task)
+    assert rehearsal.run_until_ended(task)
+    assert (rehearsal.task(task).status, rehearsal.task(task).run) == ("SUCCEEDED", 2)
