@@ -1,7 +1,7 @@
 """Catalogue files (`actions/*.yaml`): agent types and actions, merged from all files and checked.
 
-A type gets what it extends merged in; its `recover`, `fetch` and `land` subtrees are read with the library's own checks. Called by the
-command line, the engine's front and tests, once per start.
+A type gets what it extends merged in; its `recover`, `fetch` and `land` subtrees are read with the library's own checks.
+Called by the command line, the engine's front and tests, once per start.
 """
 
 import hashlib
@@ -14,9 +14,9 @@ from formiga_bt.clock import micros
 from formiga_bt.diagnostics import Diagnostic, Mark, in_order
 from formiga_bt.lang.actions import read_action, read_optional_mapping
 from formiga_bt.lang.document import Entry, Node, Scalar, parse
-from formiga_bt.lang.envelope import ENVELOPE, read_envelope, read_on_breach
+from formiga_bt.lang.envelope import read_envelope, read_on_breach
 from formiga_bt.lang.files import Shelf
-from formiga_bt.lang.kinds import Option
+from formiga_bt.lang.kinds import ENVELOPE, Option
 from formiga_bt.lang.model import ActionSpec, AgentType, Catalogue, Subtree
 from formiga_bt.lang.reading import (
     Problems,

@@ -34,7 +34,7 @@ from formiga_bt.lang.walk import children, orders
 from formiga_bt.units import format_quantity
 
 
-def check_task(task: Task, catalogue: Catalogue, problems: Problems) -> None:
+def check_task(task: Task, catalogue: Catalogue, problems: Problems, *, min_spacing_m: float) -> None:
     """Report what only the whole task shows, in its own steps and in the subtrees that it sees."""
     checks = _Checks(catalogue, problems)
     types = {role.name: role.types for role in task.roles.values()}
@@ -50,7 +50,7 @@ def check_task(task: Task, catalogue: Catalogue, problems: Problems) -> None:
         with problems.within(name):
             checks.check(steps, bounded=False, cleanup=name != "steps")
             contended |= check_contention(steps, types, catalogue, problems)
-            check_spacing(steps, catalogue, problems)
+            check_spacing(steps, catalogue, min_spacing_m, problems)
     for subtree in task.subtrees.values():
         checks.check_subtree(subtree)
     with problems.within("steps"):

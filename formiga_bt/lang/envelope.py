@@ -11,7 +11,7 @@ from typing import Final, Literal
 
 from formiga_bt.diagnostics import Mark
 from formiga_bt.lang.document import Node
-from formiga_bt.lang.kinds import Option
+from formiga_bt.lang.kinds import ENVELOPE, Option
 from formiga_bt.lang.model import AgentType
 from formiga_bt.lang.reading import (
     Problems,
@@ -25,19 +25,6 @@ from formiga_bt.lang.reading import (
 )
 from formiga_bt.lang.synonyms import nearest
 from formiga_bt.units import format_quantity
-
-ENVELOPE: Final = (
-    Option("reserve", "value", "Charge that is kept for the way home.", type="percent"),
-    Option("max_height", "value", "Over the ground.", type="distance"),
-    Option("terrain_clearance", "value", "Least distance from the ground.", type="distance"),
-    Option("keep_in", "word", "The region that no flight leaves.", values=("fence",)),
-    Option("keep_out", "word", "The regions that no flight enters.", values=("no_fly",)),
-    Option("people_clearance", "value", "Least distance from people at take-off and landing.", type="distance"),
-    Option("link_silence", "value", "Silence after which the agent acts by itself.", type="duration"),
-    Option("wind_max", "value", "The strongest wind.", type="speed"),
-    Option("daylight_only", "flag", "No flight between sunset and sunrise."),
-)
-"""What an envelope may hold."""
 
 STRICTER: Final[Mapping[str, Literal["more", "less"]]] = MappingProxyType(
     {

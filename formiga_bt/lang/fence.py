@@ -11,6 +11,51 @@ from formiga_bt.geo import Place, Position, Region, is_within
 from formiga_bt.lang.model import Site
 
 
+def crossing(region: Region) -> tuple[int, int] | None:
+    """Return the numbers (from 1) of two edges of a region that meet where they should not; None = a simple region.
+
+    Edge `n` goes from corner `n` to the next one. Repeated corners, such as a last one that is the first, are no edges.
+    """
+    corners = region.corners
+    edges = [
+        (number, a, b)
+        for number, (a, b) in enumerate(zip(corners, (*corners[1:], corners[0]), strict=True), start=1)
+        if a != b
+    ]
+    for at, (first, a, b) in enumerate(edges):
+        for later, (second, c, d) in enumerate(edges[at + 1 :], start=at + 1):
+            if later == at + 1 and b == c:
+                bad = _folds(a, b, d)
+            elif at == 0 and later == len(edges) - 1 and d == a:
+                bad = _folds(c, a, b)
+            else:
+                bad = _meet(a, b, c, d)
+            if bad:
+                return first, second
+    return None
+
+
+def _turn(a: Place, b: Place, c: Place) -> float:
+    return (b.east_m - a.east_m) * (c.north_m - a.north_m) - (b.north_m - a.north_m) * (c.east_m - a.east_m)
+
+
+def _folds(a: Place, b: Place, c: Place) -> bool:
+    """Return whether the way a-b-c turns back on itself."""
+    back = (b.east_m - a.east_m) * (c.east_m - b.east_m) + (b.north_m - a.north_m) * (c.north_m - b.north_m)
+    return _turn(a, b, c) == 0 and back < 0
+
+
+def _meet(a: Place, b: Place, c: Place, d: Place) -> bool:
+    """Return whether the edges a-b and c-d have a point in common."""
+    if max(a.east_m, b.east_m) < min(c.east_m, d.east_m) or max(c.east_m, d.east_m) < min(a.east_m, b.east_m):
+        return False
+    if max(a.north_m, b.north_m) < min(c.north_m, d.north_m) or max(c.north_m, d.north_m) < min(a.north_m, b.north_m):
+        return False
+    one, other = _turn(a, b, c), _turn(a, b, d)
+    third, fourth = _turn(c, d, a), _turn(c, d, b)
+    return one * other <= 0 and third * fourth <= 0
+
+
 def leaves(value: Any, site: Site | None) -> bool:
     """Return whether any point of a value lies outside the site's fence; False without a fence."""
     if site is None or site.fence is None:

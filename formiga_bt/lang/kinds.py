@@ -247,6 +247,19 @@ SUBTREE: Final[tuple[Option, ...]] = (
     Option("returns", "value", "What a caller may save."),
 )
 
+ENVELOPE: Final[tuple[Option, ...]] = (
+    Option("reserve", "value", "Charge that is kept for the way home.", type="percent"),
+    Option("max_height", "value", "Over the ground.", type="distance"),
+    Option("terrain_clearance", "value", "Least distance from the ground.", type="distance"),
+    Option("keep_in", "word", "The region that no flight leaves.", values=("fence",)),
+    Option("keep_out", "word", "The regions that no flight enters.", values=("no_fly",)),
+    Option("people_clearance", "value", "Least distance from people at take-off and landing.", type="distance"),
+    Option("link_silence", "value", "Silence after which the agent acts by itself.", type="duration"),
+    Option("wind_max", "value", "The strongest wind.", type="speed"),
+    Option("daylight_only", "flag", "No flight between sunset and sunrise."),
+)
+"""Limits of flight, of a type, a site or a task."""
+
 TASK: Final[tuple[Option, ...]] = (
     Option("formiga", "value", "The language version.", type="int", required=True),
     Option("task", "name", "The task's name, CamelCase.", required=True),
@@ -261,6 +274,7 @@ TASK: Final[tuple[Option, ...]] = (
     Option("expires", "value", "The longest time PENDING.", type="duration"),
     Option("if_preempted", "word", "What follows a preemption (restart).", values=("restart", "fail")),
     Option("preemptible", "flag", "Whether it may be preempted (true for low and medium)."),
+    Option("envelope", "options", "Limits of flight that are stricter for this task.", keys=ENVELOPE),
     Option("steps", "steps", "What is done.", required=True),
     Option("on_failure", "steps", "After a failed step or the task's timeout."),
     Option("on_abort", "steps", "After an operator's abort or a preemption."),

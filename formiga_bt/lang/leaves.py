@@ -3,6 +3,7 @@
 Each function reads the keys of one step and returns its own part of the model; `steps` adds the modifiers.
 """
 
+import math
 import re
 from collections.abc import Mapping
 from typing import Any, Final
@@ -11,6 +12,7 @@ from formiga_bt.diagnostics import Mark
 from formiga_bt.geo import Position
 from formiga_bt.lang import records
 from formiga_bt.lang.document import Entry, Mapping_, Node, Scalar
+from formiga_bt.lang.envelope import ceiling
 from formiga_bt.lang.expressions import plain_name
 from formiga_bt.lang.kinds import CLEARS
 from formiga_bt.lang.model import ActionSpec, Expr, FieldSpec, Who
@@ -31,6 +33,11 @@ from formiga_bt.lang.scopes import Body, Callee, is_free
 from formiga_bt.lang.synonyms import action_for, nearest
 from formiga_bt.lang.types import ANY, Type
 from formiga_bt.units import format_quantity, parse_quantity
+
+_HEIGHTS: Final = ("altitude", "height")
+"""Fields of actions that are heights over the ground."""
+
+_ENVELOPE_SAYS: Final = "this is max_height of the envelope"
 
 _HEIGHT: Final = re.compile(r"(?:above|at_height)\(.*,\s*([\d.]+)\s*(k?m)\s*\)\s*\}?\s*\Z")
 
@@ -126,6 +133,7 @@ def _read_fields(body: Body, given: Entry | None, spec: ActionSpec, at: Scalar) 
     entries = {entry.key.text: entry for entry in mapping.entries} if mapping is not None else {}
     values: dict[str, Expr] = {}
     misspelt = False
+    role = at.text.partition(".")[0]
     for name, entry in entries.items():
         field = spec.fields.get(name)
         if field is None:
@@ -134,9 +142,9 @@ def _read_fields(body: Body, given: Entry | None, spec: ActionSpec, at: Scalar) 
             body.count(entry.value)
             continue
         values[name] = body.value(entry.value, field.type, name, optional=field.optional or field.default is not None)
-        _check_field_range(body, values[name], field, spec.name)
+        _check_field_range(body, values[name], field, spec.name, role)
         if field.type.name == "position":
-            _check_ceiling(body, values[name], entry.value, at.text.partition(".")[0])
+            _check_ceiling(body, values[name], entry.value, role)
     ordered: dict[str, Expr] = {}
     for name, field in spec.fields.items():
         if name in values:
@@ -156,16 +164,31 @@ def _unknown_argument(body: Body, code: str, key: Scalar, known: Mapping[str, An
     body.problems.add(code, key.mark, what, help_, fix_word(key, meant))
 
 
-def _check_field_range(body: Body, expr: Expr, field: FieldSpec, owner: str) -> None:
+def _check_field_range(body: Body, expr: Expr, field: FieldSpec, owner: str, role: str) -> None:
     if not expr.is_const or isinstance(expr.const, bool) or not isinstance(expr.const, int | float):
         return
     shown = format_quantity(field.type.name, float(expr.const))
-    if field.max is not None and expr.const > field.max:
-        limit = format_quantity(field.type.name, field.max)
-        body.problems.add("E062", expr.mark, f"{field.name} {shown} is above the limit of {limit} for {owner}")
+    limit, whose, help_ = field.max, owner, ""
+    if field.type.name == "distance" and field.name in _HEIGHTS:
+        most, who = _most_height(body, role)
+        if limit is None or most <= limit:
+            limit, whose, help_ = most, who, _ENVELOPE_SAYS
+    if limit is not None and expr.const > limit:
+        most_shown = format_quantity(field.type.name, limit)
+        what = f"{field.name} {shown} is above the limit of {most_shown} for {whose}"
+        body.problems.add("E062", expr.mark, what, help_)
     if field.min is not None and expr.const < field.min:
-        limit = format_quantity(field.type.name, field.min)
-        body.problems.add("E062", expr.mark, f"{field.name} {shown} is below the limit of {limit} for {owner}")
+        least = format_quantity(field.type.name, field.min)
+        body.problems.add("E062", expr.mark, f"{field.name} {shown} is below the limit of {least} for {owner}")
+
+
+def _most_height(body: Body, role: str) -> tuple[float, str]:
+    """Return the greatest height over the ground that a role may fly at, metres, and who says so; inf = nobody."""
+    site = body.world.site.envelope if body.world.site is not None else {}
+    types = body.world.catalogue.types
+    known = [types[name] for name in body.agents.get(role, ()) if name in types]
+    limits = [ceiling("max_height", one, site, body.tightened) for one in known]
+    return min(limits, key=lambda limit: limit[0], default=(math.inf, ""))
 
 
 def _check_ceiling(body: Body, expr: Expr, node: Node, role: str) -> None:
@@ -176,14 +199,10 @@ def _check_ceiling(body: Body, expr: Expr, node: Node, role: str) -> None:
         height = float(quantity[1]) if quantity is not None else 0.0
     else:
         height = expr.const.up_m if isinstance(expr.const, Position) else 0.0
-    for name in body.agents.get(role, ()):
-        known = body.world.catalogue.types.get(name)
-        limit = known.limits.get("max_height_m") if known is not None else None
-        if limit is not None and height > limit:
-            shown, most = format_quantity("distance", height), format_quantity("distance", limit)
-            help_ = "the envelope of the type in the catalogue says so"
-            body.problems.add("E062", node.mark, f"{shown} is above the limit of {most} for {name}", help_)
-            return
+    limit, owner = _most_height(body, role)
+    if height > limit:
+        shown, most = format_quantity("distance", height), format_quantity("distance", limit)
+        body.problems.add("E062", node.mark, f"{shown} is above the limit of {most} for {owner}", _ENVELOPE_SAYS)
 
 
 def read_save(body: Body, node: Node, of: Type) -> str:

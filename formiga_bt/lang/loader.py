@@ -16,9 +16,11 @@ from formiga_bt.diagnostics import Diagnostic, Mark, in_order
 from formiga_bt.lang.blocks import writes
 from formiga_bt.lang.catalogue import load_catalogue
 from formiga_bt.lang.checks import check_task
-from formiga_bt.lang.document import Entry
+from formiga_bt.lang.document import Entry, Node
+from formiga_bt.lang.envelope import check_task as check_tightens
+from formiga_bt.lang.envelope import read_envelope
 from formiga_bt.lang.files import Shelf, Unit
-from formiga_bt.lang.model import Catalogue, Site, Step, Subtree, Task
+from formiga_bt.lang.model import MIN_SPACING_M, Catalogue, Role, Site, Step, Subtree, Task
 from formiga_bt.lang.params import read_params
 from formiga_bt.lang.reading import Problems, read_flag, read_text, read_word, shorten
 from formiga_bt.lang.records import ABORT, ERROR
@@ -137,7 +139,9 @@ class _TaskReader:
             what = f"with all calls written out this has {most} steps"
             self.problems.add("E003", task.mark, what, f"at most {_MOST_STEPS}; use a loop, or call less deep")
         else:
-            check_task(task, self.world.catalogue, self.problems)
+            site = self.world.site
+            spacing = site.min_spacing_m if site is not None else MIN_SPACING_M
+            check_task(task, self.world.catalogue, self.problems, min_spacing_m=spacing)
 
     def _name(self) -> str:
         entry = self.unit.keys.get("task")
@@ -161,12 +165,25 @@ class _TaskReader:
         parts["vars"] = read_vars(body, keys["vars"].value) if "vars" in keys else {}
         with self.problems.within("agents"):
             roles = read_roles(body, roles_node) if roles_node is not None else {}
+        if "envelope" in keys:
+            parts["envelope"] = self._envelope(keys["envelope"].value, roles)
+            body.tightened = parts["envelope"]
         for key in ("timeout", "expires", "cleanup_timeout"):
             if key in keys:
                 parts[key] = read_bound(body, keys[key].value, key)
         parts.update(self._sections(keys))
         parts["roles"] = roles
         return parts
+
+    def _envelope(self, node: Node, roles: Mapping[str, Role]) -> dict[str, float]:
+        """Read what the task tightens; nothing may be looser than its machines' types, or the site, have it."""
+        limits = read_envelope(node, self.problems)
+        known = self.world.catalogue.types
+        names = dict.fromkeys(name for role in roles.values() for name in role.types if name in known)
+        machines = [known[name] for name in names if not known[name].human]
+        site = self.world.site.envelope if self.world.site is not None else {}
+        check_tightens(limits, machines, site, self.problems)
+        return {limit.key: limit.value for limit in limits.values()}
 
     def _sections(self, keys: Mapping[str, Entry]) -> dict[str, tuple[Step, ...]]:
         """Read the four lists of steps: the cleanup sections know that anything may or may not have run."""

@@ -8,7 +8,7 @@ One file on purpose, though long: it is one list of frozen records without logic
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any, Literal, Protocol
+from typing import Any, Final, Literal, Protocol
 
 from formiga_bt.clock import Micros
 from formiga_bt.diagnostics import Mark
@@ -504,6 +504,10 @@ class Catalogue:
     """SHA-256 (hex) over the files."""
 
 
+MIN_SPACING_M: Final = 3.0
+"""`min_spacing` of a site that does not say it."""
+
+
 @dataclass(frozen=True, slots=True)
 class Port:
     """A landing port: its place and where to wait when it is taken."""
@@ -538,10 +542,10 @@ class Site:
     relief_m: float = 0.0
     """How much flat ground may rise above the base's ground, metres; with a height file, what that file may be wrong by."""
     heights: Any = None
-    """`safety.terrain`'s height grid (None = flat); loaded by `lang.site` from `terrain: {file: ...}`."""
+    """The ground as a `heights.HeightGrid` (None = flat), read from `terrain: {file: ...}`."""
     layers_m: tuple[float, ...] = (60.0, 75.0, 90.0)
     separation_m: float = 15.0
-    min_spacing_m: float = 3.0
+    min_spacing_m: float = MIN_SPACING_M
     """No two machines use ground spots closer than this."""
     envelope: Mapping[str, float] = field(default_factory=dict)
     """What the site tightens of every machine's envelope, named as in `AgentType.limits`."""

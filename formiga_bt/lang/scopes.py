@@ -121,6 +121,8 @@ class Body:
         """Loop names -> the roles or agent params that their list is made of."""
         self.lengths: dict[str, int] = {}
         """Lists of a known number of items: vars that no step assigns."""
+        self.tightened: Mapping[str, float] = {}
+        """The limits of flight that the task makes stricter, named as in `AgentType.limits`."""
         self.around: Around | None = None
         self.rereads = 0
         self.bounded = 0

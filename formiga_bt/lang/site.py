@@ -11,8 +11,12 @@ from typing import Any, Final
 
 from formiga_bt.diagnostics import Diagnostic, Mark, in_order
 from formiga_bt.geo import Frame, Place, Position, Region, mm
+from formiga_bt.heights import HeightGrid
 from formiga_bt.lang.document import Entry, Listing, Mapping_, Node, Scalar, parse
-from formiga_bt.lang.kinds import Option
+from formiga_bt.lang.envelope import check_site, read_envelope, read_on_breach
+from formiga_bt.lang.fence import crossing
+from formiga_bt.lang.ground import load_heights
+from formiga_bt.lang.kinds import ENVELOPE, Option
 from formiga_bt.lang.model import Catalogue, Port, Site, SiteAgent
 from formiga_bt.lang.reading import (
     Problems,
@@ -31,6 +35,7 @@ from formiga_bt.lang.reading import (
     shorten,
     what_is,
 )
+from formiga_bt.lang.site_checks import Written, check_whole, machines
 from formiga_bt.lang.synonyms import nearest
 
 SITE: Final = (
@@ -42,9 +47,16 @@ SITE: Final = (
     Option("regions", "map", "Named regions: lists of places."),
     Option("fence", "value", "The region that no flight leaves."),
     Option("no_fly", "value", "Regions that no flight enters."),
-    Option("terrain", "options", "The ground: {flat: true, relief: 5 m}."),
+    Option("terrain", "options", "The ground: {flat: true, relief: 5 m} or {file: heights.asc, relief: 2 m}."),
     Option("layers", "value", "Heights at which drones cross, over the base's ground."),
     Option("separation", "value", "Least distance between drones of different tasks.", type="distance"),
+    Option("min_spacing", "value", "Least distance between spots that machines use.", type="distance"),
+    Option("envelope", "options", "What the site tightens of the envelope of every machine.", keys=ENVELOPE),
+    Option("on_breach", "map", "What follows a breach of a limit; it ranks above the type's word."),
+    Option(
+        "preflight", "word", "Whether a grant needs preflight checks that are all ok.", values=("required", "shown")
+    ),
+    Option("pilots", "value", "The pilots: {id, max_airborne}; required in mode real."),
     Option("people", "map", "Site roles and the people who have them."),
     Option("agents", "map", "The agents: {type, home}."),
     Option("transports", "map", "How agents are reached."),
@@ -62,7 +74,12 @@ _PORT: Final = (
 )
 _TERRAIN: Final = (
     Option("flat", "flag", "Whether the ground is flat."),
-    Option("relief", "value", "How much it may rise or fall.", type="distance"),
+    Option("file", "text", "An ESRI ASCII grid of heights over the sea, in metres east and north of the base."),
+    Option("relief", "value", "How much it may rise or fall, or the file be wrong by.", type="distance"),
+)
+_PILOT: Final = (
+    Option("id", "name", "The pilot.", required=True),
+    Option("max_airborne", "value", "Machines in the air at once (1).", type="int"),
 )
 _AGENT: Final = (
     Option("type", "name", "Its type.", required=True),
@@ -71,6 +88,11 @@ _AGENT: Final = (
 _DEGREES: Final = (Option("lat", "value", "", required=True), Option("lng", "value", "", required=True))
 _METRES: Final = (Option("east", "value", "", required=True), Option("north", "value", "", required=True))
 _HEIGHT: Final = (Option("height", "value", "", required=True),)
+
+APPROVERS: Final = "approvers"
+"""The site role of those who approve bundles in mode real; they need be no agents."""
+
+_MOST_CORNERS: Final = 1000
 
 
 def load_site(path: Path, catalogue: Catalogue | None = None) -> tuple[Site | None, list[Diagnostic], dict[str, str]]:
@@ -104,17 +126,18 @@ def load_site_text(
     site = None
     if root is not None:
         keys = read_keys(root, SITE, problems, "a site")
-        site = _SiteReader(problems, keys, catalogue).read(
-            file, hashlib.sha256(text.encode("utf-8", "surrogatepass")).hexdigest()
-        )
+        site = _SiteReader(problems, keys, catalogue, file).read(text)
     return (None if problems.has_errors() else site), in_order(problems.found), {file: text}
 
 
 class _SiteReader:
     """Reads the keys of one site file; places are resolved as they are asked for, so that their order is free."""
 
-    def __init__(self, problems: Problems, keys: dict[str, Entry], catalogue: Catalogue | None) -> None:
+    def __init__(self, problems: Problems, keys: dict[str, Entry], catalogue: Catalogue | None, file: str) -> None:
         self.problems = problems
+        self.file = file
+        self.written = Written()
+        self._regions: dict[Mark, Region | None] = {}
         self.catalogue = catalogue
         self.keys = keys
         self.lat, self.lng, self.msl = self._base()
@@ -123,19 +146,16 @@ class _SiteReader:
         self._open: list[str] = []
         self._named = {e.key.text: e for e in self._entries("places")}
 
-    def read(self, file: str, digest: str) -> Site:
+    def read(self, text: str) -> Site:
         """Build the site; where something is wrong it has been reported and is left out."""
         self._version()
         name = self.keys["name"].value if "name" in self.keys else None
         at = read_name(name, self.problems, "name") if name is not None else None
         ports = {e.key.text: port for e in self._entries("ports") if (port := self._port(e)) is not None}
-        mode = (
-            read_word(self.keys["mode"].value, self.problems, "mode", ("simulation", "real"))
-            if "mode" in self.keys
-            else ""
-        )
         agents = self._agents()
-        return Site(
+        pilots = self._pilots()
+        heights, relief = self._terrain()
+        site = Site(
             at.text if at is not None else "",
             self.lat,
             self.lng,
@@ -147,18 +167,71 @@ class _SiteReader:
             regions={
                 e.key.text: region for e in self._entries("regions") if (region := self._region(e.value)) is not None
             },
-            fence=self._region(self.keys["fence"].value) if "fence" in self.keys else None,
+            fence=self._fence(),
             no_fly=self._no_fly(),
-            relief_m=self._relief(),
+            relief_m=relief,
+            heights=heights,
             layers_m=self._layers(),
             separation_m=self._distance("separation", 15.0),
+            min_spacing_m=self._distance("min_spacing", 3.0),
+            envelope=self._envelope(),
+            on_breach=read_on_breach(self.keys["on_breach"].value, self.problems) if "on_breach" in self.keys else {},
+            preflight=self._word("preflight", ("required", "shown")) == "required",
+            pilots=pilots,
             people=self._people(agents),
             agents=agents,
             transports={e.key.text: plain(e.value) for e in self._entries("transports")},
-            mode="real" if mode == "real" else "simulation",
-            file=file,
-            digest=digest,
+            mode="real" if self._mode(pilots) == "real" else "simulation",
+            file=self.file,
+            digest=_digest(text, heights.digest if heights is not None else ""),
         )
+        if not self.problems.has_errors():
+            self._check(site)
+        return site
+
+    def _check(self, site: Site) -> None:
+        types = machines(site, self.catalogue.types) if self.catalogue is not None else []
+        check_site(self.written.limits, types, self.problems)
+        check_whole(site, self.written, types, self.problems)
+
+    def _word(self, key: str, words: tuple[str, ...]) -> str:
+        return read_word(self.keys[key].value, self.problems, key, words) if key in self.keys else ""
+
+    def _mode(self, pilots: Mapping[str, int]) -> str:
+        mode = self._word("mode", ("simulation", "real"))
+        if mode == "real" and not pilots and "pilots" not in self.keys:
+            what = "mode real needs pilots: each machine flies under the eyes of one"
+            self.problems.add(
+                "E008", self.keys["mode"].value.mark, what, "such as: pilots: [{id: anna, max_airborne: 3}]"
+            )
+        return mode
+
+    def _envelope(self) -> dict[str, float]:
+        if "envelope" in self.keys:
+            self.written.limits = read_envelope(self.keys["envelope"].value, self.problems)
+        return {limit.key: limit.value for limit in self.written.limits.values()}
+
+    def _pilots(self) -> dict[str, int]:
+        found: dict[str, int] = {}
+        node = self.keys["pilots"].value if "pilots" in self.keys else None
+        items = read_listing(node, self.problems, "pilots") if node is not None else ()
+        if node is not None and items is not None and not items:
+            self.problems.add("E044", node.mark, "'pilots' is an empty list", "such as: [{id: anna, max_airborne: 3}]")
+        for item in items or ():
+            mapping = read_mapping(item, self.problems, "pilots")
+            keys = read_keys(mapping, _PILOT, self.problems, "a pilot") if mapping is not None else {}
+            at = read_name(keys["id"].value, self.problems, "id") if "id" in keys else None
+            most = (
+                read_number(keys["max_airborne"].value, self.problems, "max_airborne") if "max_airborne" in keys else 1
+            )
+            if most is not None and (most < 1 or most != int(most)):
+                mark = keys["max_airborne"].value.mark
+                self.problems.add("E062", mark, "'max_airborne' must be a whole number from 1 on")
+            elif at is not None and at.text in found:
+                self.problems.add("E018", at.mark, f"the pilot '{at.text}' is listed twice", "keep one of them")
+            elif at is not None and most is not None:
+                found[at.text] = int(most)
+        return found
 
     def _entries(self, key: str) -> tuple[Entry, ...]:
         mapping = read_mapping(self.keys[key].value, self.problems, key) if key in self.keys else None
@@ -179,6 +252,7 @@ class _SiteReader:
             if "ground_msl" in keys
             else 0.0
         )
+        self.written.base = self.keys["base"].value.mark if "base" in self.keys else None
         lat, lng = self._degrees(keys, "lat", 90.0), self._degrees(keys, "lng", 180.0)
         return lat or 0.0, lng or 0.0, msl or 0.0
 
@@ -253,6 +327,12 @@ class _SiteReader:
         return self._places[name]
 
     def _region(self, node: Node) -> Region | None:
+        """Return a region written as a list of corners or by its name; each is read, and reported, once."""
+        if node.mark not in self._regions:
+            self._regions[node.mark] = self._read_region(node)
+        return self._regions[node.mark]
+
+    def _read_region(self, node: Node) -> Region | None:
         if isinstance(node, Scalar):
             regions = {e.key.text: e.value for e in self._entries("regions")}
             target = regions.get(node.text)
@@ -265,11 +345,30 @@ class _SiteReader:
         places = tuple(c for c in corners if isinstance(c, Place))
         if len(places) == len(corners) and len(places) < 3:
             self.problems.add("E008", node.mark, f"a region has at least 3 corners, this has {len(places)}")
-        return Region(places) if len(places) >= 3 else None
+        if len(places) > _MOST_CORNERS:
+            self.problems.add(
+                "E008", node.mark, f"a region has at most {_MOST_CORNERS} corners, this has {len(places)}"
+            )
+            return None
+        region = Region(places) if len(places) >= 3 else None
+        edges = crossing(region) if region is not None else None
+        if edges is not None:
+            what = f"this region crosses itself: the edges from corner {edges[0]} and from corner {edges[1]} meet"
+            self.problems.add("E085", node.mark, what, "list the corners in order around it")
+        return region
+
+    def _fence(self) -> Region | None:
+        if "fence" not in self.keys:
+            return None
+        node = self.keys["fence"].value
+        self.written.fence = node.mark
+        return self._region(node)
 
     def _no_fly(self) -> tuple[Any, ...]:
         items = read_listing(self.keys["no_fly"].value, self.problems, "no_fly") if "no_fly" in self.keys else ()
-        return tuple(region for item in items or () if (region := self._region(item)) is not None)
+        found = [(region, item.mark) for item in items or () if (region := self._region(item)) is not None]
+        self.written.no_fly = found
+        return tuple(region for region, _ in found)
 
     # --- the rest ----------------------------------------------------------------------------------------------
 
@@ -279,15 +378,32 @@ class _SiteReader:
         keys = read_keys(mapping, _PORT, self.problems, f"port '{name}'") if mapping is not None else {}
         at = self._point(keys["at"].value, "at") if "at" in keys else None
         waiting = self._point(keys["waiting"].value, "waiting", height=True) if "waiting" in keys else None
-        return Port(name, at, waiting) if at is not None else None
+        if at is None:
+            return None
+        self.written.ports[name] = keys["at"].value.mark
+        if waiting is not None:
+            self.written.waiting[name] = keys["waiting"].value.mark
+        return Port(name, at, waiting)
 
-    def _relief(self) -> float:
+    def _terrain(self) -> tuple[HeightGrid | None, float]:
+        """Return the heights of the ground (None = flat) and how far the ground may be off, metres."""
         mapping = read_mapping(self.keys["terrain"].value, self.problems, "terrain") if "terrain" in self.keys else None
         keys = read_keys(mapping, _TERRAIN, self.problems, "terrain") if mapping is not None else {}
-        if "flat" in keys and read_word(keys["flat"].value, self.problems, "flat", ("true",)) != "true":
-            return 0.0
         relief = read_quantity(keys["relief"].value, self.problems, "relief", "distance") if "relief" in keys else 0.0
-        return relief or 0.0
+        if relief is not None and relief < 0:
+            self.problems.add("E062", keys["relief"].value.mark, "'relief' must be at least 0 m")
+        if "file" not in keys:
+            if "flat" in keys:
+                read_word(keys["flat"].value, self.problems, "flat", ("true",))
+            return None, relief or 0.0
+        if "flat" in keys:
+            self.problems.add("E008", keys["flat"].key.mark, "terrain is flat or in a file, not both", "remove one")
+            return None, relief or 0.0
+        self.written.terrain = keys["file"].value.mark
+        at = read_text(keys["file"].value, self.problems, "file")
+        return (
+            load_heights(at, Path(self.file).parent, self.msl, self.problems) if at is not None else None
+        ), relief or 0.0
 
     def _layers(self) -> tuple[float, ...]:
         if "layers" not in self.keys:
@@ -300,10 +416,14 @@ class _SiteReader:
         for item, layer in zip(items or (), found, strict=True):
             if layer is not None and (layer <= 0 or found.count(layer) > 1):
                 self.problems.add("E008", item.mark, "layers are different heights above 0 m")
-        return tuple(layer for layer in found if layer is not None)
+        known = [(layer, item.mark) for item, layer in zip(items or (), found, strict=True) if layer is not None]
+        self.written.layers = known
+        return tuple(layer for layer, _ in known)
 
     def _distance(self, key: str, default: float) -> float:
         value = read_quantity(self.keys[key].value, self.problems, key, "distance") if key in self.keys else None
+        if value is not None and value <= 0:
+            self.problems.add("E062", self.keys[key].value.mark, f"'{key}' must be above 0 m")
         return default if value is None else value
 
     def _agents(self) -> dict[str, SiteAgent]:
@@ -351,12 +471,17 @@ class _SiteReader:
         for entry in self._entries("people"):
             people = read_words(entry.value, self.problems, entry.key.text)
             for at in people:
-                if agents and at.text not in agents:
+                if agents and at.text not in agents and entry.key.text != APPROVERS:
                     what = f"no agent is called '{shorten(at.text)}'{did_you_mean(at.text, agents)}"
                     meant = nearest(at.text, agents)
                     self.problems.add("E010", at.mark, what, f"agents: {quoted_list(agents)}", fix_word(at, meant))
             found[entry.key.text] = tuple(at.text for at in people)
         return found
+
+
+def _digest(text: str, more: str) -> str:
+    """Return what a site is told apart by: its file's text and, if it names one, its height file."""
+    return hashlib.sha256(text.encode("utf-8", "surrogatepass") + more.encode()).hexdigest()
 
 
 def plain(node: Node) -> Any:

@@ -15,24 +15,23 @@ from formiga_bt.lang.reading import Problems
 from formiga_bt.lang.walk import agent_params, bare, children
 from formiga_bt.units import format_quantity
 
-MIN_SPACING_M: Final = 3.0
 _POINTS: Final = ("place", "position")
 
 
-def check_spacing(steps: tuple[Step, ...], catalogue: Catalogue, problems: Problems) -> None:
-    """Report W073 for the steps of a body and what is inside them."""
+def check_spacing(steps: tuple[Step, ...], catalogue: Catalogue, least_m: float, problems: Problems) -> None:
+    """Report W073 for the steps of a body and what is inside them; `least_m` is the site's `min_spacing`."""
     for step in steps:
         with problems.within(step.title):
             if isinstance(step, For) and step.parallel and step.max_parallel != 1:
-                _check_rounds(step, catalogue, problems)
+                _check_rounds(step, catalogue, least_m, problems)
             if isinstance(step, Parallel):
-                _check_branches(step, catalogue, problems)
-            check_spacing(children(step), catalogue, problems)
+                _check_branches(step, catalogue, least_m, problems)
+            check_spacing(children(step), catalogue, least_m, problems)
 
 
-def _report(problems: Problems, mark: Mark, distance_m: float) -> None:
+def _report(problems: Problems, mark: Mark, distance_m: float, least_m: float) -> None:
     apart = format_quantity("distance", round(distance_m, 1))
-    least = format_quantity("distance", MIN_SPACING_M)
+    least = format_quantity("distance", least_m)
     what = f"two drones are sent {apart} apart at line {mark.line}; min_spacing is {least}"
     problems.add("W073", mark, what, "give each its own place, or its own height")
 
@@ -54,31 +53,31 @@ def _targets(step: Step, catalogue: Catalogue) -> Iterator[tuple[tuple[Expr, ...
             yield from _targets(child, catalogue)
 
 
-def _check_rounds(step: For, catalogue: Catalogue, problems: Problems) -> None:
+def _check_rounds(step: For, catalogue: Catalogue, least_m: float, problems: Problems) -> None:
     if not any(expr.type.item is not None and expr.type.item.name == "agent" for expr in step.lists.values()):
         return
     for child in step.steps:
         for told, mark in _targets(child, catalogue):
             reads = {read.name for expr in told for read in expr.reads}
             if not reads & step.lists.keys():
-                _report(problems, mark, 0.0)
+                _report(problems, mark, 0.0, least_m)
                 return
             lists = [step.lists[name].const for name in step.lists if name in reads]
             if len(lists) == 1 and isinstance(lists[0], tuple):
                 close = [d for a, b in combinations(lists[0], 2) if (d := _apart(a, b)) is not None]
-                if close and min(close) < MIN_SPACING_M:
-                    _report(problems, mark, min(close))
+                if close and min(close) < least_m:
+                    _report(problems, mark, min(close), least_m)
                     return
 
 
-def _check_branches(step: Parallel, catalogue: Catalogue, problems: Problems) -> None:
+def _check_branches(step: Parallel, catalogue: Catalogue, least_m: float, problems: Problems) -> None:
     ends = [end for branch in step.steps if (end := _end(branch, catalogue)) is not None]
     for (one, _), (other, mark) in combinations(ends, 2):
         distance = _apart(one.const, other.const) if one.is_const and other.is_const else None
         if distance is None and bare(one) and bare(one) == bare(other) and not any(read.field for read in one.reads):
             distance = 0.0
-        if distance is not None and distance < MIN_SPACING_M:
-            _report(problems, mark, distance)
+        if distance is not None and distance < least_m:
+            _report(problems, mark, distance, least_m)
             return
 
 

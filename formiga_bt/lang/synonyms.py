@@ -108,6 +108,7 @@ ADVICE: Final[Mapping[str, str]] = MappingProxyType(
         "until": "repeat: forever with until: (after a round) or break_if: (within it)",
         "wait_while": "wait_until: not ...",
         "memory": "a sequence remembers where it was; reactive: true re-checks its checks",
+        "on_breach": "what follows a breach is the site's word (site.yaml) or the agent type's (catalogue)",
         "loop": "repeat: N for a number of rounds, for: for a list, while: for a condition",
     }
 )

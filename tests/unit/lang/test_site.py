@@ -55,16 +55,17 @@ class TestPlaces:
         found = read(
             "places: {a: {east: 0 m, north: 0 m}}\n"
             "regions:\n  field: [a, {east: 9 m, north: 0 m}, {east: 9 m, north: 9 m}]\n"
-            "fence: field\nno_fly:\n  - [a, {east: 1 m, north: 0 m}, {east: 1 m, north: 1 m}]\n"
-            "ports: {p1: {at: a, waiting: {east: 0 m, north: 5 m, height: 40 m}}}\n"
-            "terrain: {flat: true, relief: 5 m}\nmode: real\n"
+            "fence: field\nno_fly:\n  - [{east: 7 m, north: 1 m}, {east: 8 m, north: 1 m}, {east: 8 m, north: 2 m}]\n"
+            "ports: {p1: {at: a, waiting: {east: 5 m, north: 0 m, height: 40 m}}}\n"
+            "terrain: {flat: true, relief: 5 m}\nmode: real\npilots: [{id: anna, max_airborne: 3}, {id: ben}]\n"
             "transports: {zenoh: {listen: [tcp/127.0.0.1:7447]}}\n"
         )
 
         assert found.fence == found.regions["field"]
         assert len(found.no_fly) == 1
-        assert found.ports["p1"].waiting == Position(0.0, 5.0, 40.0)
+        assert found.ports["p1"].waiting == Position(5.0, 0.0, 40.0)
         assert (found.relief_m, found.mode) == (5.0, "real")
+        assert found.pilots == {"anna": 3, "ben": 1}
         assert found.transports == {"zenoh": {"listen": ["tcp/127.0.0.1:7447"]}}
 
     def test_defaults(self) -> None:
