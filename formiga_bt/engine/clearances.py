@@ -1,9 +1,10 @@
 """Clearance: a person's word that people stand clear of a start or landing away from ports.
 
 The engine asks by itself when the machine is there: first the people of the task's own questions, then the site's watchers.
-`clear` lets the goal go within 60 s; `wait` asks again after 30 s; `refuse`, or no word within 5 min, ends it: a machine on
-the ground stays there and its task ends `no_clearance`; one in the air keeps asking until its reserve and 3 min are near, then
-its step fails and it recovers. An `ask` with `clears` gives the same word.
+`clear` lets the goal go within 60 s and 5 m of the spot asked about; `wait` asks again after 30 s; `refuse`, or no word
+within 5 min, ends it: a machine on the ground stays there and its task ends `no_clearance`; one in the air keeps asking until
+its reserve and 3 min are near, then its step fails and it recovers. An `ask` with `clears` gives the same word, for the spot
+where the machine stands or hovers.
 """
 
 from collections.abc import Iterable
@@ -16,10 +17,11 @@ from formiga_bt.engine.inputs import Alarm
 from formiga_bt.engine.people import People
 from formiga_bt.engine.ports import TaskPort
 from formiga_bt.engine.records import AgentRecord, ClearanceRecord, GoalRecord, Question
+from formiga_bt.geo import Place, Position, horizontal_m
 from formiga_bt.lang import model
 from formiga_bt.lang.walk import children
 from formiga_bt.nodes.run import AskOrder
-from formiga_bt.safety.gate import CLEARANCE_LIFE_US
+from formiga_bt.safety.gate import CLEARED_M, is_cleared
 from formiga_bt.transport.messages import Clearance
 
 ANSWER_US = 300 * SECOND
@@ -46,28 +48,45 @@ class Clearances:
             return None
         return Clearance(record.by, record.given_at)
 
+    def place(self, agent_id: str) -> Place | None:
+        """Return the spot that the word is, or is asked, for."""
+        record = self._core.state.clearances.get(agent_id)
+        return record.place if record is not None else None
+
     def take(self, goal: GoalRecord) -> Clearance | None:
         """Return the word that goes along with a goal that leaves now, and use it up."""
         spec = self._core.action(goal.action)
         if not (spec.starts_rotors or spec.lands):
             return None
-        clearance = self.given(goal.agent)
+        clearance, place = self.given(goal.agent), self.place(goal.agent)
         if clearance is not None:
             self._core.emit(ch.ClearancePut(goal.agent, None))
-        return clearance if clearance and self._core.now - clearance.at <= CLEARANCE_LIFE_US else None
+        return clearance if is_cleared(clearance, place, self._spot(goal), self._core.now) else None
+
+    def _spot(self, goal: GoalRecord) -> Place | None:
+        """Return where a goal starts rotors or lands: what the word must be for."""
+        core = self._core
+        spec = core.action(goal.action)
+        target = goal.fields.get(spec.moves_to) if spec.lands else core.state.agents[goal.agent].position
+        return target.ground if isinstance(target, Position) else target
 
     def need(self, goal: GoalRecord) -> None:
         """A goal waits for the word: ask for it, unless it is being asked for."""
         core = self._core
         record = core.state.clearances.get(goal.agent)
-        if record is not None and record.goal == goal.id and record.state in ("asked", "waiting"):
-            return
+        spot = self._spot(goal)
+        if record is not None and record.state in ("asked", "waiting"):
+            if record.goal == goal.id and _near(record.place, spot):
+                return
+            self._end(record)  # of another goal, or it has moved meanwhile: the word would be for another spot
         core.emit(
             ch.ClearancePut(
                 goal.agent,
-                ClearanceRecord(agent=goal.agent, task=goal.task, goal=goal.id, n=0, state="asked", opened_at=core.now),
+                ClearanceRecord(
+                    agent=goal.agent, task=goal.task, goal=goal.id, n=0, state="asked", opened_at=core.now, place=spot
+                ),
             )
-        )
+        )  # fmt: skip
         hold(core, goal.task, f"clearance:{goal.agent}")
         core.set_deadline(f"clear|{goal.agent}", core.now + self.patience_us(core.state.agents[goal.agent]))
         self._ask(goal.agent)
@@ -139,7 +158,7 @@ class Clearances:
         if record is None or record.state != "asked":
             return
         if answer == "clear":
-            self.grant(agent_id, by)
+            self._given(agent_id, by, record.place)
         elif answer == "wait":
             core.emit(ch.ClearancePut(agent_id, _with(record, state="waiting")))
             core.set_deadline(f"clearwait|{agent_id}", core.now + AGAIN_US)
@@ -147,7 +166,11 @@ class Clearances:
             self._denied(record, f"{by} refused")
 
     def grant(self, agent_id: str, by: str) -> None:
-        """A person said that people stand clear of this machine."""
+        """A person said in a tree that people stand clear of this machine: of the spot where it stands, or hovers over."""
+        position = self._core.state.agents[agent_id].position
+        self._given(agent_id, by, position.ground if position is not None else None)
+
+    def _given(self, agent_id: str, by: str, place: Place | None) -> None:
         core = self._core
         old = core.state.clearances.get(agent_id)
         agent = core.state.agents[agent_id]
@@ -158,7 +181,7 @@ class Clearances:
                 agent_id,
                 ClearanceRecord(
                     agent=agent_id, task=agent.task, goal="", n=0, state="given",
-                    opened_at=core.now, by=by, given_at=core.now,
+                    opened_at=core.now, by=by, given_at=core.now, place=place,
                 ),
             )
         )  # fmt: skip
@@ -202,6 +225,10 @@ class Clearances:
         core.clear_deadline(f"clearwait|{record.agent}")
         core.emit(ch.ClearancePut(record.agent, None))
         unhold(core, record.task, f"clearance:{record.agent}")
+
+
+def _near(a: Place | None, b: Place | None) -> bool:
+    return a == b or (a is not None and b is not None and horizontal_m(a, b) <= CLEARED_M)
 
 
 def _with(record: ClearanceRecord, **fields: object) -> ClearanceRecord:

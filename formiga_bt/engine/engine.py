@@ -187,6 +187,8 @@ class Engine:
                 self.gatekeeper.waited_enough(rest)
             case "aside":
                 self.gatekeeper.step_aside(rest)
+            case "port":
+                self.gatekeeper.port_waited(rest)
             case "escalate":
                 self.people.escalate(rest)
             case "order":

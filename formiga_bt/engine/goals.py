@@ -305,8 +305,8 @@ class Goals:
             if goal.in_flight or state == "lost":
                 if goal.state in ("gated", "interrupted"):
                     self._gate.forget(goal)
-                elif goal.leg is not None:
-                    self._core.put_agent(agent_id, lost_leg=goal.leg)
+                elif goal.leg is not None or goal.area is not None:
+                    self._core.put_agent(agent_id, lost_leg=goal.leg, lost_area=goal.area)
                 self.end(goal.id, state, code)
 
 

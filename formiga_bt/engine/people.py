@@ -7,7 +7,7 @@ from msgspec.structs import replace
 
 from formiga_bt.engine import changes as ch
 from formiga_bt.engine.core import Core
-from formiga_bt.engine.gatekeeper import reachable
+from formiga_bt.engine.gateview import reachable
 from formiga_bt.engine.inputs import CancelGoal, Notify, SendGoal
 from formiga_bt.engine.records import PRIORITIES, Answer, GoalRecord, Question
 from formiga_bt.nodes.run import AskOrder

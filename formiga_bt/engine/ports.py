@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from typing import Any, Protocol
 
 from formiga_bt.engine.records import AgentRecord, GoalRecord, Request, TaskRecord
+from formiga_bt.geo import Place
 from formiga_bt.lang.model import Step
 from formiga_bt.nodes.run import Failure, GoalOrder
 from formiga_bt.transport.messages import Clearance, GoalEvent
@@ -57,6 +58,10 @@ class ClearancePort(Protocol):
 
     def given(self, agent_id: str) -> Clearance | None:
         """Return the word that stands for a machine."""
+        ...
+
+    def place(self, agent_id: str) -> Place | None:
+        """Return the spot that it is for."""
         ...
 
     def take(self, goal: GoalRecord) -> Clearance | None:

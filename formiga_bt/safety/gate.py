@@ -1,53 +1,30 @@
 """The gate: may this goal leave now? Every goal passes here, whatever tree, retry or cleanup it comes from.
 
-Pure functions over a small view of the site and fleet. The engine acts on the verdict: `Go` = send, with the leg and the
-clearance that go along; `Hold` = wait, with a code and for whom; `Refuse` = never.
+Pure functions over a small view of the site and fleet. The engine acts on the verdict: `Go` = send, with what the machine then
+takes up in the air; `Hold` = wait, with a code and for whom; `Refuse` = never.
 
-Rules of this version: who is in command, link, one goal at a time, task held, clearance of people away from ports, one
-machine on a spot, and legs kept apart. Codes are listed in docs/reasons.md.
+In this order: who is in command, link, stops and lockdown, one goal at a time, task held; the envelope; one machine on a spot
+and its own port free; clearance of people away from ports; ways kept apart. Codes are listed in docs/reasons.md.
 """
 
-import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from msgspec import Struct
 
 from formiga_bt.clock import SECOND, Micros
-from formiga_bt.geo import Place, Position, horizontal_m, segment_distance_m
+from formiga_bt.geo import Place, Position, Region, horizontal_m
+from formiga_bt.safety.envelope import Breach
+from formiga_bt.safety.traffic import VERTICAL_M, Area, Traffic, Way, area_of, first_in_the_way, path, ways_into
 from formiga_bt.transport.messages import Clearance, Control, Landed
 
 CLEARANCE_LIFE_US: Micros = 60 * SECOND
 """Rotors must start, or the descent begin, within this time of the word."""
 
-SPOT_M = 3.0
-"""No two machines use ground spots closer than this."""
+CLEARED_M = 5.0
+"""The word counts for starts and landings so near to the spot that it was given for."""
 
 AT_PORT_M = 3.0
 """A machine this near to a port (horizontally) stands at it."""
-
-GROUND_M = 0.5
-"""A leg that ends at most so high ends on the ground."""
-
-VERTICAL_M = 10.0
-"""A leg that stays within this (horizontally) is a vertical move at its place."""
-
-
-Way = tuple[Position, Position]
-"""A straight way; both ends equal = a hover."""
-
-
-class Traffic(Struct, frozen=True):
-    """Another machine: where it is, and the ways that it takes up. Made by `traffic_of`."""
-
-    agent: str
-    task: str
-    landed: Landed
-    position: Position | None
-    leg: Way | None
-    ways: tuple[Way, ...]
-    """Where it is or will be: its leg, its hover, the column of its next climb."""
-    box: tuple[float, float, float, float]
-    """Horizontal bounds of the ways: west, east, south, north, metres."""
 
 
 class Ask(Struct, frozen=True, kw_only=True):
@@ -78,16 +55,23 @@ class Ask(Struct, frozen=True, kw_only=True):
     rises_to_m: float | None = None
     starts_rotors: bool = False
     lands: bool = False
+    region: Region | None = None
+    """What it explores, at `rises_to_m`."""
     clearance: Clearance | None = None
+    cleared: Place | None = None
+    """The spot that the clearance is for."""
     ports: tuple[Place, ...] = ()
+    """Ports near the target and the position."""
     home: Place | None = None
     exempt_clearance: bool = False
+    """It carries out the stop `land`, which waits for nobody."""
 
 
 class Go(Struct, frozen=True):
-    """Send it."""
+    """Send it: it takes up `leg`, or `area` and the ways into it."""
 
-    leg: tuple[Position, Position] | None = None
+    leg: Way | None = None
+    area: Area | None = None
 
 
 class Hold(Struct, frozen=True):
@@ -107,20 +91,40 @@ class Refuse(Struct, frozen=True):
 Verdict = Go | Hold | Refuse
 
 
-def judge(ask: Ask, traffic: Sequence[Traffic], now: Micros, separation_m: float) -> Verdict:
-    """Return what becomes of a goal that wants to leave now."""
+def no_limits() -> Breach | None:
+    """Nothing is known that the goal would break."""
+    return None
+
+
+def judge(
+    ask: Ask,
+    traffic: Sequence[Traffic],
+    now: Micros,
+    separation_m: float,
+    min_spacing_m: float = 3.0,
+    limits: Callable[[], Breach | None] = no_limits,
+) -> Verdict:
+    """Return what becomes of a goal that wants to leave now.
+
+    Args:
+        ask: the goal.
+        traffic: at least every machine that takes up something near the goal's way and spots, in the order of admission.
+        now: engine time.
+        separation_m: how far ways of different tasks stay apart.
+        min_spacing_m: how far ground spots of different machines stay apart.
+        limits: tells which limit of its envelope the goal would break; asked once the goal could be sent as to who commands.
+    """
     if ask.deposed:
         return Hold("epoch", "a newer engine")
     if ask.human:
         return Go() if ask.reachable else Hold("unreachable", ask.agent)
-    for verdict in (_command(ask), _spot(ask, traffic), _clear(ask, now)):
-        if verdict is not None:
-            return verdict
-    leg = leg_of(ask)
-    if leg is None:
-        return Go()
-    blocker = first_in_the_way(ask, leg, traffic, separation_m)
-    return Hold("leg_busy", blocker) if blocker else Go(leg)
+    verdict = _command(ask)
+    if verdict is not None:
+        return verdict
+    breach = limits()
+    if breach is not None:
+        return Refuse(breach.code, breach.text)
+    return _spot(ask, traffic, min_spacing_m) or _clear(ask, now) or _way(ask, traffic, separation_m)
 
 
 def _command(ask: Ask) -> Verdict | None:
@@ -141,113 +145,71 @@ def _command(ask: Ask) -> Verdict | None:
     return None
 
 
-def _spot(ask: Ask, traffic: Sequence[Traffic]) -> Verdict | None:
-    if not ask.lands or ask.target is None:
+def _spot(ask: Ask, traffic: Sequence[Traffic], min_spacing_m: float) -> Verdict | None:
+    target = ask.target
+    if target is None:
         return None
-    for port in ask.ports:
-        if horizontal_m(port, ask.target) < AT_PORT_M and (
-            ask.home is None or horizontal_m(port, ask.home) >= AT_PORT_M
-        ):
-            return Refuse("foreign_port", "that port belongs to another agent")
+    home = ask.home is not None and horizontal_m(ask.home, target) < AT_PORT_M
+    if not ask.lands:
+        if not home or ask.position is None or horizontal_m(ask.position, target) <= VERTICAL_M:
+            return None
+    elif not home and any(horizontal_m(port, target) < AT_PORT_M for port in ask.ports):
+        return Refuse("foreign_port", "that port belongs to another agent")
     for other in traffic:
-        for spot in _ground_spots(other):
-            if horizontal_m(spot, ask.target) < SPOT_M:
-                return Hold("spot_busy", other.agent)
+        if other.agent != ask.agent and any(horizontal_m(spot, target) < min_spacing_m for spot in other.spots):
+            return Hold("port_busy" if home else "spot_busy", other.agent)
     return None
 
 
-def _ground_spots(other: Traffic) -> list[Place]:
-    spots = []
-    if other.position is not None and other.landed != "airborne":
-        spots.append(other.position.ground)
-    if other.leg is not None and other.leg[1].up_m <= GROUND_M:
-        spots.append(other.leg[1].ground)
-    return spots
+def spot_of(ask: Ask) -> Place | None:
+    """Return where a goal starts rotors or lands; None if it does neither, or nobody knows where."""
+    if ask.lands:
+        return ask.target.ground if isinstance(ask.target, Position) else ask.target
+    return ask.position.ground if ask.starts_rotors and ask.position is not None else None
 
 
 def needs_clearance(ask: Ask) -> bool:
     """Return whether a person must say first that people stand clear: a rotor start or landing away from ports."""
     if not (ask.starts_rotors or ask.lands) or ask.exempt_clearance:
         return False
-    spot = ask.target if ask.lands else ask.position
+    spot = spot_of(ask)
     return spot is None or all(horizontal_m(port, spot) >= AT_PORT_M for port in ask.ports)
 
 
 def _clear(ask: Ask, now: Micros) -> Verdict | None:
-    if not needs_clearance(ask):
-        return None
-    if ask.clearance is not None and now - ask.clearance.at <= CLEARANCE_LIFE_US:
+    if not needs_clearance(ask) or is_cleared(ask.clearance, ask.cleared, spot_of(ask), now):
         return None
     return Hold("clearance")
 
 
+def is_cleared(word: Clearance | None, given_for: Place | None, spot: Place | None, now: Micros) -> bool:
+    """Return whether a person's word counts now for a spot: at most 60 s old, and given for a spot within 5 m of it."""
+    if word is None or given_for is None or spot is None or now - word.at > CLEARANCE_LIFE_US:
+        return False
+    return horizontal_m(given_for, spot) <= CLEARED_M
+
+
 def leg_of(ask: Ask) -> Way | None:
-    """Return the straight way that a goal flies, or None if it does not move the agent."""
-    here = ask.position
-    if here is None:
+    """Return the straight way that a goal flies, or None if it does not move the agent, or explores."""
+    here, target = ask.position, ask.target
+    if here is None or ask.region is not None:
         return None
     if ask.rises_to_m is not None:
         return here, Position(here.east_m, here.north_m, ask.rises_to_m)
-    if isinstance(ask.target, Position):
-        return here, ask.target
-    if isinstance(ask.target, Place):
-        return here, Position(ask.target.east_m, ask.target.north_m, 0.0)
-    return None
+    if target is None:
+        return None
+    return here, target if isinstance(target, Position) else Position(target.east_m, target.north_m, 0.0)
 
 
-def first_in_the_way(ask: Ask, leg: Way, traffic: Sequence[Traffic], separation_m: float) -> str:
-    """Return the agent whose granted leg or hover is within the separation of `leg`, or "".
-
-    Machines of the same task are the author's business, those on the ground are no traffic. Vertical moves at a place keep
-    half the separation: ports and spots lie closer together than cruise legs may pass.
-    """
-    keep_m = separation_m / 2 if horizontal_m(leg[0], leg[1]) <= VERTICAL_M else separation_m
-    west, east, south, north = box_of((leg,))
-    west, east, south, north = west - keep_m, east + keep_m, south - keep_m, north + keep_m
-    for other in traffic:
-        box = other.box
-        if box[1] < west or box[0] > east or box[3] < south or box[2] > north:
-            continue
-        if other.agent == ask.agent or (other.task and other.task == ask.task):
-            continue
-        if any(segment_distance_m(*leg, *way) < keep_m for way in other.ways):
-            return other.agent
-    return ""
-
-
-def traffic_of(
-    agent: str,
-    task: str,
-    landed: Landed,
-    position: Position | None,
-    leg: Way | None = None,
-    rises_to_m: float | None = None,
-) -> Traffic:
-    """Return a machine as traffic.
-
-    Args:
-        agent: who.
-        task: for which task.
-        landed: as last known.
-        position: as last known.
-        leg: the way that was granted to it.
-        rises_to_m: where it will climb to from the ground for its task, metres over the base's ground: nobody stops in that
-            column, else both may wait for ever.
-    """
-    ways: list[Way] = []
-    if position is not None:
-        end = leg[1] if leg is not None else position
-        if leg is not None or landed != "grounded":
-            ways.append((position, end))
-        if rises_to_m is not None:
-            ways.append((end, Position(end.east_m, end.north_m, rises_to_m)))
-    return Traffic(agent, task, landed, position, leg, tuple(ways), box_of(ways))
-
-
-def box_of(ways: Sequence[Way]) -> tuple[float, float, float, float]:
-    """Return the horizontal bounds (west, east, south, north, metres) of ways; of none, bounds that meet nothing."""
-    if not ways:
-        return math.inf, -math.inf, math.inf, -math.inf
-    easts = [point.east_m for way in ways for point in way]
-    norths = [point.north_m for way in ways for point in way]
-    return min(easts), max(easts), min(norths), max(norths)
+def _way(ask: Ask, traffic: Sequence[Traffic], separation_m: float) -> Verdict:
+    leg, area = leg_of(ask), None
+    ways = () if leg is None else path(leg)
+    if ask.region is not None and ask.position is not None:
+        area = area_of(
+            ask.region.corners, ask.position.up_m if ask.rises_to_m is None else ask.rises_to_m, ask.position
+        )
+        ways = ways_into(ask.position, area)
+    if not ways and area is None:
+        return Go()
+    blocker = first_in_the_way(ask.agent, ask.task, ways, area, traffic, separation_m)
+    return Hold("leg_busy", blocker) if blocker else Go(leg, area)

@@ -6,7 +6,8 @@ import pytest
 
 from formiga_bt.clock import SECOND
 from formiga_bt.geo import Place, Position
-from formiga_bt.safety.gate import Ask, Go, Hold, Refuse, Traffic, judge, needs_clearance, traffic_of
+from formiga_bt.safety.gate import Ask, Go, Hold, Refuse, judge, needs_clearance
+from formiga_bt.safety.traffic import Traffic, traffic_of
 from formiga_bt.transport.messages import Clearance
 
 PORT, OTHER_PORT = Place(0.0, 0.0), Place(30.0, 0.0)
@@ -99,7 +100,7 @@ def test_clearance_is_needed_away_from_ports_only(fields: dict[str, Any], needed
 @pytest.mark.parametrize(("age_s", "goes"), [(0, True), (60, True), (60.001, False), (600, False)])
 def test_a_word_holds_for_sixty_seconds(age_s: float, goes: bool) -> None:
     word = Clearance("ann", NOW - round(age_s * SECOND))
-    request = ask(lands=True, target=Place(0.0, 9.0), clearance=word)
+    request = ask(lands=True, target=Place(0.0, 9.0), clearance=word, cleared=Place(0.0, 9.0))
 
     assert isinstance(verdict(request), Go) is goes
     if not goes:
@@ -126,7 +127,13 @@ def test_a_foreign_port_is_refused() -> None:
 )
 def test_nobody_lands_where_another_stands_or_will_land(there: dict[str, Any]) -> None:
     word = Clearance("ann", NOW)
-    request = ask(lands=True, target=Place(0.0, 50.0), position=Position(0.0, 50.0, 60.0), clearance=word)
+    request = ask(
+        lands=True,
+        target=Place(0.0, 50.0),
+        position=Position(0.0, 50.0, 60.0),
+        clearance=word,
+        cleared=Place(0.0, 50.0),
+    )
 
     assert verdict(request, other(**there)) == Hold("spot_busy", "d2")
 

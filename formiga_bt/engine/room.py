@@ -1,0 +1,219 @@
+"""Making room: what becomes of machines that wait in the air for each other, for a spot, or for their own port.
+
+* One that waits 60 s for a way, or at once where those that wait form a circle, climbs or sinks at its place to another layer.
+* One whose own port is occupied flies to the port's waiting point; after 2 min its `home` becomes the nearest free port, and
+  its step sends its next attempt.
+* A step that waits for a spot, a way or a port fails when the reserve and 3 min are near; the way home waits on.
+
+Such moves are safety goals of the engine (`safety/<agent>/<n>`) that pass the gate like all others. Called by the gatekeeper
+when a goal begins to wait, and by the engine's timers.
+"""
+
+from collections.abc import Callable
+
+from formiga_bt.clock import SECOND
+from formiga_bt.engine.core import Core
+from formiga_bt.engine.gateview import GateView
+from formiga_bt.engine.inputs import Alarm
+from formiga_bt.engine.ports import ClearancePort
+from formiga_bt.engine.records import AgentRecord, GoalRecord
+from formiga_bt.geo import Place, Position, distance_m, horizontal_m
+from formiga_bt.lang.model import Port
+from formiga_bt.safety.traffic import VERTICAL_M
+
+ASIDE_US = 60 * SECOND
+"""After so long in the air before a way that is not free, a machine goes to another layer."""
+
+PORT_US = 120 * SECOND
+"""After so long before its own port, a machine gets another one."""
+
+NO_PORT_US = 60 * SECOND
+"""While no port is free, that is looked at, and told, so often."""
+
+THERE_M = 1.0
+"""So near to where it should wait a machine stays."""
+
+BUSY = ("spot_busy", "leg_busy", "port_busy")
+"""Codes of waits for another machine."""
+
+Send = Callable[[GoalRecord], bool]
+"""Show a new safety goal to the gate: send it if it may go now, else forget it; return which."""
+
+
+class Room:
+    """For goals that wait at the gate for other machines."""
+
+    clearances: ClearancePort
+
+    def __init__(self, core: Core, view: GateView, send: Send) -> None:
+        self._core = core
+        self._view = view
+        self._send = send
+
+    def waits(self, goal: GoalRecord) -> None:
+        """A goal waits for another machine: bound the wait, and do what frees it."""
+        core = self._core
+        agent = core.state.agents[goal.agent]
+        if agent.landed != "airborne":
+            return
+        key = f"busy|{goal.id}"
+        if goal.section != "recover" and key not in core.state.deadlines:
+            core.set_deadline(key, core.now + self.clearances.patience_us(agent), goal.task)
+        if goal.code == "port_busy":
+            self._port_busy(goal, agent)
+        elif goal.code == "leg_busy":
+            self._leg_busy(goal)
+
+    def forget(self, goal_id: str) -> None:
+        """A goal waits no more."""
+        for word in ("busy", "aside", "port"):
+            self._core.clear_deadline(f"{word}|{goal_id}")
+
+    def waited_enough(self, goal_id: str) -> None:
+        """A goal that waits for a spot, a way or its port may wait no longer."""
+        goal = self._waiting(goal_id, *BUSY)
+        if goal is None or (goal.code == "port_busy" and self._other_port(goal)):
+            return
+        core = self._core
+        core.put_goal(goal_id, state="gate_refused", text=f"{goal.text} was in the way until the reserve was near")
+        core.wake(goal.task, goal.owner)
+
+    def _waiting(self, goal_id: str, *codes: str) -> GoalRecord | None:
+        goal = self._core.state.goals.get(goal_id)
+        return goal if goal is not None and goal.state == "gated" and goal.code in codes else None
+
+    # -- ways --------------------------------------------------------------------------------------------------------
+    def _leg_busy(self, goal: GoalRecord) -> None:
+        core = self._core
+        aside = f"aside|{goal.id}"
+        if aside in core.state.deadlines:
+            return
+        core.set_deadline(aside, core.now + ASIDE_US, goal.task)
+        for other in self._circle(goal):
+            if self._step_aside(other):
+                return
+
+    def _circle(self, goal: GoalRecord) -> list[GoalRecord]:
+        """Return the goals that wait for each other in a circle with this one, itself first; none if there is no circle."""
+        goals = self._core.state.goals
+        waiting = {g.agent: g for g in (goals[goal_id] for goal_id in self._core.gated) if g.code in BUSY}
+        found = [goal]
+        for _ in waiting:
+            following = waiting.get(found[-1].text)
+            if following is None:
+                return []
+            if following.id == goal.id:
+                return [one for one in found if one.code == "leg_busy"]
+            found.append(following)
+        return []
+
+    def step_aside(self, goal_id: str) -> None:
+        """A machine in the air has waited for a way: it goes to another layer at its place, if one is clear there.
+
+        Two that wait for each other's way or hover are then at different heights, and one of them can go.
+        """
+        goal = self._waiting(goal_id, "leg_busy")
+        if goal is not None:
+            self._core.set_deadline(f"aside|{goal_id}", self._core.now + ASIDE_US, goal.task)
+            self._step_aside(goal)
+
+    def _step_aside(self, goal: GoalRecord) -> bool:
+        core = self._core
+        agent = core.state.agents[goal.agent]
+        here = agent.position
+        if here is None:
+            return False
+        for layer in core.site.layers_m:
+            if abs(layer - here.up_m) < core.site.separation_m:
+                continue
+            if self._move(agent, Position(here.east_m, here.north_m, layer), goal.order):
+                core.put_agent(agent.id, layer_m=layer)
+                return True
+        return False
+
+    # -- ports -------------------------------------------------------------------------------------------------------
+    def _port_busy(self, goal: GoalRecord, agent: AgentRecord) -> None:
+        core = self._core
+        key = f"port|{goal.id}"
+        if key not in core.state.deadlines:
+            core.set_deadline(key, core.now + min(PORT_US, self.clearances.patience_us(agent)), goal.task)
+        port = core.site.ports.get(agent.home)
+        if port is None or not isinstance(port.waiting, Position) or agent.position is None:
+            return
+        if distance_m(agent.position, port.waiting) > THERE_M:
+            self._move(agent, port.waiting, goal.order)
+
+    def port_waited(self, goal_id: str) -> None:
+        """A machine waited 2 min for its own port: it gets the nearest free one; without any, a person must act."""
+        goal = self._waiting(goal_id, "port_busy")
+        if goal is None or self._other_port(goal):
+            return
+        core = self._core
+        text = f"{goal.agent} has no free port to land at: {goal.text} is on its own"
+        core.effect(Alarm("no_free_port", text, goal.task, goal.agent))
+        core.set_deadline(f"port|{goal_id}", core.now + NO_PORT_US, goal.task)
+
+    def _other_port(self, goal: GoalRecord) -> bool:
+        """Bind `home` to the nearest free port and let the goal's step send its next attempt; return whether there is one."""
+        core = self._core
+        agent = core.state.agents[goal.agent]
+        port = self._free_port(agent)
+        if port is None:
+            return False
+        core.put_agent(agent.id, home=port.name)
+        here = agent.position
+        if core.action(goal.action).lands and here is not None:  # a landing begins above its spot
+            self._move(core.state.agents[agent.id], Position(port.at.east_m, port.at.north_m, here.up_m), goal.order)
+        self.clearances.withdraw(goal)
+        self.forget(goal.id)
+        core.put_goal(goal.id, state="again", code="", text="")
+        core.wake(goal.task, goal.owner)
+        return True
+
+    def _free_port(self, agent: AgentRecord) -> Port | None:
+        core = self._core
+        here = agent.position
+        if here is None:
+            return None
+        taken = {a.home for a in core.state.agents.values()} | {a.home for a in core.site.agents.values()}
+        free = [port for name, port in core.site.ports.items() if name not in taken]
+        free.sort(key=lambda port: (round(horizontal_m(port.at, here), 3), port.name))
+        for port in free:
+            if not self._view.occupant(agent.id, port.at) and self._view.may_land(agent, port.at):
+                return port
+        return None
+
+    def approach(self, goal: GoalRecord) -> bool:
+        """A landing may go on after a wait for its port: bring the machine back above it first; return whether it must."""
+        core = self._core
+        agent = core.state.agents[goal.agent]
+        spec = core.action(goal.action)
+        target, here = goal.fields.get(spec.moves_to), agent.position
+        if f"port|{goal.id}" not in core.state.deadlines or here is None or not isinstance(target, Place):
+            return False
+        if horizontal_m(here, target) <= VERTICAL_M:
+            return False
+        layer = agent.layer_m if agent.layer_m is not None else here.up_m
+        self._move(agent, Position(target.east_m, target.north_m, layer), goal.order)
+        return True
+
+    # -- moves -------------------------------------------------------------------------------------------------------
+    def _move(self, agent: AgentRecord, target: Position, order: int) -> bool:
+        core = self._core
+        action = self._goes_by(agent)
+        if agent.goal or agent.landed != "airborne" or not action:
+            return False
+        number = core.state.counters.get("safety", 0) + 1
+        move = GoalRecord(
+            id=f"safety/{agent.id}/{number}", agent=agent.id, action=action, owner="!none", section="recover",
+            fields={core.action(action).moves_to: target}, safety=True, order=order, at=core.now,
+        )  # fmt: skip
+        return self._send(move)
+
+    def _goes_by(self, agent: AgentRecord) -> str:
+        for name in agent.actions:
+            spec = self._core.action(name)
+            field = spec.fields.get(spec.moves_to)
+            if field is not None and field.type.name == "position" and not spec.lands:
+                return name
+        return ""
