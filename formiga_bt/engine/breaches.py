@@ -2,7 +2,7 @@
 
 | it flies | what happens |
 |---|---|
-| for a task's steps or cleanup | alarm, the task ends `envelope.<name>`, the engine orders it to return (or to hold 5 s, then return) |
+| for a task's steps or cleanup | alarm, the task ends `envelope.<name>`, it is ordered to return (or hold 5 s first) |
 | the last phase of a landing, and the limit is reserve, wind or daylight | alarm; the landing is finished, then the task ends |
 | for nobody | alarm, and it is ordered to return |
 | home already: recover, an order | alarm; a rescue is never refused |

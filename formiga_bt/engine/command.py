@@ -1,0 +1,197 @@
+"""What a person may order: the stops, continue, handback, restart, clear; each on an agent, a task, or all.
+
+Called by the engine with each `Operator` input. A refusal is a TaskError with a code, and then nothing was changed.
+"""
+
+from formiga_bt.engine.core import Core
+from formiga_bt.engine.fleet import Fleet
+from formiga_bt.engine.goals import Goals
+from formiga_bt.engine.holds import hold, unhold
+from formiga_bt.engine.inputs import Operator
+from formiga_bt.engine.orders import Orders
+from formiga_bt.engine.records import AgentRecord, Stop, TaskRecord
+from formiga_bt.engine.tasks import Tasks
+from formiga_bt.errors import TaskError
+
+
+class Command:
+    """A person's word."""
+
+    def __init__(self, core: Core, fleet: Fleet, goals: Goals, tasks: Tasks, orders: Orders) -> None:
+        self._core = core
+        self._fleet = fleet
+        self._goals = goals
+        self._tasks = tasks
+        self._orders = orders
+
+    # -- a person's word -----------------------------------------------------------------------------------------
+    def give(self, given: Operator) -> None:
+        """Carry out an order of a person.
+
+        Raises:
+            TaskError: it cannot be, and nothing was changed.
+        """
+        match given.order:
+            case "clear":
+                self._clear(self._machine(given.target))
+            case "handback_continue" | "handback_return" | "handback_end":
+                self._hand_back(self._machine(given.target), given.order.removeprefix("handback_"), given.by)
+            case "continue":
+                self._continue(given.target)
+            case "restart":
+                self._restart(given.target, given.by)
+            case "cut":
+                self._orders.stop(self._machine(given.target), "cut", given.by, "agent")
+            case "hold" | "return" | "land":
+                self._stops(given.target, given.order, given.by)
+
+    def _machine(self, name: str) -> AgentRecord:
+        agent = self._core.state.agents.get(name)
+        if agent is None:
+            raise TaskError("unknown_agent", f"there is no agent '{name}'" if name else "this order is for one agent")
+        if agent.human:
+            raise TaskError("human", f"{name} is a person; orders are for machines")
+        return agent
+
+    def _task(self, name: str) -> TaskRecord:
+        task = self._core.state.tasks.get(name)
+        if task is None:
+            raise TaskError("unknown_target", f"there is no agent and no task '{name}'")
+        if task.section == "done":
+            raise TaskError("already_ended", f"{name} has ended: {task.status}")
+        if task.status == "PENDING":
+            raise TaskError(
+                "not_started", f"{name} waits for its agents and has started nothing; abort it if it shall not"
+            )
+        return task
+
+    def _stops(self, target: str, stop: Stop, by: str) -> None:
+        core = self._core
+        if target in core.state.agents:
+            self._orders.stop(self._machine(target), stop, by, "agent")
+        elif target:
+            task = self._task(target)
+            if not task.system_agent:
+                hold(core, task.id, "operator")
+            for agent in self._orders.machines_of(task):
+                self._orders.stop(agent, stop, by, "task", strict=False)
+        else:
+            for agent in [a for a in core.state.agents.values() if not a.human and not a.refused]:
+                self._orders.stop(agent, stop, by, "all", strict=False)
+
+    # -- continue ------------------------------------------------------------------------------------------------
+    def _continue(self, target: str) -> None:
+        core = self._core
+        if core.state.lockdown is not None:
+            raise TaskError("lockdown", "lockdown is on; formiga lockdown release comes first")
+        if target in core.state.agents:
+            agent = self._machine(target)
+            self._continue_machines([agent], target)
+        elif target:
+            task = self._task(target)
+            self._continue_machines(self._orders.machines_of(task), target)
+        else:
+            for task_id in list(core.open):
+                if any(cause.startswith("operator") for cause in core.task(task_id).held):
+                    self._try_continue(task_id)
+            for name in list(core.state.orders):
+                self._try_continue(name)
+
+    def _try_continue(self, target: str) -> None:
+        try:
+            self._continue(target)
+        except TaskError:
+            return  # it stays held, which `why` explains
+
+    def _continue_machines(self, machines: list[AgentRecord], target: str) -> None:
+        core = self._core
+        tasks = {t.id: t for t in (core.state.tasks.get(a.task) for a in machines) if t is not None}
+        if target in core.state.tasks:
+            tasks[target] = core.task(target)
+        held = any(c.startswith("operator") for t in tasks.values() for c in t.held)
+        ordered = [core.state.orders[a.id] for a in machines if a.id in core.state.orders]
+        if not held and not ordered:
+            raise TaskError("not_held", f"{target} was not stopped, there is nothing to continue")
+        for agent in machines:
+            self._check_can_continue(agent)
+        for order in ordered:
+            self._orders.withdraw(order)
+        for task in tasks.values():
+            for cause in task.held:
+                mine = cause == "operator" or cause.removeprefix("operator:") in [a.id for a in machines]
+                if cause.startswith("operator") and (mine or target == task.id):
+                    unhold(core, task.id, cause)
+        for agent in machines:
+            self._orders.resume(agent)
+        self._tasks.poke_allocator()
+
+    def _check_can_continue(self, agent: AgentRecord) -> None:
+        core = self._core
+        if agent.control != "engine" or agent.taken:
+            raise TaskError(*(self._orders.refusal(agent, "") or ("not_in_command", "")))
+        order = core.state.orders.get(agent.id)
+        carrier = core.state.tasks.get(order.task) if order is not None else None
+        if order is not None and (order.stop == "cut" and order.state == "open"):
+            raise TaskError("cut", f"the motors of {agent.id} were ordered to be cut")
+        if carrier is not None and carrier.section != "done" and agent.landed != "grounded":
+            assert order is not None
+            text = f"{agent.id} is on its way ({order.stop}); let it end, or formiga hold {agent.id} first"
+            raise TaskError("order_under_way", text)
+        for goal in self._orders.waiting(agent):
+            text = self._orders.cannot(goal, agent)
+            if text and goal.section == "steps":
+                way_out = f"formiga restart {goal.task} begins anew, formiga abort {goal.task} ends it"
+                raise TaskError("cannot_continue", f"{text}; {way_out}")
+
+    # -- restart, abort ------------------------------------------------------------------------------------------
+    def _restart(self, target: str, by: str) -> None:
+        task = self._task(target)
+        if task.system_agent:
+            raise TaskError("system_task", f"{target} is the engine's own; nothing of it can be restarted")
+        if task.section != "steps" or task.stopping:
+            raise TaskError("already_ending", f"{target} is already ending")
+        if self._core.state.lockdown is not None:
+            raise TaskError("lockdown", "lockdown is on; formiga lockdown release comes first")
+        for agent in self._orders.machines_of(task):
+            if agent.taken or agent.control != "engine":
+                raise TaskError(*(self._orders.refusal(agent, "") or ("not_in_command", "")))
+        self._orders.ended_by_word(task.id)
+        self._tasks.restart(task.id, "restart", f"by {by or 'an operator'}")
+
+    # -- a pilot gives back ----------------------------------------------------------------------------------------
+    def _hand_back(self, agent: AgentRecord, how: str, by: str) -> None:
+        core = self._core
+        if not agent.taken:
+            raise TaskError("not_taken_over", f"{agent.id} was not taken over")
+        if agent.control != "engine":
+            raise TaskError("not_in_command", f"{agent.id} is still under the control of its {agent.control}")
+        if how == "continue":
+            for goal in self._orders.waiting(agent):
+                text = self._orders.cannot(goal, agent)
+                if text and goal.section == "steps":
+                    raise TaskError(
+                        "cannot_continue",
+                        f"{text}; formiga handback {agent.id} --return or --end, or formiga abort {goal.task}",
+                    )
+        agent = core.put_agent(agent.id, taken=False)
+        core.stale.add(agent.id)
+        if how == "end":
+            for goal in self._orders.waiting(agent):
+                if goal.state == "interrupted" and goal.section != "recover":
+                    self._goals.end(goal.id, "taken_over")
+        if how == "return":
+            self._orders.stop(agent, "return", by, "agent")
+        for task_id in list(core.open):
+            unhold(core, task_id, f"take-over:{agent.id}")
+        if how != "return" and agent.id not in core.state.orders:
+            self._orders.resume(agent)
+            if not agent.task and agent.landed != "grounded":
+                self._orders.stop(agent, "return", by, "engine", why="handback", strict=False)
+        self._tasks.poke_allocator()
+
+    def _clear(self, agent: AgentRecord) -> None:
+        if agent.pool != "QUARANTINED":
+            raise TaskError("not_quarantined", f"{agent.id} is not quarantined")
+        if agent.liveness != "ALIVE":
+            raise TaskError("not_alive", f"{agent.id} cannot be reached; it comes back by itself when it can")
+        self._fleet.begin_return(agent.id)
