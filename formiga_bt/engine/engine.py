@@ -16,10 +16,12 @@ from formiga_bt.engine.allocator.policy import Policy, closest
 from formiga_bt.engine.authority import Authority
 from formiga_bt.engine.breaches import Breaches
 from formiga_bt.engine.clearances import Clearances
+from formiga_bt.engine.command import Command
 from formiga_bt.engine.core import Core
 from formiga_bt.engine.fleet import Fleet
 from formiga_bt.engine.gatekeeper import Gatekeeper
 from formiga_bt.engine.goals import Goals
+from formiga_bt.engine.lockdown import Lockdowns
 from formiga_bt.engine.orders import Orders
 from formiga_bt.engine.people import People
 from formiga_bt.engine.resume import restore_trees
@@ -65,6 +67,8 @@ class Engine:
         self.goals = Goals(core, self.fleet, self.gatekeeper)
         self.tasks = Tasks(core, self.goals, self.people, self.fleet, trees)
         self.orders = Orders(core, self.fleet, self.goals, self.clearances, self.tasks)
+        self.command = Command(core, self.fleet, self.goals, self.tasks, self.orders)
+        self.lockdowns = Lockdowns(core, self.orders, self.tasks)
         self.breaches = Breaches(core, self.tasks, self.orders)
         self.allocation = Allocation(core, self.tasks, self.fleet, policy)
         self.fleet.goals, self.fleet.people, self.fleet.tasks = self.goals, self.people, self.tasks
@@ -127,10 +131,10 @@ class Engine:
                 self.tasks.abort(given)
                 return "ok"
             case inp.Operator():
-                self.orders.give(given)
+                self.command.give(given)
                 return "ok"
             case inp.LockdownOrder():
-                self.orders.lockdown(given)
+                self.lockdowns.order(given)
                 return "ok"
             case inp.AgentSeenInput(card, wall):
                 self.fleet.on_seen(card, wall)
@@ -217,6 +221,7 @@ class Engine:
                 for task_id in order:
                     self.tasks.settle(task_id)
             elif core.stale:
+                self.lockdowns.review(core.stale)
                 self.orders.review(core.stale)
                 self.gatekeeper.review()
             else:
