@@ -132,7 +132,7 @@ class _Planner:
         self._core = core
         machines = [a for a in agents if not a.human and a.task in core.state.tasks]
         tasks = {a.task: core.state.tasks[a.task] for a in machines}
-        ending = {t.id for t in tasks.values() if t.again or t.section == "recover"}
+        ending = {t.id for t in tasks.values() if t.again or _steps_aside(t) or t.section == "recover"}
         willing = [t for t in tasks.values() if PRIORITIES[t.priority] > 0 and not why_not_preemptible(core, t)]
         willing.sort(key=lambda t: (-PRIORITIES[t.priority], -t.order))
         self._home = {a.id: _at_home(core, a, leaving=a.task in ending) for a in machines}
@@ -160,7 +160,7 @@ class _Planner:
         victims, team = chosen
         tasks = self._core.state.tasks
         owners = [tasks[self._core.state.agents[agent_id].task] for agent_id in team if agent_id in self._home]
-        awaited = {t.id: t.run for t in owners if t.again == "preempted" or t.id in victims}
+        awaited = {t.id: t.run for t in owners if _steps_aside(t) or t.id in victims}
         return Plan(request.task, victims, awaited, frozenset(team)) if awaited else None
 
     def _victims(
@@ -192,6 +192,10 @@ class _Planner:
                 if tried >= MOST_SETS:
                     return _pruned(everybody, team)
         raise AssertionError("as many tasks as slots suffice if all do")
+
+
+def _steps_aside(task: TaskRecord) -> bool:
+    return task.code == "preempted" and task.section != "done"
 
 
 def _pruned(tasks: tuple[str, ...], team: Team) -> tuple[tuple[str, ...], list[str]]:

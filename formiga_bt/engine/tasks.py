@@ -237,16 +237,16 @@ class Tasks:
 
     # -- beginning anew ------------------------------------------------------------------------------------------
     def restart(self, task_id: str, why: Again, reason: str = "") -> None:
-        """End a task in order and begin it anew: on_abort, finally, recover, release, then PENDING again with run + 1."""
+        """End a task in order and begin it anew: on_abort, finally, recover, release, then PENDING again with run + 1.
+
+        One that is preempted and says `if_preempted: fail` just ends.
+        """
         core = self._core
-        core.put_task(task_id, again=why, abort_reason=why)
+        anew = why != "preempted" or core.model(core.task(task_id)).if_preempted == "restart"
+        core.put_task(task_id, again=why if anew else "", abort_reason=why)
         self._decide(task_id, "CANCELED", "aborted" if why == "restart" else why, reason)
         if not core.task(task_id).stopping:
             self.stop(task_id, "steps")
-
-    def _begins_anew(self, task: TaskRecord) -> bool:
-        model = self._core.models.get(task.name)
-        return bool(task.again) and model is not None and (task.again != "preempted" or model.if_preempted == "restart")
 
     def _begin_anew(self, task_id: str) -> None:
         core = self._core
@@ -472,7 +472,7 @@ class Tasks:
         for question in [q.id for q in core.state.questions.values() if q.task == task_id]:
             self._people.close(question)
         core.emit(ch.RequestPut(task_id, None))
-        if self._begins_anew(task):
+        if task.again:
             self._begin_anew(task_id)
             self.poke_allocator()
             return

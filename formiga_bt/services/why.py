@@ -13,8 +13,9 @@ from formiga_bt.lang.model import Catalogue
 from formiga_bt.nodes.memory import WaitMem
 from formiga_bt.services.because import Because, Silence
 from formiga_bt.services.places import StepPlaces, running_leaves, title
+from formiga_bt.services.why_aside import detail, earlier_runs, making_room
 from formiga_bt.services.why_stopped import locked, stopped
-from formiga_bt.services.words import GATE, REASONS, REPEATS, VERDICT_HINTS, VERDICTS, say, span
+from formiga_bt.services.words import BLOCKED, GATE, REASONS, REPEATS, VERDICT_HINTS, VERDICTS, say, span
 
 OTHER_ROLE = frozenset({"wrong_type", "not_this_one"})
 """Refusals that say nothing about the agent; left out where others remain."""
@@ -35,13 +36,14 @@ def why(
     interrupted action requires.
     """
     if task.status == "PENDING":
-        return [*locked(state, now), *_waiting(state, task, now)]
-    lines = [*_outcome(task, places)] if task.outcome else []
-    if task.section != "done":
-        lines += stopped(state, task, now, catalogue)
+        return [*locked(state, now), *_waiting(state, task, now), *earlier_runs(task)]
+    over = task.section == "done"
+    lines = [*_outcome(task, places)] if task.outcome and (over or not task.again) else []
+    if not over:
+        lines += stopped(state, task, now, catalogue, places.task if places is not None else None)
         lines += _silent(state, task, silences or {})
         lines += _running(state, task, now, places, desk)
-    return [*lines, *_chosen(state, task)]
+    return [*lines, *_chosen(state, task), *earlier_runs(task)]
 
 
 # -- waiting for agents ------------------------------------------------------------------------------------------------
@@ -49,8 +51,7 @@ def _waiting(state: EngineState, task: TaskRecord, now: Micros) -> Iterator[Beca
     request = state.requests.get(task.id)
     waited = span(now - task.submitted_at)
     if request is None:
-        again = f"; it begins anew (run {task.run})" if task.run > 1 else ""
-        yield Because("pending", f"it was requested {waited} ago and is about to start{again}")
+        yield Because("pending", f"it was requested {waited} ago and is about to start")
         return
     yield Because("pending", f"it waits for agents since {waited}; all of its roles are granted together")
     ahead = [r for r in state.requests.values() if _rank(r) < _rank(request)]
@@ -61,10 +62,14 @@ def _waiting(state: EngineState, task: TaskRecord, now: Micros) -> Iterator[Beca
     if verdicts is None:
         yield Because("not_looked", "the allocator has not looked at it yet")
         return
+    for verdict in verdicts:
+        if not verdict.role and verdict.code != "lockdown":  # which `locked` tells
+            yield Because(verdict.code, say(BLOCKED, verdict.code, detail=verdict.detail))
     for role in request.roles:
         yield from _role(role, [v for v in verdicts if v.role == role.role])
+    yield from making_room(request)
     waits = [role.wait_until for role in request.roles if role.wait_until is not None]
-    if waits:
+    if waits and request.wait_left is None:
         yield Because("no_agent", f"it gives up in {span(min(waits) - now)} (the roles' `wait`)")
     if request.expires is not None:
         yield Because("task_expired", f"it expires in {span(request.expires - now)}")
@@ -88,7 +93,7 @@ def _role(role: RoleRequest, verdicts: Sequence[Verdict]) -> Iterator[Because]:
         hint = "is it running, and connected to this engine? formiga agents"
         yield Because("no_such_agent", f"no agent {what} is known to this engine", hint, role=role.role)
     for verdict in telling:
-        text = f"{verdict.agent} {say(VERDICTS, verdict.code, detail=verdict.detail)}"
+        text = f"{verdict.agent} {say(VERDICTS, verdict.code, detail=detail(verdict))}"
         hint = VERDICT_HINTS.get(verdict.code, "").format(agent=verdict.agent)
         yield Because(verdict.code, text, hint, verdict.agent, role.role)
 
@@ -178,7 +183,7 @@ def _outcome(task: TaskRecord, places: StepPlaces | None) -> Iterator[Because]:
 
 def _chosen(state: EngineState, task: TaskRecord) -> Iterator[Because]:
     verdicts = state.explanations.get(task.id, ())
-    for role in dict.fromkeys(v.role for v in verdicts):
+    for role in dict.fromkeys(v.role for v in verdicts if v.role):
         of_role = [v for v in verdicts if v.role == role]
         chosen = [v for v in of_role if v.code == "chosen"]
         others = [v for v in of_role if v.code == "fits"]
@@ -187,7 +192,7 @@ def _chosen(state: EngineState, task: TaskRecord) -> Iterator[Because]:
                 for v in of_role:
                     if v.code not in OTHER_ROLE:
                         yield Because(
-                            v.code, f"{role}: {v.agent} {say(VERDICTS, v.code, detail=v.detail)}", "", v.agent
+                            v.code, f"{role}: {v.agent} {say(VERDICTS, v.code, detail=detail(v))}", "", v.agent
                         )
             continue
         names = ", ".join(_with_cost(state, v) for v in chosen)

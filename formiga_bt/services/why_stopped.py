@@ -9,13 +9,13 @@ from collections.abc import Iterator
 from formiga_bt.clock import Micros
 from formiga_bt.engine.records import AgentRecord, GoalRecord, TaskRecord
 from formiga_bt.engine.state import EngineState
-from formiga_bt.lang.model import Catalogue
+from formiga_bt.lang.model import Catalogue, Task
 from formiga_bt.services.because import Because
 from formiga_bt.services.standing import doing, given
 from formiga_bt.services.words import HOLDS, REASONS, say, span
 
 AGAIN = {
-    "preempted": "it steps aside for a more urgent task",
+    "preempted": "it steps aside: it is being preempted",
     "agent_lost": "it lost a machine",
     "restart": "a person restarts it",
 }
@@ -30,13 +30,15 @@ def locked(state: EngineState, now: Micros) -> Iterator[Because]:
         yield Because("lockdown", text, "formiga lockdown release")
 
 
-def stopped(state: EngineState, task: TaskRecord, now: Micros, catalogue: Catalogue | None) -> Iterator[Because]:
+def stopped(
+    state: EngineState, task: TaskRecord, now: Micros, catalogue: Catalogue | None, model: Task | None
+) -> Iterator[Because]:
     """Tell who holds a task, what its machines do for their orders, and what `continue` would do."""
     if task.again:
-        reason = f" ({task.abort_reason or task.reason})" if task.abort_reason or task.reason else ""
-        yield Because(
-            task.again, f"{AGAIN[task.again]}{reason}; its machines come home, then it begins anew from its first step"
-        )
+        reason = f" {task.reason}" if task.reason else ""
+        fails = task.again == "preempted" and model is not None and model.if_preempted == "fail"
+        then = "it ends" if fails else "it begins anew from its first step"
+        yield Because(task.again, f"{AGAIN[task.again]}{reason}; its machines come home, then {then}")
     told: set[str] = set()
     for cause in task.held:
         yield _held(state, task, cause, now, told)

@@ -17,6 +17,8 @@ VERDICTS: Final[Mapping[str, str]] = {
     "not_alive": "is not heard of ({detail})",
     "control": "is not under the engine's control but its {detail}'s",
     "busy": "is busy with {detail}",
+    "kept": "is busy with {detail}",
+    "preempting": "is being freed: {detail} steps aside",
     "not_idle": "does not report to be idle but '{detail}'",
     "no_position": "has not told where it is",
     "airborne": "is not on the ground ({detail})",
@@ -24,10 +26,8 @@ VERDICTS: Final[Mapping[str, str]] = {
     "battery": "has too little charge: {detail}",
     "reserved": "is kept free for {detail}",
     "ordered": "has a standing order ({detail})",
-    "taken": "was taken over and nobody has handed it back yet",
     "preflight": "is not ready to fly: {detail}",
-    "no_pilot": "has no pilot: {detail}",
-    "lockdown": "is granted to nobody: the site is locked down",
+    "no_checks": "has not told whether it is ready to fly",
 }
 """Of an agent for a role, after its id."""
 
@@ -37,12 +37,17 @@ VERDICT_HINTS: Final[Mapping[str, str]] = {
     "not_admitted": "list it in site.yaml under agents, with a port as its home",
     "not_alive": "is its process running, and connected to this engine?",
     "control": "its pilot must give it back, then: formiga handback {agent} --continue|--return|--end",
-    "taken": "formiga handback {agent} --continue|--return|--end",
     "ordered": "formiga continue {agent}",
     "preflight": "formiga preflight {agent}",
-    "no_pilot": "a pilot must go on duty",
-    "lockdown": "formiga lockdown release",
+    "no_checks": "formiga preflight {agent}",
 }
+
+BLOCKED: Final[Mapping[str, str]] = {
+    "lockdown": "{detail}",
+    "not_approved": "it may not fly: {detail}",
+    "no_pilot": "it has no pilot: {detail}",
+}
+"""What keeps a request from being granted whoever is free."""
 
 GATE: Final[Mapping[str, str]] = {
     "": "waits to be sent",

@@ -1,0 +1,53 @@
+"""Who steps aside for whom: what preemption says to the task that waits, and to the one that began anew.
+
+Pure functions over the view's copy of the state, part of `why`.
+"""
+
+from collections.abc import Iterator, Mapping
+from typing import Final
+
+from formiga_bt.engine.records import Request, TaskRecord, Verdict
+from formiga_bt.services.because import Because
+
+KEPT: Final[Mapping[str, str]] = {
+    "not_preemptible": "its task file does not allow it",
+    "held": "a person holds it",
+    "ordered": "an order stands on a machine of it",
+    "spent": "it has done something that may not be done twice",
+    "loaded": "a machine of it is loaded",
+    "critical": "a critical step of it runs",
+}
+"""Why a task is not preempted now (`engine.preemption`)."""
+
+ENDED: Final[Mapping[str, str]] = {
+    "preempted": "was preempted",
+    "agent_lost": "lost a machine",
+    "restart": "was restarted by a person",
+}
+"""Why an earlier run ended."""
+
+
+def making_room(request: Request) -> Iterator[Because]:
+    """Tell a task that waits who steps aside for it."""
+    if request.preempting:
+        names = ", ".join(request.preempting)
+        verb = "step" if len(request.preempting) > 1 else "steps"
+        text = f"{names} {verb} aside for it, machines come home first; the roles' `wait` stands still meanwhile"
+        yield Because("preempting", text)
+
+
+def earlier_runs(task: TaskRecord) -> Iterator[Because]:
+    """Tell why a task began anew, for each of its earlier runs."""
+    for line in task.past:
+        run, _, rest = line.partition(": ")
+        word, _, more = rest.partition(" ")
+        text = f"{run} {ENDED.get(word, word)}" + (f" {more}" if word == "preempted" else f" ({more})" if more else "")
+        yield Because(f"past.{word}", text)
+
+
+def detail(verdict: Verdict) -> str:
+    """Return the detail of a verdict in words."""
+    if verdict.code != "kept":
+        return verdict.detail
+    task, _, code = verdict.detail.partition(": ")
+    return f"{task}, which is not preempted: {KEPT.get(code, code)}"
