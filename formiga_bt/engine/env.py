@@ -6,6 +6,7 @@ from typing import Any
 from formiga_bt.engine.core import Core
 from formiga_bt.engine.records import AgentRecord, TaskRecord
 from formiga_bt.geo import Place, Position
+from formiga_bt.lang.ground import ground_up_m
 from formiga_bt.lang.model import UnknownState, Unset
 from formiga_bt.lang.types import AgentRef, Value
 from formiga_bt.nodes.run import Failure
@@ -110,6 +111,6 @@ class TaskEnv:
         """Return the place at WGS84 degrees."""
         return self._core.frame.place(lat, lng)
 
-    def ground_up_m(self, place: Place) -> float:  # noqa: ARG002 - sites are flat until they name a height file
-        """Return the ground's height over the base's ground in metres: 0 on the flat sites of this version."""
-        return 0.0
+    def ground_up_m(self, place: Place) -> float:
+        """Return the ground's height over the base's ground in metres: 0 on flat sites, else what the height file has."""
+        return ground_up_m(self._core.site, place)

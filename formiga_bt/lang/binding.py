@@ -14,6 +14,7 @@ from formiga_bt.geo import Frame, Place
 from formiga_bt.lang.document import parse
 from formiga_bt.lang.expressions import Scope, compile_value
 from formiga_bt.lang.fence import leaves
+from formiga_bt.lang.ground import ground_up_m
 from formiga_bt.lang.model import EvalError, Expr, Param, Site, Task, UnknownState, Unset
 from formiga_bt.lang.scope import OUTSIDE
 from formiga_bt.lang.types import DURATION, AgentRef, Value
@@ -56,9 +57,9 @@ class SiteEnv:
         """Return a place."""
         return self._frame.place(lat, lng)
 
-    def ground_up_m(self, place: Any) -> float:  # noqa: ARG002
-        """Return 0: flat."""
-        return 0.0
+    def ground_up_m(self, place: Any) -> float:
+        """Return the height of the ground over the base's."""
+        return ground_up_m(self._site, place)
 
 
 def names_of(site: Site) -> dict[str, Value]:

@@ -184,7 +184,7 @@ def check_task(
         theirs = {one.name: one.limits[limit.key] for one in known if limit.key in one.limits}
         help_ = "a task may only tighten; leave it out, or make it stricter"
         if ours is not None and limit.looser_than(ours):
-            what = f"{limit.name} {limit.shown} allows more than the {show(limit.name, ours)} of the site"
+            what = f"{limit.name} {limit.shown} allows more than {_said(limit.name, ours)} of the site"
             problems.add("E080", limit.mark, what, help_)
         elif theirs and len(theirs) == len(known) and all(limit.looser_than(other) for other in theirs.values()):
             what = f"{limit.name} {limit.shown} allows more than {_whose(limit, theirs)}"
@@ -195,7 +195,12 @@ def _whose(limit: Limit, theirs: Mapping[str, float]) -> str:
     """Return the loosest of the types' limits with its owners: `the 120 m of hwd and lwd`."""
     loosest = min(theirs.values()) if STRICTER[limit.name] == "more" else max(theirs.values())
     owners = sorted(name for name, value in theirs.items() if value == loosest)
-    return f"the {show(limit.name, loosest)} of {' and '.join(owners)}"
+    most = ", ".join(owners[:-1])
+    return f"{_said(limit.name, loosest)} of {f'{most} and ' if most else ''}{owners[-1]}"
+
+
+def _said(name: str, value: float) -> str:
+    return f"the {show(name, value)}" if _KINDS[name] else f"'{show(name, value)}'"
 
 
 def ceiling(

@@ -1,11 +1,17 @@
-"""The height file that a site names under `terrain`: found beside the site file, read, refused with its line."""
+"""The ground of a site: its height file, read or refused with its line, and how high the ground is at a place.
+
+The file is named under `terrain` and looked up beside the site file. Where expressions need the ground (`above`), an unknown
+height is an error, never zero.
+"""
 
 import hashlib
 from pathlib import Path
 from typing import Final
 
+from formiga_bt.geo import Place
 from formiga_bt.heights import HeightGrid, parse_heights
 from formiga_bt.lang.document import Scalar
+from formiga_bt.lang.model import EvalError, Site
 from formiga_bt.lang.reading import Problems, shorten
 
 _MOST_BYTES: Final = 100_000_000
@@ -40,3 +46,18 @@ def load_heights(at: Scalar, beside: Path, base_msl_m: float, problems: Problems
     except ValueError as error:
         problems.add("E086", at.mark, f"'{name}': {error}", "an ESRI ASCII grid, in metres from the base")
     return None
+
+
+def ground_up_m(site: Site, place: Place) -> float:
+    """Return the height of the ground at a place over the base's ground, metres: 0 on a flat site.
+
+    Raises:
+        EvalError: the site's height file does not reach there, or has no data there.
+    """
+    if site.heights is None:
+        return 0.0
+    height: float | None = site.heights.ground_m(place.east_m, place.north_m)
+    if height is None:
+        where = f"{place.east_m:g} m east and {place.north_m:g} m north of the base"
+        raise EvalError(f"the height of the ground is not known {where}")
+    return height

@@ -1,12 +1,16 @@
 """Site files: places in metres and degrees, ports, people, agents."""
 
+from dataclasses import replace
 from itertools import combinations
+from pathlib import Path
 
 import pytest
 
 from formiga_bt.geo import Place, Position, horizontal_m
-from formiga_bt.lang.model import Site
-from formiga_bt.lang.site import load_site_text
+from formiga_bt.lang.binding import SiteEnv
+from formiga_bt.lang.loader import load_task_text
+from formiga_bt.lang.model import Catalogue, EvalError, Site
+from formiga_bt.lang.site import load_site, load_site_text
 
 HEAD = "formiga_site: 1\nname: north\nbase: {lat: 66.5, lng: 25.7, ground_msl: 120 m}\n"
 
@@ -73,3 +77,147 @@ class TestPlaces:
 
         assert (found.layers_m, found.separation_m, found.mode) == ((60.0, 75.0, 90.0), 15.0, "simulation")
         assert found.ground_msl_m == 120.0
+        assert (found.min_spacing_m, found.preflight, found.heights) == (3.0, False, None)
+        assert (found.envelope, found.on_breach, found.pilots) == ({}, {}, {})
+
+
+class TestSafety:
+    def test_limits_reactions_pilots_and_preflight(self) -> None:
+        found = read(
+            "envelope: {reserve: 30 %, max_height: 100 m, wind_max: 28.8 km/h, daylight_only: true, keep_in: fence}\n"
+            "on_breach: {reserve: return, keep_out: hold}\n"
+            "preflight: required\nmin_spacing: 6 m\n"
+            "people: {approvers: [dora]}\nmode: real\npilots: [{id: anna, max_airborne: 3}]\n"
+        )
+
+        assert found.envelope == {"reserve_pct": 30.0, "max_height_m": 100.0, "wind_max_m_s": 8.0, "daylight_only": 1.0}
+        assert found.on_breach == {"reserve": "return", "keep_out": "hold"}
+        assert (found.preflight, found.min_spacing_m) == (True, 6.0)
+        assert (found.pilots, found.people) == ({"anna": 3}, {"approvers": ("dora",)})
+
+    def test_a_limit_looser_than_all_types_of_the_site_changes_nothing_and_is_told(self, catalogue: Catalogue) -> None:
+        text = HEAD + "envelope: {max_height: 120 m, reserve: 10 %}\n"
+        found, problems, _ = load_site_text(text, "site.yaml", catalogue)
+
+        assert found is not None
+        assert [(d.code, d.mark.col) for d in problems] == [("W081", 40)]
+        assert problems[0].message == "reserve 10 % allows more than the 25 % of drone, hwd and lwd"
+
+    def test_a_limit_that_binds_one_of_several_types_is_no_mistake(self, tmp_path: Path, catalogue: Catalogue) -> None:
+        kite = replace(
+            catalogue.types["lwd"], name="kite", limits={**catalogue.types["lwd"].limits, "max_height_m": 95.0}
+        )
+        both = replace(catalogue, types={**catalogue.types, "kite": kite})
+        text = HEAD + (
+            "envelope: {max_height: 100 m}\n"
+            "ports: {p1: {at: base}, p2: {at: {east: 20 m, north: 0 m}}}\n"
+            "agents: {k: {type: kite, home: p1}, h: {type: hwd, home: p2}}\n"
+        )
+        found, problems, _ = load_site_text(text, str(tmp_path / "site.yaml"), both)
+
+        assert found is not None
+        assert problems == []
+
+
+class TestHeightFile:
+    def site(self, folder: Path, relief: str = "2 m") -> Site:
+        (folder / "hill.asc").write_text(
+            "ncols 3\nnrows 3\nxllcenter -100\nyllcenter -100\ncellsize 100\n140 140 140\n140 120 160\n140 140 -9999\n"
+        )
+        file = folder / "site.yaml"
+        file.write_text(HEAD + f"terrain: {{file: hill.asc, relief: {relief}}}\n")
+        found, problems, _ = load_site(file)
+        assert problems == []
+        assert found is not None
+        return found
+
+    def test_heights_are_over_the_bases_ground(self, tmp_path: Path) -> None:
+        site = self.site(tmp_path)
+
+        assert site.heights.ground_m(100.0, 0.0) == 40.0
+        assert site.relief_m == 2.0
+
+    def test_above_a_place_is_over_the_ground_there(self, tmp_path: Path) -> None:
+        env = SiteEnv(self.site(tmp_path))
+
+        assert env.ground_up_m(Place(50.0, 0.0)) == 20.0
+        with pytest.raises(
+            EvalError, match="the height of the ground is not known 100 m east and -100 m north of the base"
+        ):
+            env.ground_up_m(Place(100.0, -100.0))
+
+    def test_a_changed_height_file_is_another_site(self, tmp_path: Path) -> None:
+        one = self.site(tmp_path)
+        before = one.digest
+        file = tmp_path / "hill.asc"
+        file.write_text(file.read_text().replace("160", "161"))
+        other, _, _ = load_site(tmp_path / "site.yaml")
+
+        assert other is not None
+        assert other.digest != before
+
+    def test_binary_data_is_refused_in_words(self, tmp_path: Path) -> None:
+        self.site(tmp_path)
+        (tmp_path / "hill.asc").write_bytes(b"II*\x00\xff\xfe")
+        _, problems, _ = load_site(tmp_path / "site.yaml")
+
+        assert [d.message for d in problems] == ["'hill.asc' is not text: an ESRI ASCII grid is needed"]
+
+
+class TestTasksOnASite:
+    TASK = (
+        "formiga: 1\ntask: Look\nimports: [lib/flying.yaml]\n{more}"
+        'agents:\n  drone: {{type: hwd, near: "${{base}}"}}\n'
+        "steps:\n  - do: drone.TakeOff\n    with: {{altitude: 70 m}}\n"
+        "  - call: ReturnHome\n    with:\n      drone: ${{drone}}\n"
+    )
+
+    def problems(self, more: str, site: str, catalogue: Catalogue) -> list[str]:
+        text = self.TASK.format(more=more)
+        loaded = load_task_text(text, "look.yaml", catalogue=catalogue, site=read(site))
+        return [f"{d.code}: {d.message}" for d in loaded.diagnostics]
+
+    def test_the_ceiling_of_the_site_counts(self, catalogue: Catalogue) -> None:
+        site = "layers: [40 m]\nenvelope: {max_height: 65 m}\n"
+
+        assert self.problems("", site, catalogue) == ["E062: altitude 70 m is above the limit of 65 m for this site"]
+
+    def test_a_task_may_tighten_what_the_site_has(self, catalogue: Catalogue) -> None:
+        site = "envelope: {max_height: 100 m, reserve: 30 %}\n"
+
+        assert self.problems("envelope: {max_height: 80 m, reserve: 30 %}\n", site, catalogue) == []
+
+    def test_a_task_may_not_loosen_what_the_site_has(self, catalogue: Catalogue) -> None:
+        site = "envelope: {max_height: 100 m, daylight_only: true}\n"
+
+        assert self.problems("envelope: {max_height: 110 m, daylight_only: false}\n", site, catalogue) == [
+            "E080: max_height 110 m allows more than the 100 m of the site",
+            "E080: daylight_only false allows more than 'true' of the site",
+        ]
+
+    def test_the_task_keeps_what_it_tightens(self, catalogue: Catalogue) -> None:
+        text = self.TASK.format(more="envelope: {reserve: 40 %, wind_max: 5 m/s}\n")
+        loaded = load_task_text(text, "look.yaml", catalogue=catalogue)
+        without = load_task_text(self.TASK.format(more=""), "look.yaml", catalogue=catalogue)
+
+        assert loaded.task is not None
+        assert without.task is not None
+        assert loaded.task.envelope == {"reserve_pct": 40.0, "wind_max_m_s": 5.0}
+        assert loaded.task.bundle != without.task.bundle
+
+    def test_drones_of_one_task_keep_the_spacing_of_the_site(self, catalogue: Catalogue) -> None:
+        text = (
+            "formiga: 1\ntask: Pair\nimports: [lib/flying.yaml]\n"
+            'agents:\n  one: {type: lwd, near: "${base}"}\n  two: {type: lwd, near: "${base}"}\n'
+            "steps:\n  - do: one.TakeOff\n  - do: two.TakeOff\n  - parallel:\n"
+            "      - do: one.GoTo\n        with: {to: {east: 0 m, north: 0 m, height: 40 m}}\n"
+            "      - do: two.GoTo\n        with: {to: {east: 5 m, north: 0 m, height: 40 m}}\n"
+            "  - call: ReturnHome\n    with: {drone: '${one}'}\n  - call: ReturnHome\n    with: {drone: '${two}'}\n"
+        )
+
+        def messages(site: str) -> list[str]:
+            loaded = load_task_text(text, "pair.yaml", catalogue=catalogue, site=read(site))
+            return [d.message for d in loaded.diagnostics]
+
+        assert messages("") == []
+        assert messages("min_spacing: 6 m\n") == ["two drones are sent 5 m apart at line 14; min_spacing is 6 m"]

@@ -1,0 +1,170 @@
+"""Reads the agents of a scenario: who, where, and for people how they answer and walk."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from formiga_bt.diagnostics import Mark
+from formiga_bt.geo import Place, Position, horizontal_m
+from formiga_bt.lang.document import Entry, Node, Scalar
+from formiga_bt.lang.reading import (
+    did_you_mean,
+    fix_word,
+    quoted_list,
+    read_flag,
+    read_keys,
+    read_listing,
+    read_mapping,
+    read_name,
+    read_text,
+    read_words,
+    shorten,
+)
+from formiga_bt.lang.scenario.book import Book
+from formiga_bt.lang.scenario.entries import OnLinkLoss, ScenarioAgent
+from formiga_bt.lang.scenario.options import AGENT, ANSWER, FOR_DRONES_ONLY, PERSON
+from formiga_bt.lang.synonyms import nearest
+
+_ON_LINK_LOSS: Mapping[str, OnLinkLoss] = {"return": "return", "land": "land", "hold": "hold"}
+
+
+def read_agents(book: Book) -> list[ScenarioAgent]:
+    """Return the agents of a scenario; `book.types` knows them from then on."""
+    return _Agents(book).read()
+
+
+class _Agents:
+    """Reads the agents of one scenario."""
+
+    def __init__(self, book: Book) -> None:
+        self.book = book
+        self.problems = book.problems
+        self.site = book.site
+        self.catalogue = book.catalogue
+
+    def read(self) -> list[ScenarioAgent]:
+        """Read all of them."""
+        nodes = self.book.items("agents")
+        found: list[ScenarioAgent] = []
+        for node in nodes:
+            mapping = read_mapping(node, self.problems, "agent")
+            keys = read_keys(mapping, AGENT, self.problems, "an agent") if mapping is not None else {}
+            agent = self._agent(keys, node.mark) if keys else None
+            if agent is not None:
+                self._check_room(agent, keys.get("at"), node.mark, found)
+                found.append(agent)
+        if "agents" in self.book.keys and not nodes and not self.problems.has_errors():
+            self.problems.add("E044", self.book.keys["agents"].value.mark, "'agents' is an empty list")
+        return found
+
+    def _agent(self, keys: Mapping[str, Entry], mark: Mark) -> ScenarioAgent | None:
+        id_ = read_name(keys["id"].value, self.problems, "id") if "id" in keys else None
+        if id_ is None:
+            return None
+        listed = self.site.agents.get(id_.text)
+        type_ = self._type(id_, keys)
+        if type_ is None:
+            return None
+        if id_.text in self.book.types:
+            self.problems.add("E018", id_.mark, f"there is an agent '{id_.text}' already")
+            return None
+        self.book.types[id_.text] = type_
+        human = self.catalogue.types[type_].human
+        battery = self.book.quantity(keys, "battery", "percent", 100.0)
+        if not 0.0 <= battery <= 100.0:
+            self.problems.add("E062", keys["battery"].value.mark, "'battery' must lie between 0 % and 100 %")
+        if "person" in keys and not human:
+            self.problems.add("E008", keys["person"].key.mark, f"'{id_.text}' is a {type_}: only people have 'person'")
+        answers, walk = self._person(keys["person"].value) if "person" in keys and human else ((), ())
+        home = self.site.ports.get(listed.home) if listed is not None else None
+        at: Place | Position | None = home.at if home is not None else None
+        if "at" in keys:
+            node = keys["at"].value
+            at = self.book.point(node)
+            if home is None and isinstance(node, Scalar) and node.text in self.site.ports:
+                home = self.site.ports[node.text]
+        elif at is None:
+            self.problems.add("E008", mark, f"'{id_.text}' has no port of its own: it needs 'at'", "add at:")
+        if at is None:
+            return None
+        return ScenarioAgent(
+            id_.text, type_, at, human, battery, home.at if home is not None and not human else None, answers, walk,
+            **self._drone(keys, id_, human),
+        )  # fmt: skip
+
+    def _drone(self, keys: Mapping[str, Entry], id_: Scalar, human: bool) -> dict[str, Any]:
+        """Return what only drones have."""
+        for key in FOR_DRONES_ONLY:
+            if human and key in keys:
+                self.problems.add("E008", keys[key].key.mark, f"'{id_.text}' is a person: only drones have '{key}'")
+        payload_kg = self.book.quantity(keys, "payload", "mass", 0.0)
+        if payload_kg < 0.0:
+            self.problems.add("E062", keys["payload"].value.mark, "'payload' must not be negative")
+        does = self.book.word(keys, "on_link_loss", tuple(_ON_LINK_LOSS), "return")
+        can_cut = "cut" in keys and read_flag(keys["cut"].value, self.problems, "cut")
+        return {"payload_kg": payload_kg, "cut": can_cut, "on_link_loss": _ON_LINK_LOSS[does]}
+
+    def _type(self, id_: Scalar, keys: Mapping[str, Entry]) -> str | None:
+        listed = self.site.agents.get(id_.text)
+        if "type" not in keys:
+            if listed is not None and listed.type in self.catalogue.types:
+                return listed.type
+            what = f"'{id_.text}' needs 'type': the site does not list it{did_you_mean(id_.text, self.site.agents)}"
+            self.problems.add("E008", id_.mark, what, "add type:")
+            return None
+        at = read_name(keys["type"].value, self.problems, "type")
+        if at is None:
+            return None
+        known = list(self.catalogue.types)
+        if at.text not in known:
+            what = f"no agent type is called '{shorten(at.text)}'{did_you_mean(at.text, known)}"
+            self.problems.add(
+                "E020", at.mark, what, f"types: {quoted_list(known)}", fix_word(at, nearest(at.text, known))
+            )
+            return None
+        if listed is not None and listed.type != at.text:
+            what = f"'{id_.text}' is a {listed.type} at this site, not a {at.text}"
+            self.problems.add("E013", at.mark, what, "give it another id", fix_word(at, listed.type))
+        if listed is None and self.site.mode == "real":
+            what = f"this site admits only the agents that it lists{did_you_mean(id_.text, self.site.agents)}"
+            self.problems.add("E010", id_.mark, what, f"agents: {quoted_list(self.site.agents)}")
+        return at.text
+
+    def _check_room(self, agent: ScenarioAgent, at: Entry | None, mark: Mark, others: Sequence[ScenarioAgent]) -> None:
+        if agent.human:
+            return
+        other = next((o for o in others if _touch(o, agent)), None)
+        if other is not None:
+            what = f"'{agent.id}' stands where '{other.id}' stands"
+            self.problems.add("E018", at.value.mark if at is not None else mark, what, "drones need 2 m and more")
+
+    def _person(self, node: Node) -> tuple[tuple[Mapping[str, Any], ...], tuple[Place, ...]]:
+        mapping = read_mapping(node, self.problems, "person")
+        keys = read_keys(mapping, PERSON, self.problems, "a person") if mapping is not None else {}
+        rules = read_listing(keys["answers"].value, self.problems, "answers") if "answers" in keys else ()
+        way = read_listing(keys["walk"].value, self.problems, "walk") if "walk" in keys else ()
+        points = [self.book.point(item) for item in way or ()]
+        walk = tuple(point if isinstance(point, Place) else point.ground for point in points if point is not None)
+        return tuple(rule for item in rules or () if (rule := self._answer(item)) is not None), walk
+
+    def _answer(self, node: Node) -> Mapping[str, Any] | None:
+        mapping = read_mapping(node, self.problems, "answers")
+        if mapping is None:
+            return None
+        keys = read_keys(mapping, ANSWER, self.problems, "an answer")
+        match = read_text(keys["match"].value, self.problems, "match") if "match" in keys else None
+        said = read_words(keys["options"].value, self.problems, "options") if "options" in keys else []
+        never = read_flag(keys["never"].value, self.problems, "never") if "never" in keys else False
+        if not never and not said:
+            self.problems.add("E008", mapping.mark, "an answer needs 'options' or 'never: true'", "options: [loaded]")
+        after = self.book.duration(keys, "after", 3.0)
+        return {
+            "match": match.text if match is not None else "*",
+            "options": [word.text for word in said],
+            "after": after,
+            "never": never,
+        }
+
+
+def _touch(a: ScenarioAgent, b: ScenarioAgent) -> bool:
+    heights = [point.up_m if isinstance(point, Position) else 0.0 for point in (a.at, b.at)]
+    return not a.human and horizontal_m(a.at, b.at) < 2.0 and abs(heights[0] - heights[1]) < 2.0

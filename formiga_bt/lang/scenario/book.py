@@ -1,0 +1,183 @@
+"""What all readers of a scenario share: the problems found, the site, who is there, and the small values of an entry."""
+
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, Final
+
+from formiga_bt.diagnostics import Mark
+from formiga_bt.geo import Place, Position
+from formiga_bt.lang.binding import SiteEnv, below_zero, outside, run_outside
+from formiga_bt.lang.document import Entry, Mapping_, Node, Scalar
+from formiga_bt.lang.expressions import Scope, compile_value
+from formiga_bt.lang.model import Catalogue, Param, Site
+from formiga_bt.lang.reading import (
+    Problems,
+    did_you_mean,
+    fix_word,
+    quoted_list,
+    read_listing,
+    read_mapping,
+    read_number,
+    read_quantity,
+    read_text,
+    read_word,
+    shorten,
+)
+from formiga_bt.lang.scope import OUTSIDE
+from formiga_bt.lang.synonyms import nearest
+from formiga_bt.lang.types import PLACE, AgentRef
+
+_LAT_LNG: Final = re.compile(r"\s*(-?\d+(?:\.\d+)?)\s*,\s*(-?\d+(?:\.\d+)?)\s*")
+
+
+class Book:
+    """One scenario while it is read.
+
+    Args:
+        problems: where to report.
+        sources: text of each file read, by name.
+        keys: of the scenario.
+        catalogue: agent types and actions.
+        site: where it plays.
+        folders: where tasks are looked up.
+    """
+
+    def __init__(
+        self,
+        problems: Problems,
+        sources: dict[str, str],
+        keys: Mapping[str, Entry],
+        catalogue: Catalogue,
+        site: Site,
+        folders: Sequence[Path],
+    ) -> None:
+        self.problems = problems
+        self.sources = sources
+        self.keys = keys
+        self.catalogue = catalogue
+        self.site = site
+        self.folders = folders
+        self.types: dict[str, str] = {}
+        """Agent id -> type, of this scenario."""
+
+    def is_human(self, agent: str) -> bool:
+        """Return whether an agent of this scenario is a person."""
+        return self.catalogue.types[self.types[agent]].human
+
+    def items(self, key: str, of: Mapping[str, Entry] | None = None) -> Sequence[Node]:
+        """Return the items of a list of the scenario (or `of` other keys), none if there is no such key."""
+        keys = self.keys if of is None else of
+        return read_listing(keys[key].value, self.problems, key) or () if key in keys else ()
+
+    def mapping(self, node: Node, what: str) -> Mapping_ | None:
+        """Return the node if it is a mapping; else report it."""
+        return read_mapping(node, self.problems, what)
+
+    def word(self, keys: Mapping[str, Entry], key: str, choices: Sequence[str], default: str = "") -> str:
+        """Return one of `choices`, or `default` if the key is missing or was reported."""
+        return read_word(keys[key].value, self.problems, key, choices) or default if key in keys else default
+
+    def nobody(self, at: Scalar, known: Sequence[str], who: str = "agent") -> None:
+        """Report that the scenario has nobody of that name."""
+        what = f"no {who} of this scenario is called '{shorten(at.text)}'{did_you_mean(at.text, known)}"
+        meant = nearest(at.text, known)
+        self.problems.add("E010", at.mark, what, f"{who}s: {quoted_list(known) or 'none'}", fix_word(at, meant))
+
+    def whole(self, keys: Mapping[str, Entry], key: str, default: int, least: int) -> int:
+        """Return a whole number, or `default` if the key is missing or was reported."""
+        if key not in keys:
+            return default
+        node = keys[key].value
+        number = read_number(node, self.problems, key)
+        if number is not None and (number != int(number) or not least <= number <= 1e9):
+            self.problems.add("E062", node.mark, f"'{key}' must be a whole number from {least} on")
+            return default
+        return int(number) if number is not None else default
+
+    def quantity(self, keys: Mapping[str, Entry], key: str, kind: str, default: float) -> float:
+        """Return a quantity in SI, or `default` if the key is missing or was reported."""
+        value = read_quantity(keys[key].value, self.problems, key, kind) if key in keys else None
+        return default if value is None else value
+
+    def duration(self, keys: Mapping[str, Entry], key: str, default: float) -> float:
+        """Return seconds, 0 or more, or `default` if the key is missing or was reported."""
+        value = self.quantity(keys, key, "duration", default)
+        if value < 0.0:
+            self.problems.add("E062", keys[key].value.mark, f"'{key}' must not be negative")
+        return max(0.0, value)
+
+    def point(self, node: Node) -> Place | Position | None:
+        """Read a port's name, a place's name, `lat,lng`, or a mapping with or without a height."""
+        if isinstance(node, Scalar):
+            if node.text in self.site.ports:
+                at: Place = self.site.ports[node.text].at
+                return at
+            degrees = _LAT_LNG.fullmatch(node.text)
+            if degrees is None and node.text not in self.site.places and node.text != "base":
+                known = ["base", *self.site.ports, *self.site.places]
+                what = f"no port or place is called '{shorten(node.text)}'{did_you_mean(node.text, known)}"
+                meant = nearest(node.text, known)
+                self.problems.add("E010", node.mark, what, f"known: {quoted_list(known)}", fix_word(node, meant))
+                return None
+            if node.text == "base":
+                return Place(0.0, 0.0)
+        height = node.get("height") if isinstance(node, Mapping_) else None
+        if isinstance(node, Mapping_) and height is not None:
+            node = Mapping_(tuple(entry for entry in node.entries if entry is not height), node.mark)
+        place = self.value(node, Param("at", PLACE, node.mark))
+        if not isinstance(place, Place) or height is None:
+            return place if isinstance(place, Place) else None
+        up_m = read_quantity(height.value, self.problems, "height", "distance")
+        return Position(place.east_m, place.north_m, up_m) if up_m is not None else None
+
+    def value(self, node: Node, param: Param) -> Any:
+        """Return a literal as a runtime value, or None if it was reported."""
+        if param.type.name == "agent":
+            return self._agent_value(node, param)
+        degrees = _LAT_LNG.fullmatch(node.text) if param.type.name == "place" and isinstance(node, Scalar) else None
+        if degrees is not None:
+            place = SiteEnv(self.site).place(float(degrees[1]), float(degrees[2]))
+            self.problems.extend(outside(param, place, self.site, node.mark))
+            return place
+        expr, found = compile_value(node, Scope({}, site=self.site, built_ins=OUTSIDE), param.type)
+        if not found:
+            value, found = run_outside(expr, self.site, node.mark, param.name)
+            found = found or outside(param, value, self.site, node.mark)
+        self.problems.extend(found)
+        if any(problem.severity == "error" for problem in found):
+            return None
+        self._check_bounds(param, value, node.mark)
+        return value
+
+    def _check_bounds(self, param: Param, value: Any, mark: Mark) -> None:
+        if below_zero(param, value):
+            self.problems.add("E062", mark, f"'{param.name}' is a duration, it cannot be below 0 s")
+        for bound, word, beyond in ((param.min, "least", -1), (param.max, "most", 1)):
+            if bound is None or not isinstance(value, int | float):
+                continue
+            limit, found = run_outside(bound, self.site, bound.mark, f"the limit of {param.name}")
+            self.problems.extend(found)
+            if not found and (value - limit) * beyond > 0:
+                self.problems.add("E062", mark, f"'{param.name}' must be at {word} {bound.source}")
+        if param.choices and str(value) not in param.choices:
+            what = f"'{param.name}' must be one of {quoted_list(param.choices)}"
+            self.problems.add("E014", mark, what + did_you_mean(str(value), param.choices))
+
+    def _agent_value(self, node: Node, param: Param) -> AgentRef | None:
+        at = read_text(node, self.problems, param.name)
+        if at is None:
+            return None
+        of = self.types.get(at.text)
+        fitting = [id_ for id_, type_ in self.types.items() if self._is_a(type_, param.type.of)]
+        if of is None:
+            self.nobody(at, fitting)
+            return None
+        if not self._is_a(of, param.type.of):
+            what = f"'{param.name}' is a {' or '.join(param.type.of)}, '{at.text}' is a {of}"
+            self.problems.add("E013", at.mark, what, f"agents: {quoted_list(fitting)}")
+            return None
+        return AgentRef(at.text)
+
+    def _is_a(self, type_: str, of: Sequence[str]) -> bool:
+        return not of or type_ in of or any(parent in of for parent in self.catalogue.types[type_].extends)

@@ -1,0 +1,115 @@
+"""Reads the tasks of a scenario: when, which, with which values. Tasks are looked up by name and checked."""
+
+import re
+from pathlib import Path
+from typing import Any, Final
+
+from formiga_bt.clock import micros
+from formiga_bt.lang.document import Entry, Mapping_, Scalar
+from formiga_bt.lang.loader import load_task
+from formiga_bt.lang.model import Task
+from formiga_bt.lang.reading import (
+    did_you_mean,
+    fix_word,
+    quoted_list,
+    read_keys,
+    read_mapping,
+    read_name,
+    read_word,
+    shorten,
+)
+from formiga_bt.lang.scenario.book import Book
+from formiga_bt.lang.scenario.entries import Priority, ScenarioTask
+from formiga_bt.lang.scenario.options import TASK
+from formiga_bt.lang.site import plain
+from formiga_bt.lang.synonyms import nearest
+
+_TASK_LINE: Final = re.compile(r"^task:[ \t]*([A-Za-z][A-Za-z0-9]*)", re.MULTILINE)
+
+
+class Requests:
+    """Reads the tasks of one scenario; `tasks` are those it names, by name (None: one with errors)."""
+
+    def __init__(self, book: Book) -> None:
+        self.book = book
+        self.problems = book.problems
+        self.tasks: dict[str, Task | None] = {}
+        self._files: dict[str, Path] | None = None
+
+    def read(self) -> list[ScenarioTask]:
+        """Read all of them."""
+        found = []
+        for node in self.book.items("tasks"):
+            mapping = read_mapping(node, self.problems, "task")
+            keys = read_keys(mapping, TASK, self.problems, "a task") if mapping is not None else {}
+            name = read_name(keys["task"].value, self.problems, "task") if "task" in keys else None
+            at = micros(self.book.duration(keys, "at", 0.0))
+            priority = ""
+            if "priority" in keys:
+                priority = read_word(keys["priority"].value, self.problems, "priority", ("low", "medium", "high"))
+            task = self._task(name) if name is not None else None
+            if name is None or task is None:
+                continue
+            with self.problems.within(task.name):
+                params = self._params(task, keys.get("params"), name)
+            wanted: dict[str, Priority] = {"low": "low", "medium": "medium", "high": "high"}
+            written = keys["params"].value if "params" in keys else None
+            texts = plain(written) if isinstance(written, Mapping_) else {}
+            found.append(ScenarioTask(at, task.name, params, wanted.get(priority), texts))
+        return found
+
+    def _task(self, name: Scalar) -> Task | None:
+        if name.text in self.tasks:
+            return self.tasks[name.text]
+        files = self._task_files()
+        if name.text not in files:
+            what = f"no task is called '{shorten(name.text)}'{did_you_mean(name.text, files)}"
+            meant = nearest(name.text, files)
+            self.problems.add("E010", name.mark, what, f"tasks: {quoted_list(sorted(files))}", fix_word(name, meant))
+            return None
+        path = files[name.text]
+        loaded = load_task(path, catalogue=self.book.catalogue, site=self.book.site)
+        errors = [problem for problem in loaded.diagnostics if problem.severity == "error"]
+        if errors:
+            self.problems.add("E010", name.mark, f"{name.text} has errors ({path})", "mend the task first")
+            self.problems.extend(errors)
+            self.book.sources.update(loaded.sources)
+        self.tasks[name.text] = loaded.task
+        return loaded.task
+
+    def _task_files(self) -> dict[str, Path]:
+        """Return the task files beside the scenario and of the library, by the name of the task; the first one counts."""
+        if self._files is None:
+            self._files = {}
+            for path in (p for place in self.book.folders for p in sorted(place.glob("*.yaml"))):
+                try:
+                    line = _TASK_LINE.search(path.read_text(encoding="utf-8"))
+                except (OSError, UnicodeDecodeError):
+                    continue
+                if line is not None:
+                    self._files.setdefault(line[1], path)
+        return self._files
+
+    def _params(self, task: Task, entry: Entry | None, name: Scalar) -> dict[str, Any]:
+        mapping = read_mapping(entry.value, self.problems, "params") if entry is not None else None
+        by_name = {alias: param for param in task.params.values() for alias in (param.name, *param.aliases)}
+        values: dict[str, Any] = {}
+        given = set()
+        for one in mapping.entries if mapping is not None else ():
+            param = by_name.get(one.key.text)
+            if param is None:
+                meant = nearest(one.key.text, by_name)
+                what = f"{task.name} has no parameter '{shorten(one.key.text)}'{did_you_mean(one.key.text, by_name)}"
+                help_ = f"parameters: {quoted_list(task.params) or 'none'}"
+                self.problems.add("E010", one.key.mark, what, help_, fix_word(one.key, meant))
+                given.add(meant)
+                continue
+            given.add(param.name)
+            value = self.book.value(one.value, param)
+            if value is not None:
+                values[param.name] = value
+        for param in task.params.values():
+            if param.name not in given and param.default is None and not param.optional:
+                what = f"{task.name} needs the parameter '{param.name}' ({param.type})"
+                self.problems.add("E051", name.mark, what, f"params: {{{param.name}: ...}}")
+        return values
