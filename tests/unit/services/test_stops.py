@@ -1,0 +1,299 @@
+"""What people read after an order: who got it, who did not and why, what happens now, what they must do next."""
+
+from collections.abc import Iterator
+
+import pytest
+
+from formiga_bt.clock import SECOND
+from formiga_bt.engine.changes import AgentPut, DeadlineSet, LockdownPut, OrderPut, TaskPut
+from formiga_bt.engine.inputs import LockdownOrder, Operator
+from formiga_bt.engine.records import Deadline, Lockdown
+from formiga_bt.transport.messages import PreflightCheck
+from tests.unit.services.fakes import NOW, Paper, machine, order, raised, task
+
+
+@pytest.fixture
+def paper() -> Iterator[Paper]:
+    made = Paper()
+    made.put(AgentPut(machine("hwd_1")), TaskPut(task("PickUp-3", "hwd_1")))
+    yield made
+    made.view.stop()
+
+
+def held(*causes: str) -> TaskPut:
+    return TaskPut(task("PickUp-3", "hwd_1", held=causes))
+
+
+# -- stops -----------------------------------------------------------------------------------------------------------------
+def test_a_hold_tells_how_long_the_machine_hovers_and_what_to_say_then(paper: Paper) -> None:
+    deadline = DeadlineSet("order|hwd_1", Deadline(NOW + 660 * SECOND, 1))
+    paper.then(OrderPut("hwd_1", order("hwd_1", "hold")), held("operator:hwd_1"), deadline)
+
+    reply = paper.stops.agent("hwd_1", "hold", "eve")
+
+    assert paper.asked == [Operator("hold", "hwd_1", "eve")]
+    assert reply.text == "hold is ordered for 1 machine"
+    assert [one.text for one in reply.ordered] == ["hwd_1 hovers; it returns by itself in 11 min"]
+    assert reply.next == ["formiga continue PickUp-3", "formiga abort PickUp-3"]
+    assert (reply.stands_already, reply.skipped) == (False, [])
+
+
+def test_the_same_order_again_stands_already(paper: Paper) -> None:
+    paper.put(OrderPut("hwd_1", order("hwd_1", "hold")), held("operator:hwd_1"))
+
+    reply = paper.stops.agent("hwd_1", "hold", "adam")
+
+    assert reply.stands_already
+    assert reply.text == "hold stands already; nothing was changed"
+    assert len(reply.ordered) == 1
+
+
+@pytest.mark.parametrize(
+    ("stop", "machine_is", "order_is", "text"),
+    [
+        ("return", {}, {}, "hwd_1 flies home to p3"),
+        ("return", {"landed": "grounded"}, {"state": "done"}, "hwd_1 stands on the ground; nothing is sent to it"),
+        ("return", {"landed": "grounded"}, {}, "hwd_1 is about to start for its port"),
+        ("return", {}, {"task": "PickUp-3"}, "hwd_1 is on its way home with PickUp-3"),
+        ("return", {}, {"state": "failed"}, "hwd_1 did not carry out `return`: look at it"),
+        ("land", {}, {}, "hwd_1 lands where it is"),
+        ("hold", {}, {}, "hwd_1 hovers; it returns by itself before its reserve is reached"),
+        ("cut", {}, {}, "hwd_1: its motors are told to stop; in the air it falls"),
+        ("cut", {"landed": "grounded"}, {"state": "done"}, "hwd_1: its motors are off"),
+        (
+            "hold", {"control": "pilot", "taken": True}, {},
+            "hwd_1 is in the hands of its pilot; `hold` stands for when it can be commanded again",
+        ),
+        (
+            "land", {"taken": True}, {},
+            "hwd_1 was taken over and nobody has handed it back yet; `land` stands for when it can be commanded again",
+        ),
+    ],
+)  # fmt: skip
+def test_an_order_tells_what_its_machine_does(
+    paper: Paper, stop: str, machine_is: dict[str, object], order_is: dict[str, object], text: str
+) -> None:
+    paper.then(AgentPut(machine("hwd_1", **machine_is)), OrderPut("hwd_1", order("hwd_1", stop, **order_is)))
+
+    reply = paper.stops.agent("hwd_1", stop, "eve", confirmed="hwd_1")  # type: ignore[arg-type]
+
+    assert [one.text for one in reply.ordered] == [text]
+
+
+def test_an_order_carried_out_by_a_system_task_names_it(paper: Paper) -> None:
+    own = TaskPut(task("Return-4", system_agent="hwd_1", stop="return"))
+    paper.then(own, OrderPut("hwd_1", order("hwd_1", "return", task="Return-4")))
+
+    assert paper.stops.agent("hwd_1", "return").ordered[0].text == "hwd_1 flies home to p3 (Return-4)"
+
+
+def test_a_stop_of_all_names_who_did_not_get_it_and_why(paper: Paper) -> None:
+    paper.put(
+        AgentPut(machine("hwd_2", liveness="LOST", pool="QUARANTINED", task="", order=2)),
+        AgentPut(machine("lwd_1", landed="grounded", task="", pool="STANDBY", order=3)),
+        AgentPut(machine("lwd_2", control="pilot", order=4)),
+        AgentPut(machine("picker_1", human=True, order=5)),
+    )
+    paper.then(OrderPut("hwd_1", order("hwd_1", "land", scope="all")))
+
+    reply = paper.stops.all("land", "eve")
+
+    assert paper.asked == [Operator("land", "", "eve")]
+    assert reply.text == "land is ordered for 2 machines; 2 did not get it"
+    assert [one.text for one in reply.ordered] == ["hwd_1 lands where it is", "lwd_1 stands on the ground"]
+    assert [(one.who, one.code, one.may_be_airborne) for one in reply.skipped] == [
+        ("hwd_2", "agent_lost", True),
+        ("lwd_2", "not_in_command", True),
+    ]
+    assert reply.skipped[0].text == "hwd_2 is not heard of, nothing can be sent to it"
+    assert reply.next == ["formiga continue --all", "formiga tasks"]
+
+
+def test_a_stop_never_takes_a_cut_back(paper: Paper) -> None:
+    paper.put(OrderPut("hwd_1", order("hwd_1", "cut")))
+
+    (skipped,) = paper.stops.all("hold").skipped
+
+    assert (skipped.code, skipped.text) == (
+        "ordered",
+        "hwd_1: `cut` stands on it, which goes before: hwd_1: its motors are told to stop; in the air it falls",
+    )
+
+
+def test_a_stop_of_a_task_goes_to_its_machines_only(paper: Paper) -> None:
+    paper.put(AgentPut(machine("hwd_2", task="PickUp-4")))
+    paper.then(OrderPut("hwd_1", order("hwd_1", "return", scope="task")), held("operator"))
+
+    reply = paper.stops.task("PickUp-3", "return")
+
+    assert [one.who for one in reply.ordered] == ["hwd_1"]
+    assert reply.next == ["formiga continue PickUp-3", "formiga abort PickUp-3"]
+
+
+@pytest.mark.parametrize("confirmed", ["", "yes", "hwd_2", "HWD_1"])
+def test_a_cut_must_repeat_the_machines_name(paper: Paper, confirmed: str) -> None:
+    refused = raised(lambda: paper.stops.agent("hwd_1", "cut", "eve", confirmed))
+
+    assert (refused.code, str(refused)) == (
+        "not_confirmed",
+        "cut stops the motors of hwd_1 at once; in the air it falls",
+    )
+    assert '"confirmed": "hwd_1"' in refused.hint
+    assert paper.asked == []
+
+
+def test_orders_for_what_is_not_there_do_not_reach_the_engine(paper: Paper) -> None:
+    assert raised(lambda: paper.stops.agent("hwd_9", "hold")).code == "unknown_agent"
+    wrong = raised(lambda: paper.stops.task("hwd_1", "hold"))
+    assert (wrong.code, str(wrong), wrong.hint) == ("unknown_task", "'hwd_1' is an agent", "formiga hold hwd_1")
+    assert paper.asked == []
+
+
+@pytest.mark.parametrize(
+    ("code", "hint"),
+    [
+        ("cannot_continue", "formiga restart TASK begins it anew, formiga abort TASK ends it"),
+        ("not_started", "formiga abort PickUp-3"),
+        ("order_under_way", "let it come to its end, or: formiga hold PickUp-3"),
+        ("lockdown", "formiga lockdown release"),
+        ("human", "speak to them"),
+        ("not_held", "formiga tasks tells what is held"),
+    ],
+)
+def test_each_refusal_says_what_helps(paper: Paper, code: str, hint: str) -> None:
+    paper.refuse(code)
+    refused = raised(lambda: paper.stops.task("PickUp-3", "continue"))
+    assert (refused.code, refused.hint) == (code, hint)
+
+
+# -- going on ----------------------------------------------------------------------------------------------------------------
+def test_continue_tells_what_goes_on(paper: Paper) -> None:
+    paper.put(OrderPut("hwd_1", order("hwd_1", "hold", scope="task")), held("operator"))
+    paper.then(OrderPut("hwd_1", None), held())
+
+    reply = paper.stops.task("PickUp-3", "continue")
+
+    assert reply.text == "hwd_1 is free of `hold`, PickUp-3 goes on"
+    assert reply.next == ["formiga tasks"]
+
+
+def test_continue_of_one_cause_tells_the_others(paper: Paper) -> None:
+    paper.put(OrderPut("hwd_1", order("hwd_1", "hold")), held("operator:hwd_1", "take-over:hwd_2"))
+    paper.then(OrderPut("hwd_1", None), held("take-over:hwd_2"))
+
+    (left,) = paper.stops.agent("hwd_1", "continue").skipped
+
+    assert (left.text, left.hint) == ("PickUp-3 is still HELD (take-over:hwd_2)", "formiga why PickUp-3")
+
+
+def test_continue_of_all_names_the_tasks_that_it_passed_over(paper: Paper) -> None:
+    paper.put(held("operator"))
+
+    reply = paper.stops.all("continue")
+
+    assert [(one.who, one.code) for one in reply.skipped] == [("PickUp-3", "cannot_continue")]
+    assert reply.next == ["formiga why PickUp-3"]
+
+
+def test_a_restart_says_that_the_task_begins_anew(paper: Paper) -> None:
+    reply = paper.stops.task("PickUp-3", "restart", "eve")
+    assert paper.asked == [Operator("restart", "PickUp-3", "eve")]
+    assert reply.text == "PickUp-3 tidies up, its machines come home, and it begins anew from its first step"
+
+
+# -- lockdown ----------------------------------------------------------------------------------------------------------------
+def test_lockdown_tells_of_each_machine_in_the_air(paper: Paper) -> None:
+    paper.put(
+        AgentPut(machine("lwd_1", landed="grounded", task="", order=2)),
+        AgentPut(machine("lwd_2", control="pilot", task="", order=3)),
+        AgentPut(machine("lwd_3", task="PickUp-5", order=4)),
+        TaskPut(task("PickUp-5", "lwd_3", section="recover")),
+    )
+    paper.then(
+        LockdownPut(Lockdown("return", "eve", NOW)), OrderPut("hwd_1", order("hwd_1", "return", scope="lockdown"))
+    )
+
+    reply = paper.stops.lockdown("return", "eve")
+
+    assert paper.asked == [LockdownOrder("return", "eve")]
+    assert reply.text == "LOCKDOWN: nothing starts, nothing goes on"
+    assert [one.text for one in reply.ordered] == ["hwd_1 flies home to p3", "lwd_3 is on its way home with PickUp-5"]
+    assert [one.text for one in reply.skipped] == [
+        "lwd_2 is in the hands of its pilot; lockdown reaches it when it is handed back"
+    ]
+    assert reply.next == ["formiga lockdown release"]
+    shown = paper.stops.lockdown_now()
+    assert (shown.on, shown.how, shown.by) == (True, "return", "eve")
+    assert shown.text == "LOCKDOWN (return) by eve since 0 s: nothing starts until formiga lockdown release"
+
+
+def test_the_same_lockdown_again_stands_already(paper: Paper) -> None:
+    paper.put(LockdownPut(Lockdown("hold", "eve", NOW)))
+    again = paper.stops.lockdown("hold", "adam")
+    assert (again.stands_already, again.text) == (True, "lockdown stands already")
+    assert not paper.stops.lockdown("land").stands_already
+
+
+def test_a_release_names_the_tasks_that_wait_for_a_word(paper: Paper) -> None:
+    paper.put(LockdownPut(Lockdown("return", "eve", NOW)), held("lockdown"))
+    paper.then(LockdownPut(None), held("operator"))
+
+    reply = paper.stops.lockdown("release", "eve")
+
+    assert reply.text == "lockdown is released: tasks are admitted and machines granted again"
+    assert [one.text for one in reply.skipped] == ["PickUp-3 was interrupted and waits for your word"]
+    assert reply.next == ["formiga continue --all", "formiga abort PickUp-3"]
+    assert not paper.stops.lockdown_now().on
+
+
+def test_a_release_without_lockdown_is_no_error(paper: Paper) -> None:
+    reply = paper.stops.lockdown("release")
+    assert (reply.stands_already, reply.text) == (True, "no lockdown stands")
+    assert paper.asked == []
+
+
+# -- hand-back ---------------------------------------------------------------------------------------------------------------
+@pytest.mark.parametrize(
+    ("how", "held_by", "text", "following"),
+    [
+        ("continue", (), "hwd_1 is the engine's again; PickUp-3 goes on", "formiga agents"),
+        ("end", (), "hwd_1 is the engine's again; its interrupted step fails (taken_over)", "formiga agents"),
+        (
+            "return", ("operator:hwd_1",),
+            "hwd_1 is the engine's again; it flies to its port, then PickUp-3 waits for your word",
+            "formiga continue PickUp-3",
+        ),
+    ],
+)  # fmt: skip
+def test_a_handback_says_what_becomes_of_the_task(
+    paper: Paper, how: str, held_by: tuple[str, ...], text: str, following: str
+) -> None:
+    paper.put(AgentPut(machine("hwd_1", taken=True)), held("take-over:hwd_1"))
+    paper.then(AgentPut(machine("hwd_1")), held(*held_by))
+
+    reply = paper.stops.hand_back("hwd_1", how, "eve")
+
+    assert paper.asked == [Operator(f"handback_{how}", "hwd_1", "eve")]  # type: ignore[arg-type]
+    assert (reply.text, reply.next[0]) == (text, following)
+
+
+# -- preflight ---------------------------------------------------------------------------------------------------------------
+def test_preflight_lists_the_checks_and_what_is_wrong(paper: Paper) -> None:
+    checks = (PreflightCheck("armable", True), PreflightCheck("gnss", False, "4 satellites"))
+    paper.put(AgentPut(machine("hwd_1", checks=checks)), AgentPut(machine("picker_1", human=True)))
+
+    found = paper.stops.preflight("hwd_1")
+
+    assert (found.ok, found.required) == (False, False)
+    assert found.text == "hwd_1 is not ready: gnss: 4 satellites"
+    assert [(one.check, one.ok) for one in found.checks] == [("armable", True), ("gnss", False)]
+    assert raised(lambda: paper.stops.preflight("picker_1")).code == "human"
+    assert raised(lambda: paper.stops.preflight("nobody")).code == "unknown_agent"
+
+
+def test_a_machine_that_told_nothing_is_not_ready() -> None:
+    paper = Paper(preflight=True)
+    paper.put(AgentPut(machine("hwd_1")))
+    found = paper.stops.preflight("hwd_1")
+    assert (found.ok, found.required, found.checks) == (False, True, [])
+    paper.view.stop()
