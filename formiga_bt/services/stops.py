@@ -13,6 +13,18 @@ from formiga_bt.engine.records import AgentRecord, StandingOrder
 from formiga_bt.engine.state import EngineState
 from formiga_bt.lang.model import Site
 from formiga_bt.services import order_models as out
+from formiga_bt.services.order_replies import (
+    after_stop,
+    count,
+    held_tasks,
+    machines,
+    machines_of,
+    passed_over,
+    released,
+    restarted,
+    same_order,
+    sorted_out,
+)
 from formiga_bt.services.refused import Refused
 from formiga_bt.services.standing import STOPPED, doing, lockdown_out
 from formiga_bt.services.view import View
@@ -66,7 +78,7 @@ class Stops:
         with self._view.reading() as state:
             if task in state.agents and task not in state.tasks:
                 raise Refused("unknown_task", f"'{task}' is an agent", f"formiga {order} {task}")
-        return self._give(order, task, by, lambda state: _machines_of(state, task))
+        return self._give(order, task, by, lambda state: machines_of(state, task))
 
     def all(self, order: OperatorOrder, by: str = "") -> out.OrderReply:
         """Give an order to every machine of the site.
@@ -74,7 +86,7 @@ class Stops:
         Raises:
             Refused: the engine refuses it.
         """
-        return self._give(order, "", by, _machines)
+        return self._give(order, "", by, machines)
 
     def _give(
         self, order: OperatorOrder, target: str, by: str, scope: Callable[[EngineState], list[AgentRecord]]
@@ -85,27 +97,29 @@ class Stops:
         with self._view.reading() as state:
             agents = scope(state)
             if order in STOPPED:
-                same = all(_same(before.get(a.id), state.orders.get(a.id)) for a in agents) and (held == _held(state))
+                same = all(same_order(before.get(a.id), state.orders.get(a.id)) for a in agents) and (
+                    held == held_tasks(state)
+                )
                 return self._stopped(state, order, target, agents, stands_already=same)
             if order == "restart":
-                return _restarted(target)
+                return restarted(target)
             return self._went_on(state, target, agents, before, held)
 
     def _standing(self) -> tuple[dict[str, StandingOrder], dict[str, tuple[str, ...]]]:
         self._view.catch_up()
         with self._view.reading() as state:
-            return dict(state.orders), _held(state)
+            return dict(state.orders), held_tasks(state)
 
     def _stopped(
         self, state: EngineState, order: str, target: str, agents: Iterable[AgentRecord], *, stands_already: bool
     ) -> out.OrderReply:
-        ordered, skipped = _sorted_out(state, order, agents, self._now())
+        ordered, skipped = sorted_out(state, order, agents, self._now())
         if not ordered and not skipped:
             text = NOTHING if not target else f"{target} has no machine now; it is held"
         elif stands_already:
             text = f"{order} stands already; nothing was changed"
         else:
-            text = f"{order} is ordered for {_count(len(ordered), 'machine')}"
+            text = f"{order} is ordered for {count(len(ordered), 'machine')}"
             text += f"; {len(skipped)} did not get it" if skipped else ""
         return out.OrderReply(
             order=order,
@@ -114,7 +128,7 @@ class Stops:
             text=text,
             ordered=ordered,
             skipped=skipped,
-            next=_after_stop(state, order, target, ordered),
+            next=after_stop(state, order, target, ordered),
         )
 
     def _went_on(
@@ -131,7 +145,7 @@ class Stops:
             order = state.orders.get(agent.id)
             if order is not None:
                 text = f"`{order.stop}` still stands on it: {doing(state, order, now)}"
-                skipped.append(_skipped(state, agent, "ordered", text, f"formiga continue {agent.id}"))
+                skipped.append(passed_over(state, agent, "ordered", text, f"formiga continue {agent.id}"))
             elif agent.id in before:
                 ordered.append(out.OrderedOut(who=agent.id, text=f"{agent.id} is free of `{before[agent.id].stop}`"))
         for task_id, causes in held.items():
@@ -176,15 +190,15 @@ class Stops:
         with self._view.reading() as state:
             before = state.lockdown
         if how == "release" and before is None:
-            return _released([], "no lockdown stands", already=True)
+            return released([], "no lockdown stands", already=True)
         self._ask(LockdownOrder(how, by))  # type: ignore[arg-type]
         self._view.catch_up()
         with self._view.reading() as state:
             if how == "release":
                 stopped = [t.id for t in state.tasks.values() if t.held and t.section != "done"]
-                return _released(stopped, "lockdown is released: tasks are admitted and machines granted again")
-            airborne = [a for a in _machines(state) if a.landed != "grounded"]
-            ordered, skipped = _sorted_out(state, how, airborne, self._now(), at_lockdown=True)
+                return released(stopped, "lockdown is released: tasks are admitted and machines granted again")
+            airborne = [a for a in machines(state) if a.landed != "grounded"]
+            ordered, skipped = sorted_out(state, how, airborne, self._now(), at_lockdown=True)
             already = before is not None and before.how == how
             text = "lockdown stands already" if already else "LOCKDOWN: nothing starts, nothing goes on"
             if not airborne:
@@ -257,113 +271,3 @@ class Stops:
         if not checks:
             text = f"{agent} has told no checks yet; a machine tells them while it stands on the ground"
         return out.PreflightOut(agent=agent, ok=ready, required=self._site.preflight, checks=checks, text=text)
-
-
-def _machines(state: EngineState) -> list[AgentRecord]:
-    return sorted((a for a in state.agents.values() if not a.human), key=lambda a: a.order)
-
-
-def _machines_of(state: EngineState, task_id: str) -> list[AgentRecord]:
-    task = state.tasks.get(task_id)
-    if task is None:
-        return []
-    ids = dict.fromkeys([agent for group in task.roles.values() for agent in group] + [task.system_agent])
-    return [a for a in _machines(state) if a.id in ids]
-
-
-def _held(state: EngineState) -> dict[str, tuple[str, ...]]:
-    return {task.id: task.held for task in state.tasks.values() if task.held and task.section != "done"}
-
-
-def _same(before: StandingOrder | None, after: StandingOrder | None) -> bool:
-    """Return whether it is the same order: how far it is does not count."""
-    if before is None or after is None:
-        return before is after
-    return (before.stop, before.scope, before.at) == (after.stop, after.scope, after.at)
-
-
-def _sorted_out(
-    state: EngineState, stop: str, agents: Iterable[AgentRecord], now: Micros, *, at_lockdown: bool = False
-) -> tuple[list[out.OrderedOut], list[out.SkippedOut]]:
-    ordered, skipped = [], []
-    for agent in agents:
-        order = state.orders.get(agent.id)
-        if order is not None and order.stop == stop:
-            ordered.append(out.OrderedOut(who=agent.id, text=doing(state, order, now)))
-            continue
-        task = state.tasks.get(agent.task)
-        if order is not None:
-            text = f"`{order.stop}` stands on it, which goes before: {doing(state, order, now)}"
-            skipped.append(_skipped(state, agent, "ordered", text))
-        elif agent.liveness == "LOST" or agent.pool == "QUARANTINED":
-            text = "is not heard of, nothing can be sent to it" if agent.liveness == "LOST" else "is quarantined"
-            hint = f"find it; when it is here again: formiga agents clear {agent.id}"
-            skipped.append(_skipped(state, agent, "agent_lost", f"{agent.id} {text}", hint))
-        elif agent.control != "engine" or agent.taken:
-            who = f"is in the hands of its {agent.control}" if agent.control != "engine" else "was taken over"
-            text = f"{agent.id} {who}" + ("; lockdown reaches it when it is handed back" if at_lockdown else "")
-            skipped.append(_skipped(state, agent, "not_in_command", text, f"formiga handback {agent.id} --return"))
-        elif agent.landed == "grounded":
-            ordered.append(out.OrderedOut(who=agent.id, text=f"{agent.id} stands on the ground"))
-        elif at_lockdown and task is not None and task.section == "recover":
-            ordered.append(out.OrderedOut(who=agent.id, text=f"{agent.id} is on its way home with {task.id}"))
-        else:
-            skipped.append(_skipped(state, agent, "not_ordered", f"{agent.id} did not get it", "formiga agents"))
-    return ordered, skipped
-
-
-def _skipped(state: EngineState, agent: AgentRecord, code: str, text: str, hint: str = "") -> out.SkippedOut:
-    text = text if text.startswith(agent.id) else f"{agent.id}: {text}"
-    return out.SkippedOut(
-        who=agent.id, code=code, text=text, hint=hint, may_be_airborne=state.agents[agent.id].landed != "grounded"
-    )
-
-
-def _after_stop(state: EngineState, order: str, target: str, ordered: list[out.OrderedOut]) -> list[str]:
-    if order == "cut":
-        return ["formiga agents"]
-    if not target:
-        return ["formiga continue --all", "formiga tasks"]
-    agent = state.agents.get(target)
-    task = agent.task if agent is not None else target
-    if task and task in state.tasks and not state.tasks[task].system_agent:
-        return [f"formiga continue {task}", f"formiga abort {task}"]
-    return [f"formiga continue {target}"] if ordered or agent is not None else ["formiga tasks"]
-
-
-def _restarted(task: str) -> out.OrderReply:
-    text = f"{task} tidies up, its machines come home, and it begins anew from its first step"
-    return out.OrderReply(
-        order="restart",
-        target=task,
-        stands_already=False,
-        text=text,
-        ordered=[out.OrderedOut(who=task, text=text)],
-        skipped=[],
-        next=[f"formiga why {task}"],
-    )
-
-
-def _released(held: list[str], text: str, *, already: bool = False) -> out.OrderReply:
-    left = [
-        out.SkippedOut(
-            who=task,
-            code="held",
-            text=f"{task} was interrupted and waits for your word",
-            hint=f"formiga continue {task}",
-        )
-        for task in held
-    ]
-    return out.OrderReply(
-        order="lockdown",
-        target="release",
-        stands_already=already,
-        text=text,
-        ordered=[],
-        skipped=left,
-        next=["formiga continue --all", f"formiga abort {held[0]}"] if held else ["formiga tasks"],
-    )
-
-
-def _count(number: int, noun: str) -> str:
-    return f"{number} {noun}{'' if number == 1 else 's'}"

@@ -1,0 +1,131 @@
+"""Pieces of the answers that `stops` gives: which machines an order is for, who got it, what comes next.
+
+Pure functions over the view's copy of the state.
+"""
+
+from collections.abc import Iterable
+
+from formiga_bt.clock import Micros
+from formiga_bt.engine.records import AgentRecord, StandingOrder
+from formiga_bt.engine.state import EngineState
+from formiga_bt.services import order_models as out
+from formiga_bt.services.standing import doing
+
+
+def machines(state: EngineState) -> list[AgentRecord]:
+    """Return all machines, in the order in which they came."""
+    return sorted((a for a in state.agents.values() if not a.human), key=lambda a: a.order)
+
+
+def machines_of(state: EngineState, task_id: str) -> list[AgentRecord]:
+    """Return the machines of a task; none if it is unknown."""
+    task = state.tasks.get(task_id)
+    if task is None:
+        return []
+    ids = dict.fromkeys([agent for group in task.roles.values() for agent in group] + [task.system_agent])
+    return [a for a in machines(state) if a.id in ids]
+
+
+def held_tasks(state: EngineState) -> dict[str, tuple[str, ...]]:
+    """Return the causes of each open task that is HELD."""
+    return {task.id: task.held for task in state.tasks.values() if task.held and task.section != "done"}
+
+
+def same_order(before: StandingOrder | None, after: StandingOrder | None) -> bool:
+    """Return whether it is the same order: how far it is does not count."""
+    if before is None or after is None:
+        return before is after
+    return (before.stop, before.scope, before.at) == (after.stop, after.scope, after.at)
+
+
+def sorted_out(
+    state: EngineState, stop: str, agents: Iterable[AgentRecord], now: Micros, *, at_lockdown: bool = False
+) -> tuple[list[out.OrderedOut], list[out.SkippedOut]]:
+    """Return which of these machines got a stop, and which did not and why."""
+    ordered, skipped = [], []
+    for agent in agents:
+        order = state.orders.get(agent.id)
+        if order is not None and order.stop == stop:
+            ordered.append(out.OrderedOut(who=agent.id, text=doing(state, order, now)))
+            continue
+        task = state.tasks.get(agent.task)
+        if order is not None:
+            text = f"`{order.stop}` stands on it, which goes before: {doing(state, order, now)}"
+            skipped.append(passed_over(state, agent, "ordered", text))
+        elif agent.liveness == "LOST" or agent.pool == "QUARANTINED":
+            text = "is not heard of, nothing can be sent to it" if agent.liveness == "LOST" else "is quarantined"
+            hint = f"find it; when it is here again: formiga agents clear {agent.id}"
+            skipped.append(passed_over(state, agent, "agent_lost", f"{agent.id} {text}", hint))
+        elif agent.control != "engine" or agent.taken:
+            who = f"is in the hands of its {agent.control}" if agent.control != "engine" else "was taken over"
+            text = f"{agent.id} {who}" + ("; lockdown reaches it when it is handed back" if at_lockdown else "")
+            skipped.append(passed_over(state, agent, "not_in_command", text, f"formiga handback {agent.id} --return"))
+        elif agent.landed == "grounded":
+            ordered.append(out.OrderedOut(who=agent.id, text=f"{agent.id} stands on the ground"))
+        elif at_lockdown and task is not None and task.section == "recover":
+            ordered.append(out.OrderedOut(who=agent.id, text=f"{agent.id} is on its way home with {task.id}"))
+        else:
+            skipped.append(passed_over(state, agent, "not_ordered", f"{agent.id} did not get it", "formiga agents"))
+    return ordered, skipped
+
+
+def passed_over(state: EngineState, agent: AgentRecord, code: str, text: str, hint: str = "") -> out.SkippedOut:
+    """Return a machine that did not get an order."""
+    text = text if text.startswith(agent.id) else f"{agent.id}: {text}"
+    return out.SkippedOut(
+        who=agent.id, code=code, text=text, hint=hint, may_be_airborne=state.agents[agent.id].landed != "grounded"
+    )
+
+
+def after_stop(state: EngineState, order: str, target: str, ordered: list[out.OrderedOut]) -> list[str]:
+    """Return the commands of which a person should give one after a stop."""
+    if order == "cut":
+        return ["formiga agents"]
+    if not target:
+        return ["formiga continue --all", "formiga tasks"]
+    agent = state.agents.get(target)
+    task = agent.task if agent is not None else target
+    if task and task in state.tasks and not state.tasks[task].system_agent:
+        return [f"formiga continue {task}", f"formiga abort {task}"]
+    return [f"formiga continue {target}"] if ordered or agent is not None else ["formiga tasks"]
+
+
+def restarted(task: str) -> out.OrderReply:
+    """Return the answer to a restart."""
+    text = f"{task} tidies up, its machines come home, and it begins anew from its first step"
+    return out.OrderReply(
+        order="restart",
+        target=task,
+        stands_already=False,
+        text=text,
+        ordered=[out.OrderedOut(who=task, text=text)],
+        skipped=[],
+        next=[f"formiga why {task}"],
+    )
+
+
+def released(held: list[str], text: str, *, already: bool = False) -> out.OrderReply:
+    """Return the answer to the release of a lockdown; `held`: the tasks that wait for a word."""
+    left = [
+        out.SkippedOut(
+            who=task,
+            code="held",
+            text=f"{task} was interrupted and waits for your word",
+            hint=f"formiga continue {task}",
+        )
+        for task in held
+    ]
+    return out.OrderReply(
+        order="lockdown",
+        target="release",
+        stands_already=already,
+        text=text,
+        ordered=[],
+        skipped=left,
+        next=["formiga continue --all", f"formiga abort {held[0]}"] if held else ["formiga tasks"],
+    )
+
+
+def count(number: int, noun: str) -> str:
+    """Return how many there are, in words."""
+    return f"{number} {noun}{'' if number == 1 else 's'}"
