@@ -9,14 +9,26 @@ A rescue (safety goals and every way home) is not judged by reserve, wind and da
 deeper on the way than where it began (half a metre is forgiven), does not come back once it is out, and breaks nothing else.
 """
 
-from collections.abc import Sequence
+import math
+from collections.abc import Callable, Iterator, Sequence
+from typing import Final
 
-from msgspec import Struct
+from msgspec import Struct, structs
 
 from formiga_bt.geo import Place, Position, Region
 from formiga_bt.safety.airspace import Airspace, Way
-from formiga_bt.safety.energy import Power
+from formiga_bt.safety.area import Area, area_of, cover_pct, height_offence, zone_offence
+from formiga_bt.safety.clearing import first_too_high, first_too_low
+from formiga_bt.safety.energy import CALM, Power, Wind, home_pct, hover_pct, way_pct
 from formiga_bt.safety.rules import Rules
+from formiga_bt.safety.spots import safe_landing_spot
+from formiga_bt.safety.terrain import Found
+from formiga_bt.safety.zones import Offence, Zone
+
+__all__ = ["Breach", "FlightState", "GateFlight", "at_gate", "in_flight", "safe_landing_spot", "ways_of"]
+
+GATE_MARGIN_PCT: Final = 0.5
+"""So many points more than reckoned a goal must leave: else a hair's breadth in flight would be a breach."""
 
 
 class Breach(Struct, frozen=True):
@@ -107,35 +119,236 @@ def ways_of(
         ground: for the height of the ground at a place.
         rises_to_m: of a take-off: straight up to this height over the base's ground.
     """
-    raise NotImplementedError
+    if here is not None and rises_to_m is not None:
+        return ((here, Position(here.east_m, here.north_m, rises_to_m)),)
+    if isinstance(target, Position):
+        return ((target if here is None else here, target),)
+    if not isinstance(target, Place):
+        return ()
+    down = Position(target.east_m, target.north_m, ground.ground_m(target))
+    if here is None:
+        return ((down, down),)
+    over = Position(target.east_m, target.north_m, max(here.up_m, down.up_m))
+    return ((over, down),) if over == here else ((here, over), (over, down))
 
 
 def at_gate(flight: GateFlight, ground: Airspace, rules: Rules) -> Breach | None:
-    """Return the first limit that a goal would break, or None."""
-    raise NotImplementedError
+    """Return the gravest limit that a goal would break, or None."""
+    here = flight.here
+    moves = bool(flight.ways) or flight.region is not None
+    if here is None and moves and not flight.rescue:
+        return Breach("position", f"it is not known where {flight.agent} is")
+    area = None
+    if flight.region is not None and flight.region.corners:
+        own = here.up_m if here is not None else 0.0
+        area = area_of(flight.region, flight.region_up_m if flight.region_up_m is not None else own, here)
+    for breach in _space(flight, area, ground, rules):
+        return breach
+    if flight.rescue:
+        return None
+    if moves or flight.power is not None:
+        return (
+            _wind(flight.wind, rules) or _daylight(flight.sun_up, rules) or _charge_at_gate(flight, area, ground, rules)
+        )
+    return None
 
 
 def in_flight(state: FlightState, ground: Airspace, rules: Rules) -> tuple[Breach, ...]:
     """Return all limits that a machine in the air breaks now, the gravest first (keep_out, keep_in, heights, reserve, ...)."""
-    raise NotImplementedError
+    found: list[Breach] = []
+    here = state.here
+    if here is None:
+        found.append(Breach("position", f"it is not known where {state.agent} is"))
+    else:
+        at = f"{state.agent} is"
+        found += [_in_breach(zone, state.agent, here) for zone in ground.zones if zone.is_broken_at(here)]
+        spots = _spots(state.spots, state.home, state.lands_at)
+        low = first_too_low(ground.terrain, (here, here), spots, rules.terrain_clearance_m)
+        if low is not None:
+            found.append(_too_low(low, at, rules))
+        high = first_too_high(ground.terrain, (here, here), rules.max_height_m)
+        if high is not None and high.ground_m is not None:  # unknown ground is told above, unless it is a spot's
+            found.append(_too_high(high, at, rules))
+    soft = (_charge_in_flight(state, ground, rules), _wind(state.wind, rules), _daylight(state.sun_up, rules))
+    for breach in soft:
+        if breach is not None:
+            found.append(structs.replace(breach, only_alarm=True) if state.descending else breach)
+    return tuple(found)
 
 
-def safe_landing_spot(
-    here: Place,
-    people: Sequence[Place],
-    taken: Sequence[Place],
-    ground: Airspace,
-    rules: Rules,
-    reach_m: float,
-) -> Place:
-    """Return the nearest spot to land: clear of people and of other machines, legal, within reach; else `here`.
+# -- where -------------------------------------------------------------------------------------------------------------
 
-    Args:
-        here: where the machine is, over ground.
-        people: known people; the spot is at least `rules.people_clearance_m` from each.
-        taken: ground spots of other machines; the spot is at least the site's `min_spacing_m` from each.
-        ground: fence, no-fly regions and known ground.
-        rules: of the machine.
-        reach_m: how far it may go over ground (`energy.reach_m`).
-    """
-    raise NotImplementedError
+
+def _space(flight: GateFlight, area: Area | None, ground: Airspace, rules: Rules) -> Iterator[Breach]:
+    """Iterate over what a goal breaks of zones and heights, the gravest first."""
+    rescue = flight.rescue and flight.here is not None
+    for zone in ground.zones:
+        for a, b in flight.ways:
+            offence = zone.offence(a, b, rescue=rescue)
+            if offence is not None:
+                yield _zone_breach(zone, offence, "the leg")
+        if area is not None:
+            offence = zone_offence(area, zone)
+            if offence is not None:
+                yield _zone_breach(zone, offence, "the area, or the way into it,")
+    start = flight.here.ground if flight.grounded and flight.here is not None else None
+    spots = _spots((*flight.spots, *((start,) if start is not None else ())), flight.home, flight.lands_at)
+    for way in flight.ways:
+        low = first_too_low(ground.terrain, way, spots, rules.terrain_clearance_m, rescue=flight.rescue)
+        if low is not None:
+            yield _too_low(low, "the leg would be", rules)
+        high = first_too_high(ground.terrain, way, rules.max_height_m, rescue=flight.rescue)
+        if high is not None:
+            yield _too_high(high, "the leg would be", rules)
+    if area is not None:
+        found = height_offence(area, ground.terrain, rules.terrain_clearance_m, rules.max_height_m)
+        if found is not None:
+            tell = _too_low if found[0] == "terrain_clearance" else _too_high
+            yield tell(found[1], "over the area it would be", rules)
+
+
+def _spots(spots: Sequence[Place], *more: Place | None) -> tuple[Place, ...]:
+    return (*spots, *(spot for spot in more if spot is not None))
+
+
+def _zone_breach(zone: Zone, offence: Offence, who: str) -> Breach:
+    deep, at = round(offence.depth_m, 1), _is_at(offence.at)
+    if zone.keep_in:
+        return Breach("keep_in", f"{who} leaves the fence: {deep:g} m outside at {at}", offence.depth_m, 0.0)
+    return Breach("keep_out", f"{who} enters {_no_fly(zone)}: {deep:g} m deep at {at}", offence.depth_m, 0.0)
+
+
+def _in_breach(zone: Zone, agent: str, here: Position) -> Breach:
+    depth = zone.depth_m(here)
+    deep, at = round(depth, 1), _is_at(here)
+    if zone.keep_in:
+        return Breach("keep_in", f"{agent} is {deep:g} m outside the fence at {at}", depth, 0.0)
+    return Breach("keep_out", f"{agent} is {deep:g} m deep in {_no_fly(zone)} at {at}", depth, 0.0)
+
+
+def _no_fly(zone: Zone) -> str:
+    return zone.name if zone.name.startswith("no-fly") else f"the no-fly region {zone.name}"
+
+
+def _too_low(found: Found, who: str, rules: Rules) -> Breach:
+    need = rules.terrain_clearance_m
+    if found.ground_m is None:
+        return Breach("terrain_clearance", f"{_unknown(found)}, and {need:g} m over it must be kept", None, need)
+    over = found.at.up_m - found.ground_m
+    text = f"{who} {_over(over)} at {_is_at(found.at)}, at least {need:g} m must be kept"
+    return Breach("terrain_clearance", text, over, need)
+
+
+def _too_high(found: Found, who: str, rules: Rules) -> Breach:
+    most = rules.max_height_m
+    if found.ground_m is None:
+        return Breach("max_height", f"{_unknown(found)}, and no more than {most:g} m over it are allowed", None, most)
+    over = found.at.up_m - found.ground_m
+    text = f"{who} {_over(over)} at {_is_at(found.at)}, at most {most:g} m are allowed"
+    return Breach("max_height", text, over, most)
+
+
+def _unknown(found: Found) -> str:
+    return f"the height of the ground at {_is_at(found.at)} is not known"
+
+
+def _over(metres: float) -> str:
+    return f"{metres:.1f} m over the ground" if metres >= 0.0 else f"{-metres:.1f} m below the ground"
+
+
+def _is_at(at: Place | Position) -> str:
+    return f"east {round(at.east_m)} m, north {round(at.north_m)} m"
+
+
+# -- weather, light ------------------------------------------------------------------------------------------------------
+
+
+def _wind(wind: Wind | None, rules: Rules) -> Breach | None:
+    blows = math.hypot(*wind) if wind is not None else 0.0
+    if blows <= rules.wind_max_m_s:
+        return None
+    text = f"the wind blows with {blows:.1f} m/s, at most {rules.wind_max_m_s:g} m/s are allowed"
+    return Breach("wind_max", text, blows, rules.wind_max_m_s)
+
+
+def _daylight(sun_up: bool | None, rules: Rules) -> Breach | None:
+    if not rules.daylight_only or sun_up:
+        return None
+    why = "it is not known whether the sun is up" if sun_up is None else "the sun is down"
+    return Breach("daylight_only", f"{why}, and flights are allowed by daylight only")
+
+
+# -- charge --------------------------------------------------------------------------------------------------------------
+
+
+def _charge_at_gate(flight: GateFlight, area: Area | None, ground: Airspace, rules: Rules) -> Breach | None:
+    power = flight.power
+    if power is None:
+        return None
+    need = _need_pct(flight, power, area, ground) + GATE_MARGIN_PCT
+    going = "to go there, do it and come home" if flight.ways or area is not None else "to do it and come home"
+    return _charge(need, going, flight.battery, flight.wind, power, rules)
+
+
+def _need_pct(flight: GateFlight, power: Power, area: Area | None, ground: Airspace) -> float:
+    """Return the most charge that is gone, at any point of the flight, once the machine has come home from there."""
+    wind, payload, speed = flight.wind or CALM, flight.payload_kg, flight.speed_m_s
+    home = _way_home(flight.home, flight.layer_m, power, wind, payload, ground)
+    spent, most, end = 0.0, 0.0, flight.here
+    landing = flight.lands_at is not None
+    if end is not None and not landing:
+        most = home(end, flight.grounded)
+    for a, b in flight.ways:
+        spent, end = spent + way_pct(a, b, power, wind, payload, speed), b
+        if not landing:
+            most = max(most, spent + home(b, False))
+    spent += hover_pct(power.landing_s if landing else flight.hover_s, power, payload)
+    if area is not None and end is not None:
+        spent += cover_pct(area, end, power, wind, payload, speed)
+        return max(most, spent + max(home(corner, False) for corner in area.corners))
+    if end is None:
+        return max(most, spent)
+    return max(most, spent + home(end, landing or (flight.grounded and not flight.ways)))
+
+
+def _charge_in_flight(state: FlightState, ground: Airspace, rules: Rules) -> Breach | None:
+    power, here = state.power, state.here
+    if power is None or here is None:
+        return None
+    wind, payload = state.wind or CALM, state.payload_kg
+    home = _way_home(state.home, state.layer_m, power, wind, payload, ground)
+    if state.lands_at is None:
+        need, going = home(here, False), "to come home from here"
+    else:
+        ways = ways_of(here, state.lands_at, ground)
+        need = sum(way_pct(a, b, power, wind, payload) for a, b in ways) + hover_pct(power.landing_s, power, payload)
+        need, going = need + home(ways[-1][1], True), "to land and come home from there"
+    return _charge(need, going, state.battery, state.wind, power, rules)
+
+
+def _way_home(
+    place: Place | None, layer_m: float | None, power: Power, wind: Wind, payload_kg: float, ground: Airspace
+) -> Callable[[Position, bool], float]:
+    layer = layer_m if layer_m is not None else ground.highest_layer_m
+
+    def pct(here: Position, grounded: bool) -> float:
+        home_up = ground.ground_m(place if place is not None else here)
+        return home_pct(here, place, layer, power, wind, payload_kg, home_up, grounded)
+
+    return pct
+
+
+def _charge(
+    need: float, going: str, battery: float | None, wind: Wind | None, power: Power, rules: Rules
+) -> Breach | None:
+    reserve = rules.reserve_pct
+    if not math.isfinite(need):
+        blows = math.hypot(*(wind or CALM))
+        text = f"a wind of {blows:.1f} m/s is too strong {going} with {power.speed_m_s:g} m/s"
+        return Breach("reserve", text, None, reserve)
+    if battery is None:
+        return Breach("reserve", f"needs {need:.1f} % {going}, and its charge is not known", need, None)
+    if battery - need >= reserve:
+        return None
+    text = f"needs {need:.1f} % {going}, has {battery:.1f} % of which {reserve:g} % are reserve"
+    return Breach("reserve", text, need, battery - reserve)
