@@ -7,6 +7,9 @@
 | `marks.json` | engine time and counters: a new start never uses an id or an instant again |
 | `engine.json` | where the engine is: API, agents' endpoint, process |
 | `token` | the word that callers from other machines must know |
+| `approvals.jsonl` | who approved what, and took it back: a line each, never changed |
+| `flights.jsonl` | the flight log: a line for each flight that has ended |
+| `flying.json` | flights that have not ended |
 
 Called by `formiga up` (through `SiteFolder`), and by every command that looks for a running engine (`find_engines`).
 """
@@ -27,6 +30,9 @@ from formiga_bt.errors import SiteError
 FOLDER: Final = ".formiga"
 RESERVE: Final = 100
 """So many ids of each kind are set aside at once; after a crash the rest of them is passed over."""
+APPROVALS: Final = "approvals.jsonl"
+FLIGHTS: Final = "flights.jsonl"
+FLYING: Final = "flying.json"
 COUNTERS: Final = ("task", "question", "clearance")
 """The counters that goal ids are made of."""
 TAKE_TRIES: Final = 5
@@ -198,6 +204,65 @@ class SiteFolder:
         return token
 
 
+def append_line(file: Path, record: Mapping[str, Any]) -> None:
+    """Add a record to a file of JSON lines, safely on disk when this returns; what a power cut left half written stays alone.
+
+    Raises:
+        SiteError: the file cannot be written.
+    """
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        is_new = not file.exists()
+        with file.open("ab+") as lines:
+            torn = lines.tell() > 0 and _last_byte(lines) != b"\n"
+            text = json.dumps(dict(record), ensure_ascii=False)
+            lines.write((b"\n" if torn else b"") + text.encode() + b"\n")
+            lines.flush()
+            os.fsync(lines.fileno())
+        if is_new:
+            _sync_folder(file.parent)
+    except OSError as error:
+        raise SiteError(f"cannot write {file}: {error.strerror or error}") from error
+
+
+def _last_byte(file: IO[bytes]) -> bytes:
+    file.seek(-1, os.SEEK_END)
+    return file.read(1)
+
+
+def read_lines(file: Path) -> list[dict[str, Any]]:
+    """Return the records of a file of JSON lines, those that a power cut cut short left out; none, if there is no file.
+
+    Raises:
+        SiteError: the file is there but cannot be read.
+    """
+    try:
+        texts = file.read_bytes().splitlines() if file.exists() else []
+    except OSError as error:
+        raise SiteError(f"cannot read {file}: {error.strerror or error}") from error
+    found = []
+    for text in texts:
+        try:
+            record = json.loads(text)
+        except ValueError:
+            continue
+        if isinstance(record, dict):
+            found.append(record)
+    return found
+
+
+def write_durably(file: Path, text: str) -> None:
+    """Replace a file so that after a power cut it is either the old or the new one.
+
+    Raises:
+        SiteError: it cannot be written.
+    """
+    try:
+        _write_durably(file, text)
+    except OSError as error:
+        raise SiteError(f"cannot write {file}: {error.strerror or error}") from error
+
+
 def _write_durably(file: Path, text: str) -> None:
     """Replace a file so that after a power cut it is either the old or the new one."""
     beside = file.with_name(f".{file.name}.new")
@@ -206,7 +271,11 @@ def _write_durably(file: Path, text: str) -> None:
         new.flush()
         os.fsync(new.fileno())
     beside.replace(file)
-    folder = os.open(file.parent, os.O_RDONLY)
+    _sync_folder(file.parent)
+
+
+def _sync_folder(path: Path) -> None:
+    folder = os.open(path, os.O_RDONLY)
     try:
         os.fsync(folder)
     finally:
@@ -252,6 +321,14 @@ def check_free(beside: Path, site: str) -> None:
     folder = beside.resolve() / FOLDER / site
     if is_running(folder):
         raise SiteError(_taken(folder))
+
+
+def find_folders(start: Path) -> list[Path]:
+    """Return the runtime folders of this folder's sites, or else of the nearest folder above it that has any."""
+    for folder in (start.resolve(), *start.resolve().parents):
+        if found := sorted(p for p in (folder / FOLDER).glob("*") if p.is_dir()):
+            return found
+    return []
 
 
 def find_engines(start: Path) -> list[EngineAddress]:

@@ -17,8 +17,9 @@ from fastapi.responses import JSONResponse, StreamingResponse
 from starlette.exceptions import HTTPException
 
 from formiga_bt import __version__
+from formiga_bt.services import crew_routes, order_routes
 from formiga_bt.services import models as m
-from formiga_bt.services import order_routes
+from formiga_bt.services.crew import Crew
 from formiga_bt.services.door import Door
 from formiga_bt.services.feed import Event, Feed
 from formiga_bt.services.orders import Orders
@@ -28,6 +29,9 @@ STATUS: Final = {
     "unknown_task": 404,
     "unknown_agent": 404,
     "unknown_target": 404,
+    "unknown_pilot": 404,
+    "not_approver": 403,
+    "not_approved": 403,
     "unknown_question": 404,
     "bad_params": 422,
     "bad_role": 422,
@@ -49,6 +53,7 @@ class Host(Protocol):
     """What the API needs besides orders."""
 
     orders: Orders
+    crew: Crew
     refused: tuple[str, ...]
 
     @property
@@ -99,6 +104,7 @@ def build(host: Host, *, token: str, needs_token: bool) -> Callable[..., Any]:
     _tasks(app, host.orders)
     _agents(app, host.orders)
     order_routes.add(app, host.orders.stops)
+    crew_routes.add(app, host.crew)
     _people(app, host.orders)
     _engine(app, host)
     return Door(app, token=token, needs_token=needs_token, refusal=problem)

@@ -19,10 +19,11 @@ from formiga_bt.engine.inputs import Abort, Step
 from formiga_bt.engine.state import EngineState
 from formiga_bt.errors import FormigaError, TaskError
 from formiga_bt.lang.model import Catalogue, Site, Task
-from formiga_bt.services import api, server, shown
+from formiga_bt.services import api, crew, server, shown
 from formiga_bt.services import models as m
 from formiga_bt.services.door import is_loopback
 from formiga_bt.services.feed import Feed
+from formiga_bt.services.flightlog import FlightLog
 from formiga_bt.services.orders import Orders
 from formiga_bt.services.standing import lockdown_out
 from formiga_bt.services.view import View
@@ -111,6 +112,7 @@ class EngineHost:
         now_us, counters = self._folder.marks()
         self.epoch = self._folder.next_epoch()
         self.view = View(self.epoch)
+        flights = FlightLog(self._folder.path, self.site)
         state = EngineState(now=now_us, counters={name: n for name, n in counters.items() if n})
         engine = Engine(self.site, self._catalogue, self._tasks, state=state)
         self.driver = RealtimeDriver(
@@ -118,23 +120,28 @@ class EngineHost:
             [self._desk, *self._wires],
             speed=self._speed,
             epoch=self.epoch,
-            listeners=[self.view.feed_step, *self._listeners],
-            persist=self._keep_marks,
+            listeners=[self.view.feed_step, flights.feed_step, *self._listeners],
+            persist=self._keep,
         )
         self.orders = Orders(self.driver, self.view, self._desk, self.site, self._tasks, self._catalogue)
+        self.crew = crew.Crew(self.driver, self.view, self.site, self._tasks, self._catalogue)
         for person, kind in self._desk_types.items():
             self._desk.add_person(person, kind)
             self.orders.desk_people.add(person)
         self.view.start()
         self._opened.append(self.view.stop)
+        flights.start()
+        self._opened.append(flights.stop)
         self._opened.append(self._stop_server)
         self._opened.append(self._stop_driver)  # first: requests that wait for it are answered, then the server ends
         self.driver.start()
+        crew.restore(self._folder.path, self.driver)
         self._server = server.HttpServer(api.build(self, token=token, needs_token=self._needs_token), sock)
         self._server.start()
         self.address = self._folder.publish(epoch=self.epoch, url=self._server.url, endpoint=self.endpoint)
 
-    def _keep_marks(self, step: Step) -> None:
+    def _keep(self, step: Step) -> None:
+        crew.keep_step(self._folder.path, step)
         for change in step.changes:
             if isinstance(change, ch.CounterSet):
                 self._folder.counted(change.name, change.value, step.at)

@@ -15,7 +15,7 @@ from formiga_bt.services.because import Because, Silence
 from formiga_bt.services.places import StepPlaces, running_leaves, title
 from formiga_bt.services.why_aside import detail, earlier_runs, making_room
 from formiga_bt.services.why_stopped import locked, stopped
-from formiga_bt.services.words import BLOCKED, GATE, REASONS, REPEATS, VERDICT_HINTS, VERDICTS, say, span
+from formiga_bt.services.words import BLOCKED, BLOCKED_HINTS, GATE, REASONS, REPEATS, VERDICT_HINTS, VERDICTS, say, span
 
 OTHER_ROLE = frozenset({"wrong_type", "not_this_one"})
 """Refusals that say nothing about the agent; left out where others remain."""
@@ -63,8 +63,10 @@ def _waiting(state: EngineState, task: TaskRecord, now: Micros) -> Iterator[Beca
         yield Because("not_looked", "the allocator has not looked at it yet")
         return
     for verdict in verdicts:
-        if not verdict.role and verdict.code != "lockdown":  # which `locked` tells
-            yield Because(verdict.code, say(BLOCKED, verdict.code, detail=verdict.detail))
+        if not verdict.role and verdict.code != "lockdown":
+            yield Because(
+                verdict.code, say(BLOCKED, verdict.code, detail=verdict.detail), BLOCKED_HINTS.get(verdict.code, "")
+            )
     for role in request.roles:
         yield from _role(role, [v for v in verdicts if v.role == role.role])
     yield from making_room(request)

@@ -49,6 +49,8 @@ BLOCKED: Final[Mapping[str, str]] = {
 }
 """What keeps a request from being granted whoever is free."""
 
+BLOCKED_HINTS: Final[Mapping[str, str]] = {"no_pilot": "formiga duty PILOT on"}
+
 GATE: Final[Mapping[str, str]] = {
     "": "waits to be sent",
     "clearance": "waits for a person to say that people stand 15 m clear",
@@ -103,7 +105,6 @@ REASONS: Final[Mapping[str, str]] = {
     "preempted": "a more urgent task took its agents",
     "cannot_continue": "an action was interrupted and cannot be done again as things stand",
     "lockdown": "the site was locked down",
-    "no_pilot": "no pilot on duty could take it",
     "no_action": "a machine does not offer what it was told",
     "envelope.reserve": "too little charge to come home with its reserve",
     "envelope.max_height": "higher than is allowed",
@@ -134,6 +135,8 @@ REPEATS: Final = frozenset(
 
 HINTS: Final[Mapping[str, str]] = {
     "unknown_task": "formiga tasks lists them",
+    "not_approver": "name approvers in site.yaml under people: approvers; the engine reads it when it starts",
+    "unknown_pilot": "name pilots in site.yaml under pilots; the engine reads it when it starts",
     "unknown_agent": "formiga agents lists them",
     "unknown_target": "formiga agents and formiga tasks list what there is",
     "already_ended": "formiga why {target} tells how",

@@ -1,0 +1,52 @@
+"""`formiga duty`: pilots go on duty and off."""
+
+from typing import Annotated
+
+import typer
+
+from formiga_bt.cli.client import JsonOption, SiteOption, connect, print_json, print_table, segment, show_next, user
+from formiga_bt.cli.inputs import UnusableFile
+
+
+def command(
+    pilot: Annotated[str, typer.Argument(help="A pilot whom the site file names.", metavar="[PILOT]")] = "",
+    word: Annotated[str, typer.Argument(help="on or off", metavar="[on|off]")] = "",
+    listed: Annotated[bool, typer.Option("--list", help="List the pilots.")] = False,
+    as_json: JsonOption = False,
+    site: SiteOption = None,
+) -> None:
+    """Put a pilot on duty, or take them off. In mode real each machine flies under the name of a pilot on duty.
+
+    Whoever goes off duty gets no more machines; those under their name already stay so until they are released. After a
+    start of the engine nobody is on duty.
+    """
+    if (pilot and word not in ("on", "off")) or (not pilot and not listed):
+        raise UnusableFile("say formiga duty PILOT on, formiga duty PILOT off, or formiga duty --list")
+    client = connect(site)
+    if pilot:
+        reply = client.post(f"/v1/pilots/{segment(pilot)}/duty", {"on": word == "on", "by": user()})
+        if as_json:
+            print_json(reply)
+            return
+        typer.echo(reply["text"])
+        show_next("formiga duty --list", "formiga tasks")
+        return
+    found = client.get("/v1/pilots")
+    if as_json:
+        print_json(found)
+        return
+    if not found["pilots"]:
+        typer.echo("the site file names no pilots")
+        return
+    rows = [
+        (
+            p["pilot"],
+            "on" if p["on"] else "off",
+            f"{len(p['machines'])} of {p['max_airborne']}",
+            ", ".join(p["machines"]),
+        )
+        for p in found["pilots"]
+    ]
+    print_table([("PILOT", "DUTY", "MACHINES", "WHICH"), *rows])
+    if found["mode"] != "real":
+        typer.echo(f"the site is in mode {found['mode']}: machines fly without a pilot's name")

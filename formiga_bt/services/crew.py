@@ -1,0 +1,189 @@
+"""Who approved what, and which pilots are on duty: orders and lists for the API, and what of it outlives a start.
+
+Approvals are kept in the site's runtime folder, one line each time a person gives or takes one back. Duty is not kept: after
+a start of the engine nobody is on duty until they say so.
+"""
+
+from collections.abc import Mapping
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any, Protocol
+
+from msgspec import Struct
+
+from formiga_bt.clock import Micros
+from formiga_bt.engine import changes as ch
+from formiga_bt.engine.inputs import Approve, Duty, Input, Step
+from formiga_bt.errors import FormigaError, TaskError
+from formiga_bt.lang.model import Catalogue, Site, Task
+from formiga_bt.safety.approval import TYPED, approval_digest, lands_away
+from formiga_bt.services.refused import Refused
+from formiga_bt.services.view import View
+from formiga_bt.services.words import hint_for
+from formiga_bt.site_folder import APPROVALS, append_line, read_lines
+
+
+class Driver(Protocol):
+    """What is needed of the realtime driver."""
+
+    def ask(self, given: Input, timeout_s: float = 10.0) -> str:
+        """Hand in an order and wait for the reply."""
+        ...
+
+
+class Given(Struct, frozen=True, kw_only=True):
+    """An approval that stands."""
+
+    digest: str
+    task: str
+    by: str
+    at: Micros
+
+
+def standing(folder: Path) -> list[Given]:
+    """Return the approvals that stand, as the runtime folder tells: given and not taken back.
+
+    Raises:
+        SiteError: the file cannot be read.
+    """
+    found: dict[str, Given] = {}
+    for line in read_lines(folder / APPROVALS):
+        digest = str(line.get("digest", ""))
+        found.pop(digest, None)
+        if digest and not line.get("revoke") and isinstance(line.get("at_us"), int):
+            found[digest] = Given(digest=digest, task=str(line["task"]), by=str(line["by"]), at=line["at_us"])
+    return list(found.values())
+
+
+def keep(folder: Path, *, digest: str, task: str, by: str, at: Micros, revoke: bool = False) -> None:
+    """Add a line about an approval; it is on disk when this returns.
+
+    Raises:
+        SiteError: the file cannot be written.
+    """
+    line: dict[str, Any] = {"digest": digest, "task": task, "by": by, "at_us": at, "at": utc(at)}
+    append_line(folder / APPROVALS, {**line, "revoke": True} if revoke else line)
+
+
+def keep_step(folder: Path, step: Step) -> None:
+    """Keep what a step did to approvals; those that were restored are kept already."""
+    given = step.input
+    if isinstance(given, Approve) and not given.at:
+        for change in step.changes:
+            if isinstance(change, ch.ApprovalPut):
+                keep(folder, digest=given.digest, task=given.task, by=given.by, at=step.at, revoke=given.revoke)
+
+
+def restore(folder: Path, driver: Driver) -> None:
+    """Tell a new engine what stands. One by a person who is no approver any more is passed over."""
+    for one in standing(folder):
+        try:
+            driver.ask(Approve(one.digest, one.task, one.by, at=one.at))
+        except TaskError as error:
+            if error.code != "not_approver":
+                raise
+
+
+def utc(at: Micros) -> str:
+    """Return an instant of engine time as ISO text in UTC, whole seconds."""
+    return datetime.fromtimestamp(at // 1_000_000, UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
+
+
+class Crew:
+    """The orders and lists behind the API.
+
+    Args:
+        driver: of the running engine.
+        view: its read-only copy.
+        site, tasks, catalogue: what the engine was made of.
+    """
+
+    def __init__(self, driver: Driver, view: View, site: Site, tasks: Mapping[str, Task], catalogue: Catalogue) -> None:
+        self._driver = driver
+        self._view = view
+        self._site = site
+        self._tasks = tasks
+        self._catalogue = catalogue
+
+    def approvals(self) -> dict[str, Any]:
+        """Return every task that is served, whether it is approved, and the approvals of other versions that stand."""
+        with self._view.reading() as state:
+            given = dict(state.approvals)
+        tasks = []
+        for name in sorted(self._tasks):
+            digest = approval_digest(self._tasks[name], self._site)
+            found = given.pop(digest, None)
+            away = list(lands_away(self._tasks[name], self._catalogue))
+            tasks.append(
+                {
+                    "task": name, "digest": digest, "lands_away": away, "approved_by": found.by if found else "",
+                    "unix_millis_approved": found.at // 1000 if found else None,
+                }
+            )  # fmt: skip
+        others = [{"task": a.task, "digest": d, "by": a.by, "unix_millis": a.at // 1000} for d, a in given.items()]
+        return {"mode": self._site.mode, "tasks": tasks, "others": others}
+
+    def approve(self, task: str, digest: str, typed: str, by: str, *, revoke: bool = False) -> str:
+        """Approve a task that is served, or take that back; return what happened.
+
+        Raises:
+            Refused: unknown task, a digest that is not the one served, not typed, or not by an approver.
+        """
+        model = self._tasks.get(task)
+        served = approval_digest(model, self._site) if model is not None else ""
+        if revoke:
+            self._ask(Approve(digest or served, task, by, revoke=True))
+            return f"the approval of {task} ({(digest or served)[:TYPED]}) is taken back"
+        if model is None:
+            raise Refused("unknown_task", f"there is no task '{task}'", hint_for("unknown_task"))
+        if digest != served:
+            raise Refused(
+                "not_served",
+                f"the engine serves another version of {task}: {served[:TYPED]}",
+                "a file changed since it started; start it anew: formiga down --drain, then formiga up",
+            )
+        if typed != served[:TYPED]:
+            raise Refused(
+                "not_confirmed",
+                "no program approves: `typed` must be the first 8 characters of the digest, as a person typed them",
+                f"formiga approve {task} --by {by or 'NAME'} shows what there is to read, and asks",
+            )
+        self._ask(Approve(served, task, by))
+        return f"{task} ({served[:TYPED]}) is approved by {by}"
+
+    def duties(self) -> dict[str, Any]:
+        """Return the site's pilots: how many machines each may have, has, and since when each is on duty."""
+        with self._view.reading() as state:
+            pilots = []
+            for pilot, most in self._site.pilots.items():
+                mine = {t.id for t in state.tasks.values() if t.pilot == pilot and t.section != "done"}
+                machines = [a.id for a in state.agents.values() if a.task in mine and not a.human]
+                since = state.duty.get(pilot)
+                pilots.append(
+                    {
+                        "pilot": pilot, "on": since is not None, "max_airborne": most, "machines": machines,
+                        "unix_millis_since": None if since is None else since // 1000,
+                    }
+                )  # fmt: skip
+        return {"mode": self._site.mode, "pilots": pilots}
+
+    def duty(self, pilot: str, by: str, *, on: bool) -> str:
+        """Put a pilot on duty, or take them off; return what happened.
+
+        Raises:
+            Refused: no pilot of this site.
+        """
+        self._ask(Duty(pilot, on, by))
+        self._view.catch_up()
+        still: list[str] = next((p["machines"] for p in self.duties()["pilots"] if p["pilot"] == pilot), [])
+        left = f"; still under that name: {', '.join(still)}" if still and not on else ""
+        return f"{pilot} is {'on' if on else 'off'} duty{left}"
+
+    def _ask(self, given: Input) -> None:
+        try:
+            self._driver.ask(given)
+        except TaskError as error:
+            raise Refused(error.code, str(error), hint_for(error.code)) from error
+        except FormigaError as error:
+            raise Refused("stopped", str(error), "formiga up starts it again") from error
+        self._view.catch_up()
