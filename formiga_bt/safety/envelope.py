@@ -16,13 +16,14 @@ from typing import Final
 from msgspec import Struct, structs
 
 from formiga_bt.geo import Place, Position, Region
-from formiga_bt.safety.airspace import Airspace, Way
+from formiga_bt.safety.airspace import Airspace
 from formiga_bt.safety.area import Area, area_of, cover_pct, height_offence, zone_offence
 from formiga_bt.safety.clearing import first_too_high, first_too_low
 from formiga_bt.safety.energy import CALM, Power, Wind, home_pct, hover_pct, way_pct
 from formiga_bt.safety.rules import Rules
 from formiga_bt.safety.spots import safe_landing_spot
 from formiga_bt.safety.terrain import Found
+from formiga_bt.safety.traffic import Way
 from formiga_bt.safety.zones import Offence, Zone
 
 __all__ = ["Breach", "FlightState", "GateFlight", "at_gate", "in_flight", "safe_landing_spot", "ways_of"]
@@ -144,13 +145,9 @@ def at_gate(flight: GateFlight, ground: Airspace, rules: Rules) -> Breach | None
         area = area_of(flight.region, flight.region_up_m if flight.region_up_m is not None else own, here)
     for breach in _space(flight, area, ground, rules):
         return breach
-    if flight.rescue:
+    if flight.rescue or not (moves or flight.power is not None):
         return None
-    if moves or flight.power is not None:
-        return (
-            _wind(flight.wind, rules) or _daylight(flight.sun_up, rules) or _charge_at_gate(flight, area, ground, rules)
-        )
-    return None
+    return _wind(flight.wind, rules) or _daylight(flight.sun_up, rules) or _charge_at_gate(flight, area, ground, rules)
 
 
 def in_flight(state: FlightState, ground: Airspace, rules: Rules) -> tuple[Breach, ...]:

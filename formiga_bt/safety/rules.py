@@ -1,7 +1,7 @@
 """The effective envelope of a machine for a task: the strictest of its type, its site and the task.
 
 Nobody can loosen: each source only tightens. `keep_in` and `keep_out` hold wherever the site has a fence or no-fly regions.
-Called by the gate and the fleet, once per goal or status; the answer is kept per (type, site, task's envelope).
+Asked by the gate and the fleet, for each goal and status; a `RuleBook` keeps the answers.
 """
 
 from collections.abc import Mapping
@@ -98,3 +98,23 @@ def rules_of(agent_type: AgentType, site: Site, task_envelope: Mapping[str, floa
         keep_out=bool(site.no_fly),
         on_breach=MappingProxyType(reactions),
     )
+
+
+class RuleBook:
+    """The rules of a site's machines, each worked out once.
+
+    Args:
+        site: as for `rules_of`.
+    """
+
+    def __init__(self, site: Site) -> None:
+        self._site = site
+        self._known: dict[tuple[str, frozenset[tuple[str, float]]], Rules] = {}
+
+    def of(self, agent_type: AgentType, task_envelope: Mapping[str, float] = _NONE) -> Rules:
+        """Return the rules of a type for a task; types are told apart by their names."""
+        key = agent_type.name, frozenset(task_envelope.items())
+        rules = self._known.get(key)
+        if rules is None:
+            rules = self._known[key] = rules_of(agent_type, self._site, task_envelope)
+        return rules
