@@ -94,9 +94,8 @@ faults:
 
 
 def test_every_kind_of_fault_can_be_written(catalogue: Catalogue) -> None:
-    lines = [
-        f"  - {{at: 1 s, agent: hwd_1, kind: {kind}{', delay: 2 s' if kind == 'slow' else ''}}}\n" for kind in FAULTS
-    ]
+    needs = {"slow": ", delay: 2 s", "battery": ", charge: 30 %", "preflight": ", check: gnss"}
+    lines = [f"  - {{at: 1 s, agent: hwd_1, kind: {kind}{needs.get(kind, '')}}}\n" for kind in FAULTS]
     scenario = read(HEAD + FLEET + "faults:\n" + "".join(lines), catalogue)
     assert [fault.kind for fault in scenario.faults] == list(FAULTS)
 
@@ -134,6 +133,10 @@ def test_a_wrong_head_is_named(text: str, expected: list[tuple[int, str, str]], 
         ("{id: picker_2, at: camp, person: {answers: [{match: x}]}}", "E008 an answer needs 'options' or 'never: true'"),
         ("{id: picker_2, at: camp, person: {awnsers: []}}", "E004 a person has no option 'awnsers'; did you mean 'answers'?"),
         ("{id: picker_2, at: {east: 3, north: 4 m}}", "E017 east needs a unit: 3 m?"),
+        ("{id: picker_2, at: camp, cut: true}", "E008 'picker_2' is a person: only drones have 'cut'"),
+        ("{id: hwd_2, payload: 2}", "E017 'payload' needs a unit: 2 kg?"),
+        ("{id: hwd_2, payload: -2 kg}", "E062 'payload' must not be negative"),
+        ("{id: hwd_2, on_link_loss: home}", "E008 'on_link_loss' cannot be 'home'"),
     ],
 )  # fmt: skip
 def test_a_wrong_agent_is_named(agent: str, expected: str, catalogue: Catalogue) -> None:
@@ -178,11 +181,102 @@ def test_a_wrong_task_is_named(task: str, expected: str, catalogue: Catalogue) -
         ("{at: 1 s, agent: hwd_1, kind: slow}", "E008 the fault 'slow' needs 'delay'"),
         ("{at: 1 s, agent: hwd_1, kind: nan, count: 0}", "E062 'count' must be a whole number from 1 on"),
         ("{at: 1 s, agent: hwd_1, kind: thaw, for: 2 s}", "E004 the fault 'thaw' has no option 'for'"),
+        ("{at: 1 s, agent: hwd_1, kind: battery}", "E008 the fault 'battery' needs 'charge'"),
+        ("{at: 1 s, agent: hwd_1, kind: battery, charge: 120 %}", "E062 'charge' must lie between 0 % and 100 %"),
+        ("{at: 1 s, agent: picker_1, kind: battery, charge: 20 %}", "E013 'picker_1' is a person: no charge to change"),
+        ("{at: 1 s, agent: hwd_1, kind: preflight, check: gps}", "E008 'check' cannot be 'gps'"),
+        ("{at: 1 s, agent: hwd_1, kind: drift, east: 50 m}", "E062 'east' must lie between -20 m and 20 m"),
+        ("{at: 1 s, kind: drift, east: 5 m}", "E008 the fault 'drift' needs 'agent'"),
+        ("{at: 1 s, kind: wind, east: 5}", "E017 'east' needs a unit: 5 m/s?"),
+        ("{at: 1 s, agent: hwd_1, kind: link_loss, presence: here}", "E008 'presence' cannot be 'here'"),
     ],
 )  # fmt: skip
 def test_a_wrong_fault_is_named(fault: str, expected: str, catalogue: Catalogue) -> None:
     found = problems(f"{HEAD}{FLEET}faults:\n  - {fault}\n", catalogue)
     assert [(line, f"{code} {text}") for line, code, text in found] == [(7, expected)]
+
+
+def test_weather_load_and_links_can_be_written(catalogue: Catalogue) -> None:
+    scenario = read(
+        HEAD
+        + """wind: {east: 3 m/s, north: -1 m/s}
+agents:
+  - {id: hwd_1, payload: 1.5 kg, cut: true, on_link_loss: land}
+  - {id: hwd_2}
+  - {id: picker_1, at: camp}
+faults:
+  - {at: 10 s, agent: hwd_1, kind: link_loss, for: 20 s, presence: stays}
+  - {at: 20 s, kind: wind, east: 5 m/s}
+""",
+        catalogue,
+    )
+    first, second, _ = scenario.agents
+    assert scenario.wind == (3.0, -1.0)
+    assert (first.payload_kg, first.cut, first.on_link_loss) == (1.5, True, "land")
+    assert (second.payload_kg, second.cut, second.on_link_loss) == (0.0, False, "return")
+    assert [(f.at // SECOND, f.agent, f.kind, f.on, f.vanishes, f.east) for f in scenario.faults] == [
+        (10, "hwd_1", "link_loss", True, False, 0.0),
+        (20, "hwd_1", "wind", True, True, 5.0),
+        (20, "hwd_2", "wind", True, True, 5.0),
+        (30, "hwd_1", "link_loss", False, False, 0.0),
+    ]
+
+
+def test_people_order(catalogue: Catalogue) -> None:
+    scenario = read(
+        HEAD
+        + FLEET
+        + """tasks: [{task: MoveTask}]
+orders:
+  - {at: 90 s, lockdown: return, by: picker_1}
+  - {at: 60 s, order: hold, target: hwd_1, by: picker_1}
+  - {at: 61 s, order: land, target: all}
+  - {at: 62 s, order: continue, target: MoveTask}
+  - {at: 63 s, order: handback, target: hwd_1}
+  - {at: 64 s, order: handback, target: hwd_1, how: end}
+  - {at: 95 s, abort: MoveTask, how: now}
+""",
+        catalogue,
+    )
+    assert [(o.at // SECOND, o.order, o.of, o.target, o.how, o.by) for o in scenario.orders] == [
+        (60, "hold", "agent", "hwd_1", "", "picker_1"),
+        (61, "land", "all", "", "", "operator"),
+        (62, "continue", "task", "MoveTask", "", "operator"),
+        (63, "handback", "agent", "hwd_1", "continue", "operator"),
+        (64, "handback", "agent", "hwd_1", "end", "operator"),
+        (90, "lockdown", "site", "", "return", "picker_1"),
+        (95, "abort", "task", "MoveTask", "now", "operator"),
+    ]
+
+
+@pytest.mark.parametrize(
+    ("order", "expected"),
+    [
+        ("{order: hold, target: hwd_1}", "E008 the order 'hold' needs 'at'"),
+        ("{at: 1 s, target: hwd_1}", "E008 an order needs 'order'"),
+        ("{at: 1 s, order: hold}", "E008 the order 'hold' needs 'target'"),
+        ("{at: 1 s, order: retrun, target: hwd_1}", "E008 'order' cannot be 'retrun'; did you mean 'return'?"),
+        ("{at: 1 s, order: hold, target: hwd_2}",
+         "E010 no agent or task of this scenario is called 'hwd_2'; did you mean 'hwd_1'?"),
+        ("{at: 1 s, order: hold, target: MoveTsk}",
+         "E010 no agent or task of this scenario is called 'MoveTsk'; did you mean 'MoveTask'?"),
+        ("{at: 1 s, order: hold, target: picker_1}", "E013 'picker_1' is a person: orders are for machines"),
+        ("{at: 1 s, order: cut, target: all}", "E013 'cut' is for one agent, 'all' is everything"),
+        ("{at: 1 s, order: restart, target: hwd_1}", "E013 'restart' is for one task, 'hwd_1' is an agent"),
+        ("{at: 1 s, order: hold, target: hwd_1, how: end}", "E004 the order 'hold' has no option 'how'"),
+        ("{at: 1 s, order: handback, target: hwd_1, how: home}", "E008 'how' cannot be 'home'"),
+        ("{at: 1 s, order: hold, target: hwd_1, by: piker_1}",
+         "E010 no person of this scenario is called 'piker_1'; did you mean 'picker_1'?"),
+        ("{at: 1 s, order: hold, target: hwd_1, by: hwd_1}", "E013 'hwd_1' is no person: it orders nothing"),
+        ("{at: 1 s, lockdown: fly}", "E008 'lockdown' cannot be 'fly'"),
+        ("{at: 1 s, lockdown: return, target: hwd_1}", "E004 a lockdown has no option 'target'"),
+        ("{at: 1 s, abort: PickUp}", "E010 no task of this scenario is called 'PickUp'"),
+        ("{at: 1 s, abort: hwd_1}", "E013 'abort' is for one task, 'hwd_1' is an agent"),
+    ],
+)  # fmt: skip
+def test_a_wrong_order_is_named(order: str, expected: str, catalogue: Catalogue) -> None:
+    found = problems(f"{HEAD}{FLEET}tasks: [{{task: MoveTask}}]\norders:\n  - {order}\n", catalogue)
+    assert [(line, f"{code} {text}") for line, code, text in found] == [(8, expected)]
 
 
 def test_problems_of_the_site_and_of_a_task_are_told_with_the_scenario(tmp_path: Path, catalogue: Catalogue) -> None:
