@@ -5,9 +5,10 @@ from typing import Any
 import pytest
 
 from formiga_bt.clock import SECOND
-from formiga_bt.geo import Place, Position
+from formiga_bt.geo import Place, Position, Region
+from formiga_bt.safety.envelope import Breach
 from formiga_bt.safety.gate import Ask, Go, Hold, Refuse, judge, needs_clearance
-from formiga_bt.safety.traffic import Traffic, traffic_of
+from formiga_bt.safety.traffic import Area, Traffic, traffic_of
 from formiga_bt.transport.messages import Clearance
 
 PORT, OTHER_PORT = Place(0.0, 0.0), Place(30.0, 0.0)
@@ -107,6 +108,51 @@ def test_a_word_holds_for_sixty_seconds(age_s: float, goes: bool) -> None:
         assert verdict(request) == Hold("clearance")
 
 
+@pytest.mark.parametrize(("off_m", "goes"), [(0.0, True), (5.0, True), (5.01, False)])
+def test_a_word_counts_only_near_the_spot_that_it_was_given_for(off_m: float, goes: bool) -> None:
+    word = Clearance("ann", NOW)
+    landing = ask(lands=True, target=Place(0.0, 50.0), clearance=word, cleared=Place(off_m, 50.0))
+    start = ask(
+        starts_rotors=True,
+        landed="grounded",
+        position=Position(0.0, 50.0, 0.0),
+        clearance=word,
+        cleared=Place(0.0, 50.0 + off_m),
+    )
+
+    assert isinstance(verdict(landing), Go) is goes
+    assert isinstance(verdict(start), Go) is goes
+
+
+def test_a_word_for_no_known_spot_does_not_count() -> None:
+    assert verdict(ask(lands=True, target=Place(0.0, 50.0), clearance=Clearance("ann", NOW))) == Hold("clearance")
+
+
+# -- the envelope ----------------------------------------------------------------------------------------------------------
+
+
+def test_a_breach_of_the_envelope_is_refused_with_its_code_and_numbers() -> None:
+    breach = Breach("max_height", "130 m over the ground, allowed are 120 m", 130.0, 120.0)
+
+    found = judge(ask(target=Position(0.0, 0.0, 130.0)), (), NOW, 15.0, 3.0, lambda: breach)
+
+    assert found == Refuse("envelope.max_height", "130 m over the ground, allowed are 120 m")
+
+
+def test_what_waits_for_command_is_not_judged_by_limits_yet() -> None:
+    def limits() -> Breach:
+        raise AssertionError("asked too early")
+
+    assert judge(ask(held=True), (), NOW, 15.0, 3.0, limits) == Hold("held", "T-1")
+
+
+def test_nobody_is_asked_to_clear_a_landing_that_may_not_be() -> None:
+    breach = Breach("keep_out", "the lake is no place to land")
+    landing = ask(lands=True, target=Place(0.0, 50.0))
+
+    assert isinstance(judge(landing, (), NOW, 15.0, 3.0, lambda: breach), Refuse)
+
+
 # -- spots and ports -------------------------------------------------------------------------------------------------------
 
 
@@ -136,6 +182,47 @@ def test_nobody_lands_where_another_stands_or_will_land(there: dict[str, Any]) -
     )
 
     assert verdict(request, other(**there)) == Hold("spot_busy", "d2")
+
+
+ON_MY_PORT = {"landed": "grounded", "position": Position(0.5, 0.0, 0.0)}
+
+
+@pytest.mark.parametrize(
+    ("fields", "there", "found"),
+    [
+        # the leg home, and the landing, wait for who is on the port
+        (
+            {"target": Position(0.0, 0.0, 60.0), "position": Position(90.0, 0.0, 60.0)},
+            ON_MY_PORT,
+            Hold("port_busy", "d2"),
+        ),
+        ({"lands": True, "target": PORT}, ON_MY_PORT, Hold("port_busy", "d2")),
+        # or who is about to land there, also one of the same task
+        (
+            {"lands": True, "target": PORT},
+            {"leg": (HERE, Position(0.0, 0.0, 0.0)), "position": HERE},
+            Hold("port_busy", "d2"),
+        ),
+        ({"lands": True, "target": PORT}, {**ON_MY_PORT, "task": "T-1"}, Hold("port_busy", "d2")),
+        # a climb at the port does not
+        ({"target": Position(0.0, 0.0, 75.0)}, ON_MY_PORT, None),
+        # nor does a machine that stands beside it
+        ({"lands": True, "target": PORT}, {"landed": "grounded", "position": Position(3.0, 0.0, 0.0)}, None),
+    ],
+)
+def test_the_own_port_must_be_free(fields: dict[str, Any], there: dict[str, Any], found: Hold | None) -> None:
+    got = verdict(ask(**fields), other(**there))
+
+    assert got == found if found is not None else isinstance(got, Go)
+
+
+def test_spots_are_as_far_apart_as_the_site_says() -> None:
+    word = Clearance("ann", NOW)
+    request = ask(lands=True, target=Place(0.0, 50.0), clearance=word, cleared=Place(0.0, 50.0))
+    beside = other(landed="grounded", position=Position(0.0, 54.0, 0.0))
+
+    assert isinstance(judge(request, [beside], NOW, 15.0, 4.0), Go)
+    assert judge(request, [beside], NOW, 15.0, 4.1) == Hold("spot_busy", "d2")
 
 
 # -- keeping apart ---------------------------------------------------------------------------------------------------------
@@ -173,6 +260,16 @@ def test_the_part_of_a_leg_that_was_flown_blocks_nobody() -> None:
     gone = other(position=Position(0.0, 300.0, 60.0), leg=leg)
 
     assert isinstance(verdict(ask(target=Position(200.0, 0.0, 60.0)), gone), Go)
+
+
+def test_an_explorer_takes_up_its_area_at_its_height() -> None:
+    region = Region((Place(100.0, 0.0), Place(200.0, 0.0), Place(200.0, 80.0), Place(100.0, 80.0)))
+    request = ask(region=region, rises_to_m=60.0, position=Position(150.0, 40.0, 60.0))
+
+    found = verdict(request, other(position=Position(150.0, 40.0, 75.0)))
+
+    assert found == Go(None, Area(region.corners, 60.0))
+    assert verdict(request, other(position=Position(110.0, 70.0, 74.0))) == Hold("leg_busy", "d2")
 
 
 def test_a_vertical_move_keeps_half_the_separation() -> None:
