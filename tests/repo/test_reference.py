@@ -9,9 +9,14 @@ from pathlib import Path
 
 import pytest
 
+from formiga_bt.heights import parse_heights
+from formiga_bt.lang.actions import ACTION
+from formiga_bt.lang.catalogue import TYPE
 from formiga_bt.lang.helpers import REQUIRED, STANDARD, Helper
+from formiga_bt.lang.kinds import ENVELOPE
 from formiga_bt.lang.loader import load_catalogue, load_task_text
 from formiga_bt.lang.model import ActionSpec, Catalogue, FieldSpec
+from formiga_bt.lang.site import SITE, load_site_text
 from formiga_bt.lang.types import Type
 from formiga_bt.units import LIKELY, format_quantity
 
@@ -91,3 +96,31 @@ def test_every_shipped_subtree_is_listed_with_its_params(catalogue: Catalogue) -
         for subtree in loaded.task.subtrees.values():
             params = ", ".join(f"{param.name}: {param.type}" for param in subtree.params.values())
             assert f"| `{subtree.name}` | `{params}` |" in text
+
+
+SITE_PAGE = ROOT / "docs" / "site.md"
+
+
+def test_the_page_of_sites_names_every_key_of_sites_types_actions_and_limits() -> None:
+    text = SITE_PAGE.read_text(encoding="utf-8")
+    named = {word for cell in re.findall(r"^\| ([^|]+) \|", text, re.MULTILINE) for word in re.findall(r"`(\w+)", cell)}
+    keys = {option.name for option in (*SITE, *TYPE, *ACTION, *ENVELOPE)}
+    assert keys - named == set()
+
+
+def test_the_examples_of_the_page_of_sites_check_without_a_warning(tmp_path: Path) -> None:
+    text = SITE_PAGE.read_text(encoding="utf-8")
+    site, more = re.findall(r"^```yaml\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
+    (tmp_path / "crane.yaml").write_text(more, encoding="utf-8")
+    catalogue, problems, _ = load_catalogue([ROOT / "actions" / "base.yaml", tmp_path / "crane.yaml"])
+    assert problems == []
+    found, problems, _ = load_site_text(site, "site.yaml", catalogue)
+    assert problems == []
+    assert found is not None
+
+
+def test_the_height_file_of_the_page_of_sites_can_be_read() -> None:
+    text = SITE_PAGE.read_text(encoding="utf-8")
+    grid = re.search(r"^```\n(ncols.*?)^```", text, re.MULTILINE | re.DOTALL)
+    assert grid is not None
+    assert parse_heights(grid[1], 120.0).ground_m(0.0, -50.0) == 0.0
