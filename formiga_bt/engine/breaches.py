@@ -61,7 +61,7 @@ class Breaches:
             battery=agent.battery,
             payload_kg=agent.payload_kg,
             wind=agent.wind,
-            power=power_of(core.agent_type(agent).limits),
+            power=power_of(core.agent_type(agent).limits, agent.limits),
             home=home.at if home else None,
             layer_m=agent.layer_m,
             sun_up=core.airspace.sun_is_up(core.now) if core.rules(agent, agent.task).daylight_only else None,

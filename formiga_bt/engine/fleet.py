@@ -54,6 +54,7 @@ class Fleet:
                 present=True,
                 actions=self._known(card),
                 on_link_loss=card.on_link_loss,
+                limits=dict(card.limits),
                 heard_wall=wall or old.heard_wall,
             )
         self._mark_alive(card.id, wall)
@@ -79,6 +80,7 @@ class Fleet:
             shared=kind.shared if kind else False,
             actions=self._known(card),
             on_link_loss="" if card.human else card.on_link_loss,
+            limits=dict(card.limits),
             present=True,
             liveness="ALIVE",
             home=home,

@@ -192,6 +192,8 @@ class AgentRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
     """East and north, m/s, where it blows to, as the machine feels it."""
     checks: tuple[PreflightCheck, ...] = ()
     on_link_loss: str = ""
+    limits: dict[str, float] = {}
+    """What it announces of itself, SI by name; its type's numbers hold for the rest."""
     taken: bool = False
     """A pilot or its own failsafe took it over, and no person has handed it back yet."""
     breach: str = ""

@@ -18,10 +18,16 @@ from formiga_bt.engine.treerun import Ended, TaskTrees
 from formiga_bt.geo import Place
 from formiga_bt.lang.model import Subtree
 from formiga_bt.lang.types import AgentRef
+from formiga_bt.safety.energy import CALM, power_of, reach_m
+from formiga_bt.safety.envelope import safe_landing_spot
 
 Way = Literal["recover", "fetch", "land"]
 
 TRIES = 3
+KEEP_PCT = 5.0
+"""Charge that is not counted on when a spot to land is looked for: near it machines land by themselves."""
+SHIFT_M = 200.0
+"""A machine that is told to land here goes at most so far to be clear of people."""
 ESTIMATE_US = 300 * SECOND
 ALARM_EVERY_US = 60 * SECOND
 
@@ -164,8 +170,20 @@ class Recovery:
         self._core.put_task(task_id, notes=(*self._core.task(task_id).notes, text))
 
     def spot(self, agent: AgentRecord) -> Place:
-        """Return where a machine lands that is told to land here."""
-        return agent.position.ground if agent.position is not None else Place(0.0, 0.0)
+        """Return where a machine lands that is told to land here: clear of people and machines, if its charge allows."""
+        core = self._core
+        if agent.position is None:
+            return Place(0.0, 0.0)
+        power = power_of(core.agent_type(agent).limits, agent.limits)
+        reach = 0.0
+        if power is not None and agent.battery is not None:
+            reach = reach_m(agent.battery - KEEP_PCT, agent.position, power, agent.wind or CALM, agent.payload_kg)
+        others = [a for a in core.state.agents.values() if a.id != agent.id and a.position is not None]
+        people = [a.position.ground for a in others if a.human and a.position is not None]
+        taken = [a.position.ground for a in others if not a.human and a.landed == "grounded" and a.position is not None]
+        return safe_landing_spot(
+            agent.position.ground, people, taken, core.airspace, core.rules(agent, agent.task), min(reach, SHIFT_M)
+        )
 
     def abandon(self, task_id: str, one: Recovering) -> None:
         """A way home was stopped by another order."""
