@@ -21,7 +21,7 @@ from formiga_bt.engine.engine import Engine
 from formiga_bt.engine.inputs import Abort, Step, Submit
 from formiga_bt.errors import FormigaError, TaskError
 from formiga_bt.lang.model import Catalogue, Site, Task
-from formiga_bt.lang.scenario import Scenario, ScenarioFault
+from formiga_bt.lang.scenario import Scenario, ScenarioFault, ScenarioOrder
 from formiga_bt.show.runlog import RunLog
 from formiga_bt.simulation import Played, Timetable, site_of, specs_of
 from formiga_bt.transport.desk import OpenQuestion
@@ -224,7 +224,7 @@ def _watchers(specs: Sequence[AgentSpec]) -> dict[str, str]:
 
 
 class ScenarioDemo(Demo):
-    """A demo that plays a scenario: its agents, its tasks at their times, its faults.
+    """A demo that plays a scenario: its agents, its tasks and orders at their times, its faults.
 
     When all agents are there: `begin`, then `play_due` again and again until `is_over`. `also`: tasks that may be requested
     besides the scenario's.
@@ -271,15 +271,15 @@ class ScenarioDemo(Demo):
         """Start the scenario's clock."""
         self._table.begin(self.driver.now())
 
-    def play_due(self) -> list[ScenarioFault]:
-        """Submit the tasks and play the faults that are due; return the faults."""
+    def play_due(self) -> list[ScenarioFault | ScenarioOrder]:
+        """Submit the tasks, play the faults and give the orders that are due; return the faults and orders."""
         assert self.fleet is not None, "the demo was not entered"
         due = self._table.due(self.driver.now())
         for entry in due:
             if isinstance(entry, ScenarioFault) and entry.kind in ("kill", "restart"):
                 (self.down.add if entry.kind == "kill" else self.down.discard)(entry.agent)
-            self.played.carry_out(entry, self.driver.now(), self.fleet, self.driver.ask)
-        return [entry for entry in due if isinstance(entry, ScenarioFault)]
+            self.played.carry_out(entry, self.driver.now(), self.fleet, self.driver.ask, self.log.state.tasks)
+        return [entry for entry in due if isinstance(entry, ScenarioFault | ScenarioOrder)]
 
     def wait_s(self, most_s: float) -> float:
         """Return the wall time until the next thing is due, at most `most_s`."""

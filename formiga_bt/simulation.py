@@ -1,22 +1,23 @@
-"""Scenarios come alive: simulated agents, tasks at their times, and faults, in virtual time or as processes.
+"""Scenarios come alive: simulated agents, tasks and orders at their times, and faults, in virtual time or as processes.
 
 `VirtualRun` is a whole scenario in this process on the virtual clock. `FaultPlayer` plays the faults of one on any fleet;
 `sim` and `demo` use it for fleets of processes. `fleet_site` makes a site for a fleet of any size.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, Protocol
+from typing import Any, Literal, Protocol
 
 from agents_sim.faults import Order
 from agents_sim.referee import Verdict
 from agents_sim.world import AgentSpec, is_person
 from formiga_bt.clock import Micros
-from formiga_bt.engine.inputs import Step, Submit
+from formiga_bt.engine.inputs import Abort, LockdownOrder, Operator, OperatorOrder, Step, Submit
+from formiga_bt.engine.records import TaskRecord
 from formiga_bt.errors import TaskError
 from formiga_bt.geo import Place, Position
 from formiga_bt.lang.model import Port, Site, SiteAgent
-from formiga_bt.lang.scenario import Scenario, ScenarioFault, ScenarioTask
+from formiga_bt.lang.scenario import Scenario, ScenarioFault, ScenarioOrder, ScenarioTask
 from formiga_bt.rehearsal import Rehearsal
 
 SETTLE_S = 1.0
@@ -38,6 +39,10 @@ def specs_of(scenario: Scenario, *, with_base: bool = False) -> list[AgentSpec]:
             kind="person" if agent.human else "drone",
             walk=agent.walk,
             base=base,
+            wind=(0.0, 0.0) if agent.human else scenario.wind,
+            payload_kg=agent.payload_kg,
+            cut=agent.cut,
+            on_link_loss=agent.on_link_loss,
         )
         for agent in scenario.agents
     ]
@@ -57,6 +62,46 @@ def site_of(scenario: Scenario) -> Site:
 def request_of(task: ScenarioTask) -> Submit:
     """Return the request for a task of a scenario."""
     return Submit(task.task, dict(task.params), priority=task.priority, requester="scenario")
+
+
+OrderInput = Operator | LockdownOrder | Abort
+"""What an order of a scenario is to the engine."""
+
+Entry = ScenarioTask | ScenarioFault | ScenarioOrder
+"""What a timetable holds."""
+
+
+def order_of(order: ScenarioOrder, tasks: Mapping[str, TaskRecord]) -> OrderInput:
+    """Return the engine input of an order; `tasks` are those that the engine knows now.
+
+    Raises:
+        TaskError: `unknown_task`: no task of that name is open.
+    """
+    target = _newest(order.target, tasks) if order.of == "task" else order.target
+    match order.order:
+        case "lockdown":
+            how = next(word for word in _LOCKDOWNS if word == order.how)
+            return LockdownOrder(how, by=order.by)
+        case "abort":
+            return Abort(target, how=next(word for word in _ABORTS if word == order.how), by=order.by)
+        case "handback":
+            return Operator(_HANDBACKS[order.how], target, order.by)
+        case word:
+            return Operator(word, target, order.by)
+
+
+_LOCKDOWNS: tuple[Literal["hold", "return", "land", "release"], ...] = ("hold", "return", "land", "release")
+_ABORTS: tuple[Literal["", "now", "abandon"], ...] = ("", "now", "abandon")
+_HANDBACKS: Mapping[str, OperatorOrder] = {
+    "continue": "handback_continue", "return": "handback_return", "end": "handback_end",
+}  # fmt: skip
+
+
+def _newest(name: str, tasks: Mapping[str, TaskRecord]) -> str:
+    open_ = [task for task in tasks.values() if task.name == name and task.section != "done" and not task.system_agent]
+    if not open_:
+        raise TaskError("unknown_task", f"no task '{name}' is open")
+    return max(open_, key=lambda task: task.order).id
 
 
 class Fleet(Protocol):
@@ -102,30 +147,45 @@ def play(fault: ScenarioFault, fleet: Fleet) -> None:
                 code=fault.code,
                 delay_s=fault.delay_s,
                 on=fault.on,
+                vanishes=fault.vanishes,
+                percent=fault.percent,
+                east=fault.east,
+                north=fault.north,
+                check=fault.check,
+                text=fault.text,
             )
             fleet.order(fault.agent, order)
 
 
-def describe(fault: ScenarioFault) -> str:
-    """Return a fault in words, for people: `hwd_1: kill`."""
+def describe(entry: ScenarioFault | ScenarioOrder) -> str:
+    """Return a fault or an order in words, for people: `hwd_1: kill`, `watcher_1: hold hwd_1`."""
+    if isinstance(entry, ScenarioOrder):
+        target = "all" if entry.of == "all" else entry.target
+        return f"{entry.by}: {' '.join(word for word in (entry.order, target, entry.how) if word)}"
+    over = "" if entry.on else " no more"
     more = {
-        "slow": f" {fault.delay_s:g} s" if fault.delay_s else " no more",
-        "wrong_id": f" {fault.as_id}",
-        "refuse": f" {fault.code}",
-        "never_confirm": "" if fault.on else " no more",
-    }.get(fault.kind, "")
-    times = f" x{fault.count}" if fault.count > 1 else ""
-    return f"{fault.agent}: {fault.kind}{more}{times}"
+        "slow": f" {entry.delay_s:g} s" if entry.delay_s else " no more",
+        "wrong_id": f" {entry.as_id}",
+        "refuse": f" {entry.code}",
+        "never_confirm": over,
+        "link_loss": over or ("" if entry.vanishes else ", its presence stays"),
+        "battery": f" {entry.percent:g} %",
+        "wind": f" {entry.east:g} m/s east, {entry.north:g} m/s north",
+        "preflight": f" {entry.check}{over}",
+        "drift": over or f" {entry.east:g} m east, {entry.north:g} m north",
+    }.get(entry.kind, "")
+    times = f" x{entry.count}" if entry.count > 1 else ""
+    return f"{entry.agent}: {entry.kind}{more}{times}"
 
 
 class Timetable:
-    """What a scenario still has to do: requests and faults in order of time, from the instant `begin`.
+    """What a scenario still has to do: requests, faults and orders in order of time, from the instant `begin`.
 
-    `due(now)` hands out, in order, what is due by `now`; a request goes before a fault of the same instant.
+    `due(now)` hands out, in order, what is due by `now`; of one instant requests go first, then faults, then orders.
     """
 
     def __init__(self, scenario: Scenario) -> None:
-        entries: list[ScenarioTask | ScenarioFault] = [*scenario.requests, *scenario.faults]
+        entries: list[Entry] = [*scenario.requests, *scenario.faults, *scenario.orders]
         self._left = sorted(entries, key=lambda entry: entry.at)
         self._begin: Micros | None = None
 
@@ -137,9 +197,9 @@ class Timetable:
         """Return when the next entry is due, None if none is left or the clock does not run."""
         return self._begin + self._left[0].at if self._left and self._begin is not None else None
 
-    def due(self, now: Micros) -> list[ScenarioTask | ScenarioFault]:
+    def due(self, now: Micros) -> list[Entry]:
         """Return what is due by `now` and has not been handed out."""
-        found: list[ScenarioTask | ScenarioFault] = []
+        found: list[Entry] = []
         while (at := self.next_time()) is not None and at <= now:
             found.append(self._left.pop(0))
         return found
@@ -158,19 +218,42 @@ class Played:
     refused: list[tuple[str, str]] = field(default_factory=list)
     """Task and reason."""
     faults: list[tuple[Micros, ScenarioFault]] = field(default_factory=list)
+    orders: list[tuple[Micros, ScenarioOrder, str]] = field(default_factory=list)
+    """With why it was refused, or empty."""
 
     def carry_out(
-        self, entry: ScenarioTask | ScenarioFault, now: Micros, fleet: Fleet, ask: Callable[[Submit], str]
+        self,
+        entry: Entry,
+        now: Micros,
+        fleet: Fleet,
+        ask: Callable[[Submit | OrderInput], str],
+        tasks: Mapping[str, TaskRecord],
     ) -> None:
-        """Submit the task or play the fault, and note it."""
-        if isinstance(entry, ScenarioFault):
-            play(entry, fleet)
-            self.faults.append((now, entry))
-            return
-        try:
-            self.task_ids.append(ask(request_of(entry)))
-        except TaskError as error:
-            self.refused.append((entry.task, str(error)))
+        """Submit the task, play the fault or give the order, and note it; a refusal is noted too.
+
+        Args:
+            entry: what is due.
+            now: engine time.
+            fleet: whom faults befall.
+            ask: hands the engine an input of a person; raises TaskError when that is refused.
+            tasks: that the engine knows.
+        """
+        match entry:
+            case ScenarioFault():
+                play(entry, fleet)
+                self.faults.append((now, entry))
+            case ScenarioOrder():
+                why = ""
+                try:
+                    ask(order_of(entry, tasks))
+                except TaskError as error:
+                    why = f"{error.code}: {error}"
+                self.orders.append((now, entry, why))
+            case ScenarioTask():
+                try:
+                    self.task_ids.append(ask(request_of(entry)))
+                except TaskError as error:
+                    self.refused.append((entry.task, str(error)))
 
 
 class VirtualRun:
@@ -228,7 +311,7 @@ class VirtualRun:
     def _next(self) -> None:
         world = self.rehearsal
         for entry in self._table.due(world.now):
-            self.played.carry_out(entry, world.now, world.sim, world.ask)
+            self.played.carry_out(entry, world.now, world.sim, world.ask, world.engine.state.tasks)
         at = self._table.next_time()
         if at is not None:
             world.scheduler.call_at(at, self._next)

@@ -1,4 +1,4 @@
-"""A scenario's agents as processes beside an engine that runs elsewhere, with their tasks and faults on its clock.
+"""A scenario's agents as processes beside an engine that runs elsewhere, with tasks, faults and orders on its clock.
 
 `Stage` follows the engine's beats on the wire, so that a scenario's seconds are the engine's. Used by `formiga sim`.
 """
@@ -18,7 +18,7 @@ from agents_sim.process import calendar_us, wall_us
 from agents_sim.referee import Verdict
 from formiga_bt.clock import SECOND
 from formiga_bt.errors import FormigaError, TransportError
-from formiga_bt.lang.scenario import Scenario, ScenarioFault, ScenarioTask
+from formiga_bt.lang.scenario import Scenario, ScenarioFault, ScenarioOrder, ScenarioTask
 from formiga_bt.simulation import Timetable, play, specs_of
 from formiga_bt.transport.messages import AgentStatus, ClockBeat
 from formiga_bt.transport.zenoh_agent import ZenohObserver
@@ -35,15 +35,15 @@ class Stage:
     Args:
         scenario: what to play.
         connect: the engine's endpoint.
-        submit: takes a task when it is due.
+        ask: takes a task or an order when it is due.
     """
 
-    def __init__(self, scenario: Scenario, connect: str, submit: Callable[[ScenarioTask], None]) -> None:
+    def __init__(self, scenario: Scenario, connect: str, ask: Callable[[ScenarioTask | ScenarioOrder], None]) -> None:
         self.agents = [agent.id for agent in scenario.agents]
         self.ready: set[str] = set()
         self._site = scenario.site.name
         self._connect = connect
-        self._submit = submit
+        self._ask = ask
         self._table = Timetable(scenario)
         self._clock = PacedScheduler(wall_us, calendar_us(), scenario.speed)
         self._observer = ZenohObserver(self._site, connect=connect)
@@ -89,7 +89,7 @@ class Stage:
 
     @property
     def all_played(self) -> bool:
-        """Return whether every task was submitted and every fault played."""
+        """Return whether every task and order was asked for and every fault played."""
         return self._table.is_done
 
     def verdict(self) -> Verdict:
@@ -115,7 +115,7 @@ class Stage:
         self._table.begin(self._clock.now())
 
     def step(self, most_s: float = 0.2) -> list[ScenarioFault]:
-        """Wait a little, then submit and play what is due; return the faults played.
+        """Wait a little, then ask for and play what is due; return the faults played.
 
         Raises:
             FormigaError: an agent's process ended by itself.
@@ -127,8 +127,8 @@ class Stage:
         self._check()
         faults = []
         for entry in self._table.due(self._clock.now()):
-            if isinstance(entry, ScenarioTask):
-                self._submit(entry)
+            if not isinstance(entry, ScenarioFault):
+                self._ask(entry)
                 continue
             if entry.kind in ("kill", "restart"):
                 (self._down.add if entry.kind == "kill" else self._down.discard)(entry.agent)

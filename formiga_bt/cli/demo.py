@@ -172,6 +172,7 @@ def _pump(demo: "ScenarioDemo", view: "View", seconds: float) -> None:
 
 def _fly(demo: "ScenarioDemo", view: "View", desk: Keyboard | None) -> bool:
     """Run the missions; return False if they were interrupted (the drones have landed then)."""
+    from formiga_bt.lang.scenario import ScenarioOrder
     from formiga_bt.simulation import describe
 
     def show() -> None:
@@ -191,8 +192,8 @@ def _fly(demo: "ScenarioDemo", view: "View", desk: Keyboard | None) -> bool:
                 break
             if demo.driver.now() > until:
                 raise FormigaError(f"the missions did not end within {LIMIT_S} s of engine time")
-            for fault in demo.play_due():
-                view.say(f"fault: {describe(fault)}")
+            for entry in demo.play_due():
+                view.say(f"{'order' if isinstance(entry, ScenarioOrder) else 'fault'}: {describe(entry)}")
             _turn(demo, view, desk, demo.wait_s(0.2))
     except KeyboardInterrupt:
         _land(demo, view, show)

@@ -110,6 +110,9 @@ def _report(play: "Scenario", world: "VirtualRun", in_time: bool) -> dict[str, A
             for row in log.actions
         ],
         "faults": [{"at_s": since(at), "fault": describe(fault)} for at, fault in world.played.faults],
+        "orders": [
+            {"at_s": since(at), "order": describe(order), "refused": why} for at, order, why in world.played.orders
+        ],
         "log": [{"at_s": since(line.at), "text": line.text} for line in log.lines],
         "least_battery": {agent: round(left, 1) for agent, left in sorted(log.least_battery.items())},
         "crashes": len(verdict.crashes),
@@ -141,6 +144,10 @@ def _text(report: dict[str, Any]) -> str:
         actions.append((f"{row['start_s']:.1f} s", end, row["task"], row["agent"], row["action"], row["state"]))
     events = [(line["at_s"], line["text"]) for line in report["log"]]
     events += [(fault["at_s"], f"fault: {fault['fault']}") for fault in report["faults"]]
+    for order in report["orders"]:
+        events.append(
+            (order["at_s"], f"order: {order['order']}" + (f": refused, {order['refused']}" if order["refused"] else ""))
+        )
     tasks = [("task", "agents", "actions", "duration", "outcome")]
     for task in report["tasks"]:
         why = f": {task['code']} {task['reason']}".rstrip() if task["code"] else ""

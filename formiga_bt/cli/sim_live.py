@@ -12,7 +12,7 @@ from formiga_bt.site_folder import find_engines
 
 if TYPE_CHECKING:
     from agents_sim.referee import Verdict
-    from formiga_bt.lang.scenario import Scenario, ScenarioTask
+    from formiga_bt.lang.scenario import Scenario, ScenarioOrder, ScenarioTask
 
 OVER: Final = frozenset({"SUCCEEDED", "FAILED", "CANCELED"})
 ASK_EVERY_S: Final = 0.5
@@ -33,17 +33,22 @@ def run(play: "Scenario", endpoint: str | None) -> int:
 
     ids: list[str] = []
 
-    def submit(task: "ScenarioTask") -> None:
-        if client is None:
-            typer.echo(f"{task.task} is due: no API of this engine is known here, request it yourself")
+    def ask(entry: "ScenarioTask | ScenarioOrder") -> None:
+        from formiga_bt.lang.scenario import ScenarioOrder
+
+        if isinstance(entry, ScenarioOrder):
+            typer.echo(f"order: {describe(entry)}{_give(client, entry)}")
             return
-        body = {"task": task.task, "params": dict(task.texts), "priority": task.priority, "requester": "scenario"}
+        if client is None:
+            typer.echo(f"{entry.task} is due: no API of this engine is known here, request it yourself")
+            return
+        body = {"task": entry.task, "params": dict(entry.texts), "priority": entry.priority, "requester": "scenario"}
         ids.append(client.post("/v1/tasks", body)["id"])
         typer.echo(f"{ids[-1]} requested")
 
     typer.echo(f"starting {len(play.agents)} agents, each a process of its own, beside the engine at {where}")
     try:
-        with Stage(play, where, submit) as stage:
+        with Stage(play, where, ask) as stage:
             stage.wait_ready(lambda agent: typer.echo(f"agent {agent} is there"))
             typer.echo(f"all are there; the engine's clock runs at {stage.speed:g}x")
             tasks: dict[str, dict[str, Any]] = {}
@@ -60,6 +65,43 @@ def run(play: "Scenario", endpoint: str | None) -> int:
         typer.echo("Interrupted: the agents are gone; the engine goes on")
         return EXIT_INTERRUPTED
     return _close(tasks, verdict)
+
+
+def _give(client: Client | None, order: "ScenarioOrder") -> str:
+    """Give an order to the engine; return what to add to it for people: why it was refused, or nothing."""
+    if client is None:
+        return " is due: no API of this engine is known here, give it yourself"
+    try:
+        target = _newest(client, order.target) if order.of == "task" else order.target
+        where, body = _call(order, target)
+        client.post(where, {**body, "by": order.by})
+    except FormigaError as error:
+        return f": refused, {' '.join(str(error).split())}"
+    return ""
+
+
+def _call(order: "ScenarioOrder", target: str) -> tuple[str, dict[str, Any]]:
+    """Return the path and the body of an order."""
+    match order.order:
+        case "lockdown":
+            return "/v1/lockdown", {"how": order.how}
+        case "abort":
+            return f"/v1/tasks/{segment(target)}/abort", {"how": order.how, "confirmed": order.how == "abandon"}
+        case "handback":
+            return f"/v1/agents/{segment(target)}/handback", {"how": order.how}
+        case "clear":
+            return f"/v1/agents/{segment(target)}/clear", {}
+        case word:
+            where = {"agent": f"/v1/agents/{segment(target)}/orders", "task": f"/v1/tasks/{segment(target)}/orders"}
+            confirmed = {"confirmed": target} if word == "cut" else {}
+            return where.get(order.of, "/v1/orders"), {"order": word, **confirmed}
+
+
+def _newest(client: Client, name: str) -> str:
+    newest_first = [task for task in client.get("/v1/tasks?status=open")["tasks"] if task["task"] == name]
+    if not newest_first:
+        raise FormigaError(f"no task '{name}' is open")
+    return str(newest_first[0]["id"])
 
 
 def _client(endpoint: str | None) -> Client | None:
