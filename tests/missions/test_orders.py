@@ -2,10 +2,9 @@
 
 import pytest
 
-from agents_sim.world import AgentSpec
 from formiga_bt.engine.inputs import LockdownOrder, Operator, SendGoal, Submit
 from formiga_bt.errors import TaskError
-from formiga_bt.geo import Place, horizontal_m
+from formiga_bt.geo import horizontal_m
 from formiga_bt.rehearsal import Rehearsal
 from formiga_bt.testing import alarms, effects, packaged_world, task_of
 from tests.missions.conftest import Fly
@@ -144,16 +143,15 @@ def test_land_comes_down_here_and_parks_away(fly: Fly) -> None:
 
 
 def test_land_shifts_away_from_known_people(fly: Fly) -> None:
-    under = Place(18.0, 150.0)
-    rehearsal = fly(more=[AgentSpec(id="walker", type="picker", at=under, kind="person")])
+    rehearsal = fly()
     task = crossing(rehearsal)
-    drone = rehearsal.sim["hwd_1"].body
-    assert rehearsal.run_until(lambda: horizontal_m(drone.position(), under) < 8, 60)
+    drone, picker = rehearsal.sim["hwd_1"].body, rehearsal.sim["picker_1"].body
+    assert rehearsal.run_until(lambda: horizontal_m(drone.position(), picker.position()) < 1, 60)
 
     order(rehearsal, "land", "hwd_1")
     assert rehearsal.run_until(lambda: pool(rehearsal)[1] == "grounded", 600)
 
-    assert 15 <= horizontal_m(drone.position(), under) < 30
+    assert 15 <= horizontal_m(drone.position(), picker.position()) < 20
     rehearsal.abort(task)
     assert rehearsal.run_until_ended(task)
 
