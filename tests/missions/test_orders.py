@@ -146,6 +146,7 @@ def test_land_shifts_away_from_known_people(fly: Fly) -> None:
     rehearsal = fly()
     task = crossing(rehearsal)
     drone, picker = rehearsal.sim["hwd_1"].body, rehearsal.sim["picker_1"].body
+    picker.stand_at(packaged_world()[0].places["north_field"])
     assert rehearsal.run_until(lambda: horizontal_m(drone.position(), picker.position()) < 1, 60)
 
     order(rehearsal, "land", "hwd_1")
