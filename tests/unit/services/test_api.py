@@ -195,7 +195,7 @@ def test_a_machine_that_a_pilot_took_is_handed_back(start: Start) -> None:
 # -- why -----------------------------------------------------------------------------------------------------------------
 def test_a_machine_that_no_pilot_took_is_not_handed_back(service: Service) -> None:
     said = service.refused("POST", "/v1/agents/lwd_1/handback")
-    assert (said["code"], said["text"]) == ("not_taken_over", "lwd_1 was not taken over by a pilot")
+    assert (said["code"], said["text"]) == ("not_taken_over", "lwd_1 was not taken over")
 
 
 def test_why_tells_whom_a_task_waits_for(service: Service) -> None:

@@ -3,13 +3,14 @@
 import io
 
 import pytest
+from msgspec.structs import replace
 from rich.console import Console
 
 from agents_sim.referee import Crash, Pass, Verdict
 from formiga_bt.clock import SECOND
 from formiga_bt.engine import changes as ch
 from formiga_bt.engine.inputs import Alarm, PublishState, Started, Step
-from formiga_bt.engine.records import AgentRecord, GoalRecord, TaskRecord
+from formiga_bt.engine.records import AgentRecord, GoalRecord, Lockdown, StandingOrder, TaskRecord
 from formiga_bt.geo import Position
 from formiga_bt.show.live import LiveView, PlainView, View
 from formiga_bt.show.runlog import RunLog
@@ -154,3 +155,28 @@ def test_the_live_display_shows_held_tasks_as_held(log: RunLog) -> None:
         view._live.refresh()
     assert "HELD" in said(view)
     assert "operator" in said(view)
+
+
+def test_the_live_display_shows_lockdown_on_top_and_the_order_on_each_machine(log: RunLog) -> None:
+    agent = log.state.agents["hwd_1"]
+    order = StandingOrder(agent="hwd_1", stop="return", by="eve", scope="lockdown", at=0)
+    changes = (
+        ch.LockdownPut(Lockdown("return", "eve", 0)),
+        ch.OrderPut("hwd_1", order),
+        ch.AgentPut(replace(agent, taken=True, control="pilot", breach="!reserve")),
+        task("ACTIVE", section="steps", held=("lockdown",)),
+        goal("interrupted", code="stopped"),
+    )
+    log.feed(Step(3, 6 * SECOND, Started(1), changes, ()))
+    view = LiveView()
+    view.console = screen = Console(file=io.StringIO(), width=140, force_terminal=True, highlight=False)
+    view._live.console = screen
+    with view:
+        view.show(log, 6 * SECOND)
+        view._live.refresh()
+    for words in (
+        "LOCKDOWN (return) by eve: formiga lockdown release",
+        "lockdown; hwd_1.GoTo interrupted",
+        "return, pilot, reserve",
+    ):
+        assert words in said(view)

@@ -1,0 +1,226 @@
+"""`why` of tasks that do not go on: the words for each cause of HELD, each order, each interruption, each broken limit."""
+
+from typing import Any
+
+import pytest
+
+from formiga_bt.clock import SECOND
+from formiga_bt.engine.records import GoalRecord, Lockdown, Verdict
+from formiga_bt.engine.state import EngineState
+from formiga_bt.geo import Position
+from formiga_bt.lang.model import Catalogue
+from formiga_bt.services.because import Because
+from formiga_bt.services.why import why
+from formiga_bt.services.words import GATE, HOLDS, REASONS, VERDICTS, say
+from formiga_bt.testing import packaged_world
+from tests.unit.services.fakes import NOW, machine, order, task
+
+
+@pytest.fixture(scope="module")
+def catalogue() -> Catalogue:
+    return packaged_world()[1]
+
+
+@pytest.fixture
+def state() -> EngineState:
+    made = EngineState(now=NOW)
+    made.agents["hwd_1"] = machine("hwd_1", position=Position(10.0, 20.0, 60.0))
+    made.tasks["PickUp-3"] = task("PickUp-3", "hwd_1")
+    return made
+
+
+def told(state: EngineState, catalogue: Catalogue | None = None, now: int = NOW) -> list[Because]:
+    return why(state, state.tasks["PickUp-3"], now, None, catalogue=catalogue)
+
+
+def one(state: EngineState, code: str, catalogue: Catalogue | None = None) -> Because:
+    (line,) = [line for line in told(state, catalogue) if line.code == code]
+    return line
+
+
+def held(state: EngineState, *causes: str, **fields: Any) -> None:
+    state.tasks["PickUp-3"] = task("PickUp-3", "hwd_1", held=causes, **fields)
+
+
+def goal(known: EngineState, **fields: Any) -> None:
+    given = {
+        "id": "PickUp-3/1/steps/steps[2]",
+        "agent": "hwd_1",
+        "action": "GoTo",
+        "task": "PickUp-3",
+        "section": "steps",
+    }
+    known.goals["g"] = GoalRecord(**{**given, **fields})
+
+
+# -- HELD --------------------------------------------------------------------------------------------------------------------
+def test_a_stop_of_one_machine_says_who_stopped_it_what_it_does_and_what_to_say(state: EngineState) -> None:
+    held(state, "operator:hwd_1")
+    state.orders["hwd_1"] = order("hwd_1", "hold")
+
+    line = one(state, "held.operator")
+
+    assert line.text == (
+        "HELD: hold by eve, given to hwd_1: hwd_1 hovers; it returns by itself before its reserve is reached"
+    )
+    assert line.hint == "formiga continue PickUp-3 | formiga abort PickUp-3"
+    assert "order.hold" not in [line.code for line in told(state)]
+
+
+def test_a_task_that_was_interrupted_by_a_lockdown_waits_for_a_word(state: EngineState) -> None:
+    held(state, "operator")
+    assert one(state, "held.operator").text == "HELD: it was stopped, and waits for a person's word"
+
+
+def test_lockdown_says_by_whom_and_how_to_release_it(state: EngineState) -> None:
+    held(state, "lockdown")
+    state.lockdown = Lockdown("hold", "eve", NOW - 40 * SECOND)
+    line = one(state, "held.lockdown")
+    assert line.text == "HELD: the site is locked down (hold) by eve since 40 s"
+    assert line.hint == "formiga lockdown release"
+
+
+@pytest.mark.parametrize(
+    ("control", "text", "hint"),
+    [
+        (
+            "engine",
+            "HELD: a pilot, or its own failsafe, has taken hwd_1 over; it has been given back, and a person must say what"
+            " becomes of it",
+            "formiga handback hwd_1 --continue|--return|--end",
+        ),
+        (
+            "pilot",
+            "HELD: a pilot, or its own failsafe, has taken hwd_1 over; once its pilot gives it back:"
+            " formiga handback hwd_1 --continue|--return|--end",
+            "",
+        ),
+    ],
+)
+def test_a_take_over_says_whose_turn_it_is(state: EngineState, control: str, text: str, hint: str) -> None:
+    held(state, "take-over:hwd_1")
+    state.agents["hwd_1"] = machine("hwd_1", control=control, taken=True)
+    line = one(state, "held.take-over")
+    assert (line.text, line.hint) == (text, hint)
+
+
+# -- orders, breaches ------------------------------------------------------------------------------------------------------
+def test_an_order_of_the_engine_says_which_limit_was_broken(state: EngineState) -> None:
+    state.orders["hwd_1"] = order("hwd_1", "return", by="engine", scope="engine", why="envelope.keep_in")
+    line = one(state, "order.return")
+    assert line.text == "return by the engine itself (envelope.keep_in): hwd_1 flies home to p3"
+    assert line.hint == ""
+
+
+@pytest.mark.parametrize(
+    ("breach", "code", "text"),
+    [
+        (
+            "reserve", "envelope.reserve",
+            "hwd_1 breaks its limit `reserve`: too little charge to come home with its reserve (battery 60 %)",
+        ),
+        (
+            "keep_out", "envelope.keep_out",
+            "hwd_1 breaks its limit `keep_out`: in or through a no-fly zone (at 10 E 20 N, 60 m up)",
+        ),
+        (
+            "!wind_max", "envelope.wind_max",
+            "hwd_1 breaks its limit `wind_max`: more wind than is allowed (5.0 m/s);"
+            " its landing is finished first, then its task ends",
+        ),
+    ],
+)  # fmt: skip
+def test_a_breach_has_its_numbers(state: EngineState, breach: str, code: str, text: str) -> None:
+    state.agents["hwd_1"] = machine("hwd_1", breach=breach, wind=(3.0, -4.0), position=Position(10.0, 20.0, 60.0))
+    assert one(state, code).text == text
+
+
+# -- interrupted -------------------------------------------------------------------------------------------------------------
+def test_an_interrupted_goal_says_by_whom_and_that_continue_sends_it_again(
+    state: EngineState, catalogue: Catalogue
+) -> None:
+    state.orders["hwd_1"] = order("hwd_1", "hold")
+    goal(state, state="interrupted", code="stopped")
+    assert one(state, "interrupted", catalogue).text == (
+        "hwd_1.GoTo was interrupted: by hold by eve, given to hwd_1; `continue` sends it again"
+    )
+    goal(state, state="interrupted", code="taken_over")
+    assert "its pilot, or its own failsafe, took over; `continue` sends" in one(state, "interrupted", catalogue).text
+
+
+def test_what_may_not_be_done_twice_cannot_be_continued(state: EngineState, catalogue: Catalogue) -> None:
+    goal(state, state="interrupted", code="stopped", action="Explore", repeatable=False)
+    line = one(state, "cannot_continue", catalogue)
+    assert line.text.endswith("it cannot be continued: Explore may not be done a second time")
+    assert line.hint == "formiga restart PickUp-3 | formiga abort PickUp-3"
+
+
+def test_a_flight_cannot_be_continued_on_the_ground(state: EngineState, catalogue: Catalogue) -> None:
+    state.agents["hwd_1"] = machine("hwd_1", landed="grounded")
+    goal(state, state="interrupted", code="stopped")
+    assert one(state, "cannot_continue", catalogue).text.endswith("GoTo needs hwd_1 airborne, it is grounded")
+
+
+@pytest.mark.parametrize(
+    ("code", "whom", "text"),
+    [
+        ("stopped", "hold", "hwd_1.GoTo waits: the order `hold` stands on hwd_1"),
+        ("lockdown", "return", "hwd_1.GoTo waits: the site is locked down (return)"),
+        ("control", "pilot", "hwd_1.GoTo waits until the engine is in command again (now: pilot)"),
+        (
+            "control", "handback",
+            "hwd_1.GoTo waits until a person hands it back: formiga handback hwd_1 --continue|--return|--end",
+        ),
+        ("epoch", "a newer engine", "hwd_1.GoTo is not sent any more: a newer engine commands this site"),
+        ("port_busy", "hwd_2", "hwd_1.GoTo waits until hwd_2 has left the port"),
+    ],
+)  # fmt: skip
+def test_each_code_of_the_gate_has_words(state: EngineState, code: str, whom: str, text: str) -> None:
+    goal(state, state="gated", code=code, text=whom)
+    assert one(state, f"gate.{code}").text == text
+
+
+# -- beginning anew, waiting ---------------------------------------------------------------------------------------------------
+@pytest.mark.parametrize(
+    ("again", "reason", "text"),
+    [
+        (
+            "preempted", "for PickUp-9",
+            "it steps aside: it is being preempted for PickUp-9; its machines come home, then it begins anew from its"
+            " first step",
+        ),
+        (
+            "restart", "by eve",
+            "a person restarts it by eve; its machines come home, then it begins anew from its first step",
+        ),
+    ],
+)  # fmt: skip
+def test_a_task_that_begins_anew_says_why(state: EngineState, again: Any, reason: str, text: str) -> None:
+    held(state, again=again, reason=reason, outcome="CANCELED", code="aborted", section="on_abort", status="ENDING")
+    assert told(state)[0].text == text
+
+
+def test_a_task_that_waits_in_lockdown_says_so_first(state: EngineState) -> None:
+    held(state, status="PENDING", section="")
+    state.lockdown = Lockdown("return", "eve", NOW - 3 * SECOND)
+    first = told(state)[0]
+    assert (first.code, first.hint) == ("lockdown", "formiga lockdown release")
+    assert first.text == "the site is locked down by eve since 3 s; nothing is granted"
+
+
+@pytest.mark.parametrize("code", ["ordered", "preflight", "no_checks", "kept", "preempting"])
+def test_each_refusal_of_the_allocator_has_words(code: str) -> None:
+    assert say(VERDICTS, Verdict("drone", "hwd_1", code).code, detail="x") != f"{code} x"
+
+
+@pytest.mark.parametrize("cause", ["operator", "lockdown", "take-over", "clearance", "resume"])
+def test_each_cause_of_held_has_words(cause: str) -> None:
+    assert say(HOLDS, cause, agent="hwd_1") != cause
+
+
+def test_each_limit_of_the_envelope_has_words_and_an_unknown_one_too() -> None:
+    from formiga_bt.lang.envelope import BREACHES
+
+    assert [name for name in BREACHES if f"envelope.{name}" not in REASONS] == []
+    assert say(REASONS, "envelope.new") == REASONS["envelope"]
+    assert say(GATE, "stopped", text="cut", agent="a") == "waits: the order `cut` stands on a"
