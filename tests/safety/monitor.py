@@ -1,8 +1,8 @@
 """The watcher of a virtual run: what the safety layer promises, judged from outside the engine.
 
-It sees each `Step` with the state before and after it (folded here, by `engine.state.fold` alone), the messages that came in, and
-the drones' own truth (`sky`). It shares no rule with the engine: what an agent was told to be, who handed whom back, when lockdown
-was pressed, who said "clear" are all read again from the inputs.
+It sees each `Step` with the state before and after it (folded here, by `engine.state.fold` alone), the messages that came
+in, and the drones' own truth (`sky`). It shares no rule with the engine: what an agent was told to be, who handed whom back,
+when lockdown was pressed, who said "clear" are all read again from the inputs.
 
     world = Rehearsal(site, catalogue, tasks, ())
     monitor = Monitor(world)                before any agent is added, so that every motion is seen
@@ -59,7 +59,7 @@ LOOK_US: Micros = SECOND
 LEFT_US: Micros = 10 * SECOND
 HANG_US: Micros = 60 * SECOND
 ORDER_US: Final[dict[str, Micros]] = {
-    "hold": 45 * SECOND, "return": 30 * 60 * SECOND, "land": 10 * 60 * SECOND, "cut": 20 * SECOND
+    "hold": 45 * SECOND, "return": 900 * SECOND, "land": 300 * SECOND, "cut": 20 * SECOND
 }  # fmt: skip
 """So long an order may take on a machine that can be reached and is under the engine's control."""
 PRESSED_US: Micros = 10 * SECOND
@@ -118,7 +118,7 @@ class Monitor:
         """Machines whose charge or wind was meddled with: their goals may end below the reserve, if a breach follows."""
         self.state = EngineState()
         self.sky = Sky(world.referee, self.site, self.catalogue, self.tell, lambda: world.now)
-        world.sim._recorder = self.sky  # noqa: SLF001  (there is no other door, and only tests need one)
+        world.sim._recorder = self.sky
         self._board = _Mute()
         self._told: dict[str, _Told] = {}
         self._asked: dict[str, Question] = {}
@@ -339,8 +339,11 @@ class Monitor:
         if after.pool == "QUARANTINED":
             return
         new = self.state.tasks.get(after.task)
+        order = self.state.orders.get(after.id)
         if new is not None and new.system_agent == after.id:
             return
+        if order is not None and order.state == "open" and order.stop in ("return", "land"):
+            return  # an order brings it down, by a system task
         drone = self.drone(after.id)
         truly = drone is not None and drone.is_airborne and drone.state().control == "engine"
         if after.landed != "grounded" or truly:
@@ -486,9 +489,13 @@ class Monitor:
         found += [
             f"time {key}" for key, d in state.deadlines.items() if d.task == task.id and not key.startswith("recover|")
         ]
+        found += [f"order {o.stop} on {o.agent} {o.state}" for o in state.orders.values() if self._is_for(o, task)]
         if task.id in state.requests:
             found.append("agents")
         return found
+
+    def _is_for(self, order: StandingOrder, task: TaskRecord) -> bool:
+        return self.state.agents[order.agent].task == task.id and order.state != "failed"
 
     # -- the end -------------------------------------------------------------------------------------------------------
     def at_rest(self) -> None:

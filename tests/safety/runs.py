@@ -67,6 +67,8 @@ class Run:
         self.dead: set[str] = set()
         self.frozen: set[str] = set()
         self.piloted: set[str] = set()
+        self.slow: set[str] = set()
+        """Alarms told: each once."""
         self.loud = story
         if story:
             self.world.driver.listeners.append(self._tell_step)
@@ -96,7 +98,10 @@ class Run:
                     self.tell(f"  -> {agent} cancel {goal_id}")
                 case inp.QueryGoal(agent, goals):
                     self.tell(f"  -> {agent} query {goals}")
+                case inp.Alarm("recover_slow" | "low_charge", text) if text in self.slow:
+                    pass
                 case inp.Alarm(code, text):
+                    self.slow.add(text)
                     self.tell(f"  ALARM {code}: {text}")
                 case inp.PublishState(task, status, code, reason):
                     held = self.world.engine.state.tasks[task].held
@@ -230,11 +235,6 @@ class Run:
         self._mend()
         world.run_for(40)
         self.order(inp.LockdownOrder("release", PERSON))
-        for index, agent in enumerate(self.drones):
-            ways = ("continue", "return", "end")
-            for how in (ways[(self.scene.seed + index) % 3], "end"):
-                if self.order(inp.Operator(f"handback_{how}", agent, PERSON)):  # type: ignore[arg-type]
-                    break
         self._go_on()
         if not self._until_ended(ABORT_AFTER_S):
             for round_ in range(4):
@@ -269,11 +269,21 @@ class Run:
             sim.hand_back(agent)
         for agent in self.drones:
             sim[agent].front.refusals.clear()
-            hub._lost_results[agent] = 0  # noqa: SLF001  (a fault ends; the hub has no other word for it)
+            hub._lost_results[agent] = 0
             if sim[agent].drone.state().control == "pilot":
                 sim.hand_back(agent)
 
     def _go_on(self) -> None:
+        """Give back what a pilot or a failsafe has, and let go on what was stopped."""
+        for index, agent in enumerate(self.drones):
+            drone = self.world.sim[agent].drone
+            if drone.state().control != "engine" and not drone.is_airborne:
+                self.world.sim.hand_back(agent)  # it landed by itself, and somebody went to see it
+                self.world.run_for(1)
+            ways = ("continue", "return", "end")
+            for how in (ways[(self.scene.seed + index) % 3], "end"):
+                if self.order(inp.Operator(f"handback_{how}", agent, PERSON)):  # type: ignore[arg-type]
+                    break
         self.order(inp.Operator("continue", "", PERSON))
         for agent in self.drones:
             self.order(inp.Operator("continue", agent, PERSON))
@@ -352,7 +362,7 @@ def play_many(first: int, last: int) -> int:
             first_one: Any = report.violations[0]
             print(f"seed {seed}: {len(report.violations)} violations, first: {first_one}", flush=True)
     print(f"{last - first} runs, {failed} not clean, {took:.0f} s; {dict(rules)}")
-    print({name: number for name, number in sorted(counts.items())})
+    print(dict(sorted(counts.items())))
     return bool(failed)
 
 

@@ -25,7 +25,8 @@ FLEET = (
     ("lwd_3", "lwd", "p4"),
 )  # fmt: skip
 FIELDS = (
-    Place(20.0, 260.0), Place(220.0, 120.0), Place(-60.0, -180.0), Place(-230.0, 60.0), Place(180.0, -160.0), Place(90.0, 150.0),
+    Place(20.0, 260.0), Place(220.0, 120.0), Place(-60.0, -180.0), Place(-230.0, 60.0), Place(180.0, -160.0),
+    Place(90.0, 150.0),
 )  # fmt: skip
 ANSWERS: Mapping[str, Sequence[Mapping[str, Any]]] = {
     "answers": (),

@@ -1,8 +1,8 @@
 """What the simulated drones really do, seen from beside the engine: every motion, every goal that a body begins.
 
-`Sky` stands before the referee (a `Recorder`) and before each body. It judges what no message tells: how near drones of different
-tasks come, whether the true path stays inside the fence, out of closed areas and below the ceiling, whether a goal is begun
-twice, and how old the word is with which rotors start. shapely judges the shapes here, plain arithmetic does in the product.
+`Sky` stands before the referee (a `Recorder`) and before each body. It judges what no message tells: how near drones of
+different tasks come, whether the true path stays inside the fence, out of closed areas and below the ceiling, whether a goal
+is begun twice, and how old the word is with which rotors start. shapely judges shapes here, plain arithmetic in the product.
 """
 
 from collections.abc import Callable
