@@ -18,7 +18,7 @@ from formiga_bt.engine.authority import Authority
 from formiga_bt.engine.core import Core, task_deadline
 from formiga_bt.engine.env import TaskEnv
 from formiga_bt.engine.fleet import Fleet
-from formiga_bt.engine.preemption import Plan, plans, told
+from formiga_bt.engine.preemption import Plan, Preemption
 from formiga_bt.engine.records import PRIORITIES, Request, RoleRequest, TaskRecord, Verdict
 from formiga_bt.engine.taskmodel import CANNOT_COMPUTE
 from formiga_bt.engine.tasks import Tasks
@@ -123,14 +123,13 @@ class Allocation:
         requests.sort(key=lambda r: (PRIORITIES[r.priority], r.order))
         agents = self._candidates()
         blocked = {r.task: why for r in requests if (why := self._authority.blocked(r)) is not None}
-        decision, made = self._decide([r for r in requests if r.task not in blocked], agents)
+        decision, aside = self._decide([r for r in requests if r.task not in blocked], agents)
         for request in requests:
             if request.task in blocked:
                 self._explain_blocked(request, *blocked[request.task], agents)
                 continue
             verdicts = decision.verdicts.get(request.task, ())
-            if request.priority == "high":
-                verdicts = told(core, request, verdicts, made.get(request.task))
+            verdicts = aside.told(request, verdicts)
             if core.state.explanations.get(request.task) != verdicts:
                 core.emit(ch.Explained(request.task, core.now, verdicts))
         for grant in decision.grants:
@@ -148,17 +147,17 @@ class Allocation:
         self._answer_hopeless(requests, decision)
         for request in requests:
             if request.priority == "high" and request.task in core.state.requests:
-                self._preempt(core.state.requests[request.task], made.get(request.task))
+                self._preempt(core.state.requests[request.task], aside.plans.get(request.task))
 
-    def _decide(self, requests: list[Request], agents: list[Candidate]) -> tuple[Decision, dict[str, Plan]]:
+    def _decide(self, requests: list[Request], agents: list[Candidate]) -> tuple[Decision, Preemption]:
         """Return the policy's decision, and whom the HIGH requests that get nothing ask to step aside."""
         decision = self._policy(requests, agents)
-        made = plans(self._core, requests, decision, agents)
-        if any(r.task in made and not r.reserves for r in requests):
+        aside = Preemption(self._core, requests, decision, agents)
+        if any(r.task in aside.plans and not r.reserves for r in requests):
             # What fits already must not go to others while the rest of the team is freed.
-            kept = [replace(r, reserves=True) if r.task in made else r for r in requests]
+            kept = [replace(r, reserves=True) if r.task in aside.plans else r for r in requests]
             decision = self._policy(kept, agents)
-        return decision, made
+        return decision, aside
 
     def _preempt(self, request: Request, plan: Plan | None) -> None:
         """Have the victims of a plan step aside; meanwhile the roles' `wait` stands still."""

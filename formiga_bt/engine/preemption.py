@@ -3,8 +3,8 @@
 A task may be ended to begin anew only while nothing is lost by it: in its steps, not held by a person, with no load on its
 machines, no action sent that may not be repeated, no `critical` step running. `if_lost: rebind` asks the same.
 
-`plans` is called by `allocation` after the policy's decision. It keeps nothing: who steps aside already is read from the state
-each time, so a machine that is lost on its way home is replaced, and nobody is asked twice for the same slot.
+`allocation` makes a `Preemption` at each look, after the policy's decision. It keeps nothing: who steps aside already is read
+from the state each time, so a machine that is lost on its way home is replaced, and nobody is asked twice for the same slot.
 """
 
 from collections.abc import Callable, Sequence
@@ -83,19 +83,13 @@ def _why_not(core: Core, task: TaskRecord, lost: str) -> str:
         return "spent"
     if any(a.payload_kg > 0 for a in mine):
         return "loaded"
-    return "critical" if runs_critical(core, task) else ""
-
-
-def runs_critical(core: Core, task: TaskRecord) -> bool:
-    """Return whether a step marked `critical`, or one inside of it, runs now."""
-    model = core.models[task.name]
     running = core.state.memory.get(task.id, {})
-    return any(step.critical for key in running for step in steps_around(model, key))
+    return "critical" if any(step.critical for key in running for step in steps_around(model, key)) else ""
 
 
 # -- whom to ask -------------------------------------------------------------------------------------------------------
-def plans(core: Core, requests: Sequence[Request], decision: Decision, agents: Sequence[Candidate]) -> dict[str, Plan]:
-    """Return a plan for each HIGH request that could be served if others step aside, in order of service.
+class Preemption:
+    """One look at the HIGH requests that got nothing: who is coming home, who may be preempted, who is asked.
 
     Args:
         core: the engine's core; only read.
@@ -103,43 +97,53 @@ def plans(core: Core, requests: Sequence[Request], decision: Decision, agents: S
         decision: what the policy made of them.
         agents: all agents.
     """
-    grants = {grant.task: grant for grant in decision.grants}
-    urgent = [request for request in requests if request.priority == "high"]
-    if all(request.task in grants for request in urgent):
-        return {}
-    claimed = {
-        agent
-        for request in urgent
-        if request.task in grants
-        for group in grants[request.task].roles.values()
-        for agent in group
-    }
-    found: dict[str, Plan] = {}
-    planner = _Planner(core, agents)
-    for request in urgent:
-        if request.task not in grants:
-            plan = planner.plan(request, decision.verdicts.get(request.task, ()), claimed)
-            if plan is not None:
-                found[request.task] = plan
-                claimed |= plan.agents
-    return found
 
-
-class _Planner:
-    """What is asked again and again of one look: whose agents are coming, who may be preempted."""
-
-    def __init__(self, core: Core, agents: Sequence[Candidate]) -> None:
+    def __init__(
+        self, core: Core, requests: Sequence[Request], decision: Decision, agents: Sequence[Candidate]
+    ) -> None:
         self._core = core
+        granted = {grant.task: grant for grant in decision.grants}
+        urgent = [request for request in requests if request.priority == "high"]
+        self._waiting = {request.task: request for request in urgent if request.task not in granted}
+        self.plans: dict[str, Plan] = {}
+        """A plan for each of them that could be served if others step aside, in order of service."""
+        if not self._waiting:
+            return
         machines = [a for a in agents if not a.human and a.task in core.state.tasks]
         tasks = {a.task: core.state.tasks[a.task] for a in machines}
         ending = {t.id for t in tasks.values() if t.again or _steps_aside(t) or t.section == "recover"}
-        willing = [t for t in tasks.values() if PRIORITIES[t.priority] > 0 and not why_not_preemptible(core, t)]
+        self._why_not = {t.id: why_not_preemptible(core, t) for t in tasks.values() if PRIORITIES[t.priority] > 0}
+        willing = [t for t in tasks.values() if self._why_not.get(t.id) == ""]
         willing.sort(key=lambda t: (-PRIORITIES[t.priority], -t.order))
         self._home = {a.id: _at_home(core, a, leaving=a.task in ending) for a in machines}
         self._coming = [a.id for a in machines if a.task in ending]
         self._held = {t.id: [a.id for a in machines if a.task == t.id] for t in willing}
+        groups = [group for r in urgent if r.task in granted for group in granted[r.task].roles.values()]
+        claimed = {agent for group in groups for agent in group}
+        for request in self._waiting.values():
+            plan = self._plan(request, decision.verdicts.get(request.task, ()), claimed)
+            if plan is not None:
+                self.plans[request.task] = plan
+                claimed |= plan.agents
 
-    def plan(self, request: Request, verdicts: Sequence[Verdict], claimed: set[str]) -> Plan | None:
+    def told(self, request: Request, verdicts: tuple[Verdict, ...]) -> tuple[Verdict, ...]:
+        """Return the verdicts of a request, with what preemption makes of the busy ones."""
+        if request.task not in self._waiting:
+            return verdicts
+        plan = self.plans.get(request.task)
+
+        def tell(verdict: Verdict) -> Verdict:
+            task = self._core.state.tasks.get(verdict.detail) if verdict.code == "busy" else None
+            if task is None or self._core.state.agents[verdict.agent].task != task.id:
+                return verdict
+            if plan is not None and verdict.agent in plan.agents and task.id in plan.awaited:
+                return replace(verdict, code="preempting")
+            code = self._why_not.get(task.id, "")
+            return replace(verdict, code="kept", detail=f"{task.id}: {code}") if code not in ("", "ending") else verdict
+
+        return tuple(tell(verdict) for verdict in verdicts)
+
+    def _plan(self, request: Request, verdicts: Sequence[Verdict], claimed: set[str]) -> Plan | None:
         """Return how the request gets its agents, or None if it cannot, or need not wait for anybody to step aside."""
         fits = {(v.role, v.agent) for v in verdicts if v.code in ("fits", "chosen")}
         slots = [role for role in request.roles if not role.human for _ in range(role.count)]
@@ -195,10 +199,12 @@ class _Planner:
 
 
 def _steps_aside(task: TaskRecord) -> bool:
+    """Return whether a task is being ended because it was preempted."""
     return task.code == "preempted" and task.section != "done"
 
 
 def _pruned(tasks: tuple[str, ...], team: Team) -> tuple[tuple[str, ...], list[str]]:
+    """Return tasks of which none can be left out; those that come last are spared first."""
     kept = tasks
     for task in reversed(tasks):
         fewer = tuple(t for t in kept if t != task)
@@ -239,20 +245,5 @@ def _at_home(core: Core, agent: Candidate, *, leaving: bool) -> Candidate | None
         return None
     brought = agent.landed != "grounded" and core.catalogue.types[agent.type].recover is not None
     landed, at_port = ("grounded", True) if brought else (agent.landed, agent.at_port)
-    return replace(agent, task="", goal="", word="STANDBY", landed=landed, at_port=at_port)
-
-
-# -- telling -----------------------------------------------------------------------------------------------------------
-def told(core: Core, request: Request, verdicts: tuple[Verdict, ...], plan: Plan | None) -> tuple[Verdict, ...]:
-    """Return the verdicts of a HIGH request that waits, with what preemption makes of the busy ones."""
-
-    def tell(verdict: Verdict) -> Verdict:
-        task = core.state.tasks.get(verdict.detail) if verdict.code == "busy" else None
-        if task is None or core.state.agents[verdict.agent].task != task.id:
-            return verdict
-        if plan is not None and verdict.agent in plan.agents and task.id in plan.awaited:
-            return replace(verdict, code="preempting")
-        code = why_not_preemptible(core, task) if PRIORITIES[task.priority] > PRIORITIES[request.priority] else ""
-        return replace(verdict, code="kept", detail=f"{task.id}: {code}") if code and code != "ending" else verdict
-
-    return tuple(tell(verdict) for verdict in verdicts)
+    # Checks before a flight are told on the ground: the machine must pass them when it is there.
+    return replace(agent, task="", goal="", word="STANDBY", landed=landed, at_port=at_port, preflight=False)

@@ -2,8 +2,10 @@
 
 import pytest
 
+from formiga_bt.engine import preemption
 from formiga_bt.engine.inputs import LockdownOrder, Notify, Operator, PublishState
 from formiga_bt.engine.records import AgentRecord
+from formiga_bt.geo import Position
 from formiga_bt.testing import effects
 from tests.unit.engine.conftest import Make
 from tests.unit.engine.yard import CART, Yard, task
@@ -253,6 +255,29 @@ class TestWhomItAsks:
 
         assert [yard.task(t).run for t in (both, *singles)] == [2, 1, 1]
         assert set(yard.task(urgent).roles["carts"]) == {"c1", "c2"}
+
+    def test_where_too_many_sets_would_be_compared_none_is_asked_in_vain(
+        self, make: Make, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        monkeypatch.setattr(preemption, "MOST_SETS", 1)
+        yard = make(task(CART + "steps: [{wait: 100 s}]"), PAIR, carts=3)
+        tasks = [yard.submit("Try") for _ in range(3)]
+        yard.run_for(0.3)
+
+        urgent = yard.start("Pair")
+
+        assert [yard.task(t).run for t in tasks] == [1, 2, 2]
+        assert set(yard.task(urgent).roles["carts"]) == {"c2", "c3"}
+
+    def test_nobody_whose_machine_stands_away_from_its_port(self, make: Make) -> None:
+        yard, mine = aloft(make)
+        yard.cart.say(landed="grounded", position=Position(15.0, 0.0, 0.0))
+        yard.run_for(0.1)
+
+        urgent = yard.start("Sos")
+
+        assert (yard.task(mine).again, verdicts(yard, urgent)["c1"]) == ("", ("busy", mine))
+        yard.abort(mine)
 
     def test_one_of_two_waiting_has_the_machine_and_nobody_is_asked_twice(self, make: Make) -> None:
         yard, mine = aloft(make)
