@@ -82,7 +82,8 @@ class Open(Struct, frozen=True, kw_only=True):
 class Ground(Struct, frozen=True):
     """How a machine last stood on the ground."""
 
-    at: Micros
+    left_at: Micros | None
+    """When it was first not seen there any more; None: it stands."""
     position: Position | None
     battery: float | None
 
@@ -160,8 +161,11 @@ class Flights:
             self._breach(agent.id, agent.breach.lstrip("!").removeprefix(BREACH))
         if agent.landed == "grounded":
             ended = self._landed(at, agent)
-            self._ground[agent.id] = Ground(at, agent.position, agent.battery)
+            self._ground[agent.id] = Ground(None, agent.position, agent.battery)
             return ended
+        ground = self._ground.get(agent.id)
+        if ground is not None and ground.left_at is None:
+            self._ground[agent.id] = replace(ground, left_at=at)
         if agent.landed == "airborne" and agent.id not in self.flying:
             self._took_off(at, agent)
         now = self.flying.get(agent.id)
@@ -172,14 +176,15 @@ class Flights:
     def _took_off(self, at: Micros, agent: AgentRecord) -> None:
         ground = self._ground.get(agent.id)
         start = ground or Ground(at, agent.position, agent.battery)
+        began = start.left_at if start.left_at is not None else at
         flight = Flight(
             agent=agent.id,
             type=agent.type,
             mode=self._site.mode,
-            take_off_utc=iso(start.at),
+            take_off_utc=iso(began),
             **self._place("take_off", start.position),
         )
-        self.flying[agent.id] = Open(flight=flight, at=start.at, battery=start.battery)
+        self.flying[agent.id] = Open(flight=flight, at=began, battery=start.battery)
         order = self._orders.get(agent.id)
         if order is not None:
             self._note(agent.id, orders=_words(order))

@@ -66,13 +66,15 @@ agents:
 mode: MODE
 """
 
+MODES = {"simulation": "simulation", "real": "real\npilots: [{id: pia, max_airborne: 3}]"}
+
 
 @cache
 def yard(mode: str = "simulation") -> tuple[Site, Catalogue]:
     """Return the site and catalogue."""
     with tempfile.TemporaryDirectory() as name:
         here = Path(name)
-        texts = (("catalogue.yaml", CATALOGUE), ("back.yaml", BACK), ("site.yaml", SITE.replace("MODE", mode)))
+        texts = (("catalogue.yaml", CATALOGUE), ("back.yaml", BACK), ("site.yaml", SITE.replace("MODE", MODES[mode])))
         for file, text in texts:
             (here / file).write_text(text, encoding="utf-8")
         catalogue, found, _ = load_catalogue([here / "catalogue.yaml"], [here])
