@@ -39,6 +39,8 @@ _HEIGHTS: Final = ("altitude", "height")
 
 _ENVELOPE_SAYS: Final = "this is max_height of the envelope"
 
+_NAMED_HEIGHT: Final = re.compile(r"(?:above|at_height)\(.*,\s*([A-Za-z_]\w*)\s*\)\s*\}?\s*\Z")
+
 _HEIGHT: Final = re.compile(r"(?:above|at_height)\(.*,\s*([\d.]+)\s*(k?m)\s*\)\s*\}?\s*\Z")
 
 Keys = Mapping[str, Entry]
@@ -143,6 +145,7 @@ def _read_fields(body: Body, given: Entry | None, spec: ActionSpec, at: Scalar) 
             continue
         values[name] = body.value(entry.value, field.type, name, optional=field.optional or field.default is not None)
         _check_field_range(body, values[name], field, spec.name, role)
+        _note_height(body, values[name], field, role)
         if field.type.name == "position":
             _check_ceiling(body, values[name], entry.value, role)
     ordered: dict[str, Expr] = {}
@@ -180,6 +183,34 @@ def _check_field_range(body: Body, expr: Expr, field: FieldSpec, owner: str, rol
     if field.min is not None and expr.const < field.min:
         least = format_quantity(field.type.name, field.min)
         body.problems.add("E062", expr.mark, f"{field.name} {shown} is below the limit of {least} for {owner}")
+
+
+def _note_height(body: Body, expr: Expr, field: FieldSpec, role: str) -> None:
+    """Note a name that says how high an agent flies, so that calls which give it a constant can be checked."""
+    if field.type.name == "position":
+        written = _NAMED_HEIGHT.search(expr.source)
+        name = written[1] if written is not None else ""
+    else:
+        name = plain_name(expr) if field.name in _HEIGHTS else ""
+    if name:
+        body.heights.setdefault(name, role)
+
+
+def _check_called_heights(body: Body, args: Mapping[str, Expr], callee: Callee) -> None:
+    """Report E062 for a constant height that the called subtree would fly at, above the limit of who flies."""
+    for name, flier in callee.heights.items():
+        height, agent = args.get(name), args.get(flier)
+        role = plain_name(agent) if agent is not None else ""
+        if height is None or not role:
+            continue
+        if plain_name(height):
+            body.heights.setdefault(plain_name(height), role)
+        limit, owner = _most_height(body, role)
+        if height.is_const and isinstance(height.const, int | float) and height.const > limit:
+            shown, most = (format_quantity("distance", float(metres)) for metres in (height.const, limit))
+            body.problems.add(
+                "E062", height.mark, f"{name} {shown} is above the limit of {most} for {owner}", _ENVELOPE_SAYS
+            )
 
 
 def _most_height(body: Body, role: str) -> tuple[float, str]:
@@ -369,6 +400,7 @@ def _read_args(body: Body, given: Entry | None, callee: Callee, at: Scalar) -> d
         name = plain_name(args[param.name])
         if param.name in callee.releases and name:
             body.flow.released.setdefault(name, at.mark)
+    _check_called_heights(body, args, callee)
     for param in params.values():
         if param.name not in args and param.default is None and not param.optional and not misspelt:
             where = mapping.mark if mapping is not None else at.mark

@@ -31,6 +31,7 @@ from formiga_bt.lang.steps import read_bound, read_steps
 from formiga_bt.lang.subtrees import Subtrees
 from formiga_bt.lang.walk import size
 from formiga_bt.packaged import folder
+from formiga_bt.units import format_quantity
 
 __all__ = ["Loaded", "bundle_hash", "load_catalogue", "load_site", "load_task", "load_task_text"]
 
@@ -181,8 +182,13 @@ class _TaskReader:
         known = self.world.catalogue.types
         names = dict.fromkeys(name for role in roles.values() for name in role.types if name in known)
         machines = [known[name] for name in names if not known[name].human]
-        site = self.world.site.envelope if self.world.site is not None else {}
-        check_tightens(limits, machines, site, self.problems)
+        site = self.world.site
+        check_tightens(limits, machines, site.envelope if site is not None else {}, self.problems)
+        top = limits.get("max_height")
+        if top is not None and site is not None and machines and top.value < min(site.layers_m, default=0.0):
+            lowest = format_quantity("distance", min(site.layers_m))
+            what = f"max_height {top.shown} is below the lowest layer of the site, {lowest}"
+            self.problems.add("E061", top.mark, what, "drones cross in the site's layers; raise max_height")
         return {limit.key: limit.value for limit in limits.values()}
 
     def _sections(self, keys: Mapping[str, Entry]) -> dict[str, tuple[Step, ...]]:

@@ -81,6 +81,8 @@ class Callee:
     returns: Type | None
     releases: tuple[str, ...] = ()
     """Agent params that it gives back."""
+    heights: Mapping[str, str] = field(default_factory=dict)
+    """Params that are heights at which it flies -> the agent param that flies there."""
 
 
 Resolver = Callable[[Scalar], Callee | None]
@@ -123,6 +125,8 @@ class Body:
         """Lists of a known number of items: vars that no step assigns."""
         self.tightened: Mapping[str, float] = {}
         """The limits of flight that the task makes stricter, named as in `AgentType.limits`."""
+        self.heights: dict[str, str] = {}
+        """Names that are heights at which an agent of the body flies -> that agent's name."""
         self.around: Around | None = None
         self.rereads = 0
         self.bounded = 0

@@ -88,4 +88,5 @@ class Subtrees:
         subtree = Subtree(entry.key.text, params, steps, entry.key.mark, returns)
         needs = {name: tuple(actions) for name, actions in body.needs.items()}
         releases = tuple(name for name in params if name in body.flow.released)
-        return Callee(subtree, needs, returns.type if returns is not None else None, releases)
+        heights = {name: agent for name, agent in body.heights.items() if name in params and agent in params}
+        return Callee(subtree, needs, returns.type if returns is not None else None, releases, heights)

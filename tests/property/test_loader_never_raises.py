@@ -13,7 +13,9 @@ ROOT = Path(__file__).parents[2]
 CATALOGUE = load_catalogue([ROOT / "actions" / "base.yaml"])[0]
 MUSEUM = sorted((ROOT / "tests" / "lang_errors").glob("*.yaml"))
 TASKS = [p.read_text() for p in (*(ROOT / "trees").glob("*.yaml"), *MUSEUM) if "site" not in p.name]
-SITE = (ROOT / "trees" / "demo-site.yaml").read_text()
+SITES = [
+    p.read_text() for p in (ROOT / "trees" / "demo-site.yaml", *MUSEUM) if "site" in p.name and "of_site" not in p.name
+]
 WORDS = sorted({word for text in TASKS for word in text.split()})
 SNIPPETS = st.one_of(
     st.sampled_from(WORDS),
@@ -67,11 +69,13 @@ def test_a_mutated_task_is_read_or_refused_with_a_place(text: str) -> None:
 
 
 @settings(max_examples=100, deadline=None)
-@given(mutated([SITE]))
+@given(mutated(SITES))
 def test_a_mutated_site_is_read_or_refused_with_a_place(text: str) -> None:
-    site, found, _ = load_site_text(text, "site.yaml")
+    site, found, sources = load_site_text(text, str(ROOT / "tests" / "lang_errors" / "site.yaml"), CATALOGUE)
 
-    assert (site is None) == bool(found)
+    assert (site is None) == any(d.severity == "error" for d in found)
+    assert all(d.mark.line >= 1 and d.mark.col >= 1 for d in found)
+    assert render(found[0], sources) if found else True
 
 
 @settings(max_examples=30, deadline=None)

@@ -182,6 +182,11 @@ class TestTasksOnASite:
 
         assert self.problems("", site, catalogue) == ["E062: altitude 70 m is above the limit of 65 m for this site"]
 
+    def test_a_task_below_all_layers_could_not_cross(self, catalogue: Catalogue) -> None:
+        assert self.problems("envelope: {max_height: 72 m}\n", "layers: [75 m, 90 m]\n", catalogue) == [
+            "E061: max_height 72 m is below the lowest layer of the site, 75 m"
+        ]
+
     def test_a_task_may_tighten_what_the_site_has(self, catalogue: Catalogue) -> None:
         site = "envelope: {max_height: 100 m, reserve: 30 %}\n"
 
