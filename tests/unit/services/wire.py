@@ -31,6 +31,7 @@ class Machine:
         self.at = Position(at.east_m, at.north_m, 0.0)
         self.landed: Any = "grounded"
         self.control: Any = "engine"
+        self.checks: tuple[Any, ...] = ()
         self.goal: GoalRequest | None = None
         self.seq = 0
 
@@ -39,6 +40,7 @@ class Machine:
         return AgentStatus(
             id=self.id, type=self.kind, status="EXECUTING ACTION" if self.goal else "STANDBY", position=self.at,
             landed=self.landed, control=self.control, seq=self.seq, stamp=self.seq, boot_id=f"{self.id}-1",
+            checks=self.checks,
         )  # fmt: skip
 
     def finish(self) -> None:
