@@ -12,6 +12,7 @@ from msgspec.structs import replace
 from formiga_bt.clock import SECOND, Micros, micros
 from formiga_bt.engine import changes as ch
 from formiga_bt.engine.allocator.candidate import Candidate
+from formiga_bt.engine.allocator.energy import Charge
 from formiga_bt.engine.allocator.filters import hopeless, looked
 from formiga_bt.engine.allocator.policy import Decision, Policy
 from formiga_bt.engine.authority import Authority
@@ -19,13 +20,15 @@ from formiga_bt.engine.core import Core, task_deadline
 from formiga_bt.engine.env import TaskEnv
 from formiga_bt.engine.fleet import Fleet
 from formiga_bt.engine.preemption import Plan, Preemption
-from formiga_bt.engine.records import PRIORITIES, Request, RoleRequest, TaskRecord, Verdict
+from formiga_bt.engine.records import PRIORITIES, AgentRecord, Request, RoleRequest, TaskRecord, Verdict
 from formiga_bt.engine.taskmodel import CANNOT_COMPUTE
 from formiga_bt.engine.tasks import Tasks
 from formiga_bt.errors import TaskError
 from formiga_bt.geo import Place, Position
 from formiga_bt.lang.model import Role, Unset
 from formiga_bt.lang.types import AgentRef
+from formiga_bt.safety.energy import CALM, Power, power_of
+from formiga_bt.safety.rules import rules_of
 
 EVERY_US: Micros = 50_000
 """Least engine time between two looks."""
@@ -55,6 +58,7 @@ class Allocation:
         self._fleet = fleet
         self._policy = policy
         self._authority = Authority(core)
+        self._power: dict[str, tuple[Power | None, float]] = {}
 
     def request(self, task: TaskRecord, values: Mapping[str, Any]) -> Request:
         """Return a task's request; the expressions of its roles are read now, once.
@@ -255,9 +259,35 @@ class Allocation:
                 ordered=orders[a.id].stop if a.id in orders else "",
                 preflight=preflight,
                 checks=a.checks,
+                charge=self._charge(a),
             )
             for a in core.state.agents.values()
         ]
+
+    def _charge(self, agent: AgentRecord) -> Charge | None:
+        """Return what is known of a machine's charge, if its type tells what it drains."""
+        core = self._core
+        kind = core.catalogue.types.get(agent.type)
+        if kind is None or agent.human or agent.position is None or agent.battery is None:
+            return None
+        if agent.type not in self._power:
+            self._power[agent.type] = power_of(kind.limits), rules_of(kind, core.site).reserve_pct
+        power, reserve = self._power[agent.type]
+        port = core.site.ports.get(agent.home)
+        return (
+            None
+            if power is None
+            else Charge(
+                battery=agent.battery,
+                reserve=reserve,
+                power=power,
+                position=agent.position,
+                home=port.at if port is not None else None,
+                layer_m=agent.layer_m if agent.layer_m is not None else min(core.site.layers_m),
+                wind=agent.wind or CALM,
+                payload_kg=agent.payload_kg,
+            )
+        )
 
 
 def _line(core: Core, type_name: str) -> tuple[str, ...]:

@@ -24,6 +24,7 @@ VERDICTS: Final[Mapping[str, str]] = {
     "airborne": "is not on the ground ({detail})",
     "parked_away": "stands away from its port",
     "battery": "has too little charge: {detail}",
+    "energy": "has too little charge to go there and come home: {detail}",
     "reserved": "is kept free for {detail}",
     "ordered": "has a standing order ({detail})",
     "preflight": "is not ready to fly: {detail}",

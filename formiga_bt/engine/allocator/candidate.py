@@ -2,6 +2,7 @@
 
 from msgspec import Struct
 
+from formiga_bt.engine.allocator.energy import Charge
 from formiga_bt.geo import Position
 from formiga_bt.transport.messages import PreflightCheck
 
@@ -33,3 +34,5 @@ class Candidate(Struct, frozen=True, kw_only=True):
     preflight: bool = False
     """Whether it is granted only when its checks are all ok."""
     checks: tuple[PreflightCheck, ...] = ()
+    charge: Charge | None = None
+    """None: its type tells no drain, or its place is not known."""

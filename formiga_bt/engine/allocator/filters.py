@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from typing import Final
 
 from formiga_bt.engine.allocator.candidate import Candidate
+from formiga_bt.engine.allocator.energy import short_of
 from formiga_bt.engine.records import Request, RoleRequest, Verdict
 
 FOR_EVER: Final = frozenset({"wrong_type", "not_this_one", "no_action", "not_admitted"})
@@ -62,6 +63,9 @@ def refusal(agent: Candidate, role: RoleRequest) -> tuple[str, str] | None:
         return "parked_away", ""
     if agent.battery < role.battery_min:
         return "battery", f"{agent.battery:.0f} % < {role.battery_min:.0f} %"
+    lacks = short_of(agent.charge, role.near) if agent.charge is not None else ""
+    if lacks:
+        return "energy", lacks
     return _not_ready(agent)
 
 

@@ -1,5 +1,6 @@
 """Who may let a task fly (`mode: real`): approvals, pilots on duty, preflight checks; and what no grant gets past."""
 
+import re
 from dataclasses import replace
 from typing import Any
 
@@ -8,9 +9,10 @@ import pytest
 from formiga_bt.engine.inputs import Alarm, Approve, Duty, Submit
 from formiga_bt.engine.records import Lockdown
 from formiga_bt.errors import TaskError
+from formiga_bt.geo import Place
 from formiga_bt.lang.model import Site
 from formiga_bt.safety.approval import approval_digest
-from formiga_bt.testing import Bench, effects, packaged_task, packaged_world, task_of
+from formiga_bt.testing import Bench, effects, packaged_world, task_of
 from formiga_bt.transport.messages import PreflightCheck
 
 GOOD = (PreflightCheck("gnss", True, "14 satellites"),)
@@ -24,6 +26,11 @@ steps:
     with: {drone: '${drone}'}
 """
 WAIT = "agents: {drone: {type: lwd}}\nsteps: [{wait: 1 h}]\n"
+NEAR = """\
+params: {target: place}
+agents: {drone: {type: lwd, near: '${target}'}}
+steps: [{wait: 1 h}]
+"""
 FAR = """\
 params: {target: {type: place, default: camp}}
 agents: {drone: {type: lwd}}
@@ -45,7 +52,7 @@ class Field(Bench):
 
     def __init__(self, site: Site | None = None, checks: tuple[PreflightCheck, ...] = GOOD) -> None:
         world, catalogue = packaged_world()
-        texts = {"Hop": HOP, "Wait": WAIT, "Far": FAR}
+        texts = {"Hop": HOP, "Wait": WAIT, "Far": FAR, "Near": NEAR}
         self.models = {name: task_of(text, world, catalogue, name=name) for name, text in texts.items()}
         super().__init__(site or real(), catalogue, self.models.values())
         self.drones = [self.agent(name, "lwd") for name in ("lwd_1", "lwd_2")]
@@ -247,6 +254,24 @@ def test_a_machine_that_was_taken_over_is_not_granted() -> None:
     for drone in field.drones:
         field.engine.core.put_agent(drone.id, taken=True)
     assert field.codes(field.begin())["lwd_1"] == "control"
+
+
+def test_a_machine_that_cannot_go_there_and_come_home_is_passed_over_with_the_numbers() -> None:
+    field = Field(packaged_world()[0])
+    field.drones[0].say(battery=30.0)
+    field.drones[1].say(battery=30.0, wind_east_m_s=9.0, wind_north_m_s=0.0)
+    field.run_for(1)
+    task_id = field.submit("Near", {"target": Place(500.0, 300.0)})
+    field.run_for(1)
+
+    found = {v.agent: (v.code, v.detail) for v in field.engine.state.explanations[task_id]}
+    code, detail = found["lwd_1"]
+    assert code == "energy"
+    assert re.fullmatch(r"30 % less 1\d\.\d % there and back leaves less than its reserve of 25 %", detail), detail
+    assert found["lwd_2"] == ("energy", "there is too much wind to come home")
+    field.drones[0].say(battery=60.0)
+    field.run_for(2)
+    assert field.task(task_id).roles == {"drone": ("lwd_1",)}
 
 
 # -- lockdown ----------------------------------------------------------------------------------------------------------

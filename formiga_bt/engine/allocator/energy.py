@@ -1,0 +1,45 @@
+"""May this machine go to a role's place and come home with its reserve left? The allocator's rough look before a grant.
+
+It counts the way up to a layer, across, and home again, in the wind as it is felt; not the work there, of which only the gate
+knows more. So whom it refuses surely cannot; whom it lets through the gate may still refuse.
+"""
+
+import math
+
+from msgspec import Struct
+
+from formiga_bt.geo import Place, Position
+from formiga_bt.safety.energy import CALM, Power, home_pct, way_pct
+
+
+class Charge(Struct, frozen=True, kw_only=True):
+    """What is known of a machine's charge; SI, percent 0..100."""
+
+    battery: float
+    reserve: float
+    power: Power
+    position: Position
+    home: Place | None
+    layer_m: float
+    wind: tuple[float, float] = CALM
+    payload_kg: float = 0.0
+
+
+def short_of(charge: Charge, near: tuple[Place, ...]) -> str:
+    """Return what a machine lacks for the nearest of these places, with the numbers; "" = it is enough, or none is named."""
+    needs = min((round_trip_pct(charge, place) for place in near), default=0.0)
+    if not near or charge.battery - needs >= charge.reserve:
+        return ""
+    if math.isinf(needs):
+        return "there is too much wind to come home"
+    return f"{charge.battery:.0f} % less {needs:.1f} % there and back leaves less than its reserve of {charge.reserve:.0f} %"
+
+
+def round_trip_pct(charge: Charge, place: Place) -> float:
+    """Return the points of charge for going over a place at the layer and coming home from there."""
+    here = charge.position
+    above = Position(here.east_m, here.north_m, charge.layer_m)
+    over = Position(place.east_m, place.north_m, charge.layer_m)
+    wind, load = charge.wind, charge.payload_kg
+    out = way_pct(here, above, charge.power, wind, load) + way_pct(above, over, charge.power, wind, load)
+    return out + home_pct(over, charge.home, charge.layer_m, charge.power, wind, load)
