@@ -7,6 +7,7 @@ from itertools import zip_longest
 from typing import Any
 
 import pytest
+from msgspec.structs import replace
 
 from formiga_bt.engine import changes as ch
 from formiga_bt.engine.inputs import Step
@@ -57,6 +58,25 @@ def test_the_nodes_do_what_the_naive_interpreter_does(first: int) -> None:
 def test_two_tasks_at_once_run_as_in_the_naive_interpreter(first: int) -> None:
     for mission in missions(40, first, tasks=2):
         assert_equal(fly(mission), fly(mission, NaiveTrees), mission)
+
+
+def urgent(mission: Mission) -> Mission:
+    """Return a mission of two tasks whose second one is of high priority and comes while the first one runs."""
+    calm, text = mission.texts
+    events = tuple(replace(e, at=e.at + 4) if (e.what, e.whom) == ("submit", "Random1") else e for e in mission.events)
+    return replace(
+        mission, texts=(calm, text.replace('"formiga": 1,', '"formiga": 1, "priority": "high",', 1)), events=events
+    )
+
+
+def test_a_task_that_is_preempted_runs_as_in_the_naive_interpreter() -> None:
+    preempted = 0
+    for mission in map(urgent, missions(40, 500, tasks=2)):
+        ours = fly(mission)
+        assert_equal(ours, fly(mission, NaiveTrees), mission)
+        preempted += any(task.past or task.code == "preempted" for task in ours.engine.state.tasks.values())
+
+    assert preempted >= 5, f"only {preempted} missions have a preemption"
 
 
 @pytest.mark.parametrize("first", range(400, 500, 50))
