@@ -113,6 +113,10 @@ def _report(play: "Scenario", world: "VirtualRun", in_time: bool) -> dict[str, A
         "orders": [
             {"at_s": since(at), "order": describe(order), "refused": why} for at, order, why in world.played.orders
         ],
+        "happened": [
+            {"at_s": since(row.at), "who": row.who, "what": row.what, "engine": row.did, "ended": row.ended}
+            for row in log.happened.rows
+        ],
         "log": [{"at_s": since(line.at), "text": line.text} for line in log.lines],
         "least_battery": {agent: round(left, 1) for agent, left in sorted(log.least_battery.items())},
         "crashes": len(verdict.crashes),
@@ -153,6 +157,9 @@ def _text(report: dict[str, Any]) -> str:
         why = f": {task['code']} {task['reason']}".rstrip() if task["code"] else ""
         agents = ", ".join(task["agents"])
         tasks.append((task["task"], agents, str(task["actions"]), f"{task['duration_s']:g} s", task["status"] + why))
+    happened = [("what happened at", "who", "what", "the engine", "how it ended")]
+    for row in report["happened"]:
+        happened.append((f"{row['at_s']:.1f} s", row["who"], row["what"], row["engine"], row["ended"] or "it lasts"))
     near = report["closest_pass_m"]
     found = f"crashes: {report['crashes']}, starts near people without clearance: {report['unsafe_starts']}"
     found += f", low flights: {report['low_flights']}" + ("" if near is None else f", closest pass: {near:g} m")
@@ -165,6 +172,7 @@ def _text(report: dict[str, Any]) -> str:
             *_columns(tasks),
             *(f"{one['task']} was refused: {one['reason']}" for one in report["refused"]),
             "",
+            *([*_columns(happened), ""] if report["happened"] else []),
             found + ("" if report["in_time"] else "; not all had ended in time"),
         ]
     )

@@ -98,7 +98,7 @@ def _call(order: "ScenarioOrder", target: str) -> tuple[str, dict[str, Any]]:
 
 
 def _newest(client: Client, name: str) -> str:
-    newest_first = [task for task in client.get("/v1/tasks?status=open")["tasks"] if task["task"] == name]
+    newest_first = [task for task in client.get("/v1/tasks", status="open")["tasks"] if task["task"] == name]
     if not newest_first:
         raise FormigaError(f"no task '{name}' is open")
     return str(newest_first[0]["id"])

@@ -61,6 +61,8 @@ class View:
         """Print the closing table: task, agents, actions, duration, outcome."""
         if log.state.tasks:
             self._missions(log)
+        if log.happened.rows:
+            self._happened(log)
         near = verdict.closest_pass
         counts = (
             ("crashes", verdict.crashes),
@@ -75,6 +77,12 @@ class View:
             self.say(
                 "All tasks succeeded. Next: write a task of your own and try it with `formiga dryrun`; README.md shows how."
             )
+
+    def _happened(self, log: RunLog) -> None:
+        table = Table("at", "who", "what", "the engine", "how it ended", title="What happened", title_justify="left")
+        for row in log.happened.rows:
+            table.add_row(f"{log.since_start(row.at):.0f} s", row.who, row.what, row.did, row.ended or "it lasts")
+        self.console.print(table)
 
     def _missions(self, log: RunLog) -> None:
         table = Table("task", "agents", "actions", "duration", "outcome", title="Missions", title_justify="left")

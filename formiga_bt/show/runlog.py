@@ -1,4 +1,4 @@
-"""What happened in a run, folded from the engine's steps: actions with start and end, tasks, lowest battery, alarms.
+"""What happened in a run, folded from the engine's steps: actions, tasks, lowest battery, alarms, what went wrong.
 
 Used by `dryrun` and `demo`. It holds a state of its own, folded with the engine's `apply`, so that it can be read in another
 thread than the engine's.
@@ -11,10 +11,11 @@ from msgspec import Struct
 from formiga_bt.blackboard import Blackboard
 from formiga_bt.clock import Micros
 from formiga_bt.engine import changes as ch
-from formiga_bt.engine.inputs import Alarm, Notify, PublishState, Step
+from formiga_bt.engine.inputs import Abort, Alarm, LockdownOrder, Notify, Operator, PublishState, Step
 from formiga_bt.engine.records import GoalRecord, Question
 from formiga_bt.engine.state import EngineState, apply
 from formiga_bt.geo import Place, Position
+from formiga_bt.show.happened import Happenings
 
 
 class ActionRow(Struct):
@@ -68,6 +69,7 @@ class RunLog:
         self.least_battery: dict[str, float] = {}
         self.started_at: Micros | None = None
         self.errors: list[str] = []
+        self.happened = Happenings()
         self._board = Blackboard()
         self._open: dict[str, ActionRow] = {}
         self._shown: dict[str, str] = {}
@@ -78,7 +80,10 @@ class RunLog:
         if self.started_at is None:
             self.started_at = step.at
         self.state.now, self.state.seq = step.at, step.seq
+        self.happened.begin(step.input)
+        self._note_refusal(step)
         for change in step.changes:
+            self.happened.before(step.at, change, self.state)
             asked = self._asked_before(change)
             apply(self.state, self._board, change)
             self._note(step.at, change, asked)
@@ -88,8 +93,24 @@ class RunLog:
                     self.lines.append(Line(step.at, f"to {', '.join(to) or 'nobody'}: {text}", severity))
                 case Alarm(code, text, task):
                     self.lines.append(Line(step.at, f"{text} ({code}{', ' + task if task else ''})", "alarm"))
+                case PublishState(task, "HELD") if not self.state.tasks[task].held:
+                    pass  # and went on in the same step
                 case PublishState(task, status, code, reason):
                     self.lines.append(Line(step.at, f"{task} {self._status_text(task, status, code, reason)}"))
+
+    def _note_refusal(self, step: Step) -> None:
+        given = step.input
+        if not step.reply.startswith("error:") or not isinstance(given, Operator | LockdownOrder | Abort):
+            return
+        match given:
+            case Operator(order, target, _):
+                what = f"{order} {target or 'all'}"
+            case LockdownOrder(how, _):
+                what = f"lockdown {how}"
+            case Abort(task):
+                what = f"abort {task}"
+        text = step.reply.split(":", 2)[2]
+        self.lines.append(Line(step.at, f"refused to {given.by or 'somebody'}: {what}: {text}", "warning"))
 
     def _status_text(self, task: str, status: str, code: str, reason: str) -> str:
         was, self._shown[task] = self._shown.get(task), status
@@ -130,7 +151,7 @@ class RunLog:
             row = ActionRow(goal.task, goal.agent, goal.action, at, goal=goal.id, detail=where(goal))
             self._open[goal.id] = row
             self.actions.append(row)
-        if row is not None and goal.ended:
+        if row is not None and (goal.ended or goal.state == "interrupted"):
             row.end, row.state, row.code = at, goal.state, goal.code
             if goal.action == "Confirm" and goal.state == "succeeded":
                 row.state, row.code = "answered", str(goal.result.get("answer", ""))

@@ -1,15 +1,21 @@
 """Scenarios in virtual time: what they ship with ends as it says, faults come on time, equal seeds give equal runs."""
 
+from dataclasses import replace
+
 import pytest
 
 from agents_sim.referee import Verdict
 from agents_sim.world import grid_fleet
 from formiga_bt.clock import SECOND
+from formiga_bt.engine.inputs import Abort, LockdownOrder, Operator
+from formiga_bt.engine.records import TaskRecord
+from formiga_bt.errors import TaskError
 from formiga_bt.geo import horizontal_m
 from formiga_bt.lang.loader import load_catalogue
-from formiga_bt.lang.scenario import Scenario, ScenarioFault, load_scenario
+from formiga_bt.lang.scenario import Scenario, ScenarioFault, ScenarioOrder, load_scenario
 from formiga_bt.packaged import files, folder
-from formiga_bt.simulation import VirtualRun, describe, fleet_site, specs_of
+from formiga_bt.show.runlog import RunLog
+from formiga_bt.simulation import VirtualRun, describe, fleet_site, order_of, specs_of
 
 
 def shipped(name: str) -> Scenario:
@@ -63,6 +69,63 @@ def test_equal_seeds_give_equal_runs() -> None:
 def test_a_fault_in_words() -> None:
     assert describe(ScenarioFault(0, "hwd_1", "wrong_id", 2, as_id="x")) == "hwd_1: wrong_id x x2"
     assert describe(ScenarioFault(0, "hwd_1", "slow", delay_s=2.0)) == "hwd_1: slow 2 s"
+
+
+def test_orders_in_words() -> None:
+    assert describe(ScenarioOrder(0, "hold", "hwd_1", "agent", by="watcher_1")) == "watcher_1: hold hwd_1"
+    assert describe(ScenarioOrder(0, "return")) == "operator: return all"
+    assert describe(ScenarioOrder(0, "handback", "hwd_1", "agent", "end")) == "operator: handback hwd_1 end"
+    assert describe(ScenarioOrder(0, "lockdown", of="site", how="land")) == "operator: lockdown land"
+    assert describe(ScenarioFault(0, "hwd_1", "battery", percent=26.0)) == "hwd_1: battery 26 %"
+    assert describe(ScenarioFault(0, "hwd_1", "link_loss", vanishes=False)) == "hwd_1: link_loss, its presence stays"
+    assert describe(ScenarioFault(0, "hwd_1", "link_loss", on=False)) == "hwd_1: link_loss no more"
+    assert describe(ScenarioFault(0, "hwd_1", "preflight", check="gnss")) == "hwd_1: preflight gnss"
+
+
+def a_task(name: str, order: int, section: str = "steps") -> TaskRecord:
+    return TaskRecord(id=f"{name}-{order}", name=name, order=order, bundle="", section=section)  # type: ignore[arg-type]
+
+
+def test_an_order_for_a_task_is_for_the_newest_open_one_of_that_name() -> None:
+    tasks = {t.id: t for t in (a_task("Go", 1), a_task("Go", 2), a_task("Go", 3, "done"), a_task("Other", 4))}
+    assert order_of(ScenarioOrder(0, "hold", "Go", "task", by="ann"), tasks) == Operator("hold", "Go-2", "ann")
+    assert order_of(ScenarioOrder(0, "abort", "Go", "task", "now"), tasks) == Abort("Go-2", "now", by="operator")
+    with pytest.raises(TaskError, match="no task 'Gone' is open") as caught:
+        order_of(ScenarioOrder(0, "hold", "Gone", "task"), tasks)
+    assert caught.value.code == "unknown_task"
+
+
+def test_orders_for_agents_all_and_the_site() -> None:
+    assert order_of(ScenarioOrder(0, "handback", "d", "agent", "end", "ann"), {}) == Operator(
+        "handback_end", "d", "ann"
+    )
+    assert order_of(ScenarioOrder(0, "land", by="ann"), {}) == Operator("land", "", "ann")
+    assert order_of(ScenarioOrder(0, "lockdown", of="site", how="hold", by="ann"), {}) == LockdownOrder("hold", "ann")
+
+
+def test_a_refused_order_is_noted_and_told_and_the_scenario_goes_on() -> None:
+    play = shipped("frozen-and-back")
+    orders = (ScenarioOrder(5 * SECOND, "handback", "hwd_1", "agent", "continue", "watcher_1"),)
+    virtual = VirtualRun(replace(play, orders=orders, faults=()))
+    assert virtual.run()
+    [(at, _, why)] = virtual.played.orders
+    log = RunLog()
+    for step in virtual.steps:
+        log.feed(step)
+    told = [line.text for line in log.lines if line.text.startswith("refused")]
+    virtual.close()
+
+    assert round((at - virtual.began) / SECOND) == 5
+    assert why.startswith("not_taken_over: ")
+    assert told == [f"refused to watcher_1: handback_continue hwd_1: {why.removeprefix('not_taken_over: ')}"]
+    assert virtual.rehearsal.engine.state.tasks["PickUp-1"].status == "SUCCEEDED"
+
+
+def test_weather_and_load_reach_the_drones_and_not_the_people() -> None:
+    play = shipped("bad-day")
+    specs = {spec.id: spec for spec in specs_of(play)}
+    assert (specs["hwd_1"].wind, specs["hwd_1"].on_link_loss, specs["hwd_1"].cut) == ((2.0, 1.0), "return", False)
+    assert specs["picker_1"].wind == (0.0, 0.0)
 
 
 def test_a_grid_of_any_size_has_room_for_everyone() -> None:
