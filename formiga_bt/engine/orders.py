@@ -290,6 +290,8 @@ class Orders:
         """A person ends a task: it is held no more; machines that hover for it are free to come home."""
         core = self._core
         task = core.task(task_id)
+        if task.system_agent:
+            return  # the order that it carries out is another task's
         for agent in self.machines_of(task):
             order = core.state.orders.get(agent.id)
             if order is None or order.scope == "lockdown":

@@ -189,6 +189,7 @@ class Stops:
         self._view.catch_up()
         with self._view.reading() as state:
             before = state.lockdown
+            flew = {a.id for a in machines(state) if a.landed != "grounded"}
         if how == "release" and before is None:
             return released([], "no lockdown stands", already=True)
         self._ask(LockdownOrder(how, by))  # type: ignore[arg-type]
@@ -197,7 +198,7 @@ class Stops:
             if how == "release":
                 stopped = [t.id for t in state.tasks.values() if t.held and t.section != "done"]
                 return released(stopped, "lockdown is released: tasks are admitted and machines granted again")
-            airborne = [a for a in machines(state) if a.landed != "grounded"]
+            airborne = [a for a in machines(state) if a.id in flew or a.landed != "grounded"]
             ordered, skipped = sorted_out(state, how, airborne, self._now(), at_lockdown=True)
             already = before is not None and before.how == how
             text = "lockdown stands already" if already else "LOCKDOWN: nothing starts, nothing goes on"

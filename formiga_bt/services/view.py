@@ -207,7 +207,7 @@ class View:
             self._log(goal.task).rows.append(row)
         if row is not None:
             row.state, row.code = goal.state, goal.code
-            if goal.ended:
+            if goal.ended or goal.state == "interrupted":
                 row.end = at
                 del self._open[goal.id]
         if old is None or (goal.state, goal.code) != (old.state, old.code):

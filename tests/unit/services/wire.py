@@ -20,6 +20,8 @@ from formiga_bt.transport.messages import (
     TransportEvent,
 )
 
+MINUTE = 60_000_000
+"""Between two stamps: it goes far in no time, and must not seem to have jumped."""
 ACTIONS = ("TakeOff", "GoTo", "LandIn")
 
 
@@ -39,7 +41,7 @@ class Machine:
         self.seq += 1
         return AgentStatus(
             id=self.id, type=self.kind, status="EXECUTING ACTION" if self.goal else "STANDBY", position=self.at,
-            landed=self.landed, control=self.control, seq=self.seq, stamp=self.seq, boot_id=f"{self.id}-1",
+            landed=self.landed, control=self.control, seq=self.seq, stamp=self.seq * MINUTE, boot_id=f"{self.id}-1",
             checks=self.checks,
         )  # fmt: skip
 
