@@ -1,0 +1,264 @@
+"""The verbs of orders: what they send, what they print, what they ask, and their exit codes. The engine is of paper."""
+
+import io
+import sys
+from importlib import import_module
+from typing import Any
+
+import pytest
+
+from formiga_bt.cli.app import run
+from formiga_bt.cli.client import ApiError
+
+Capture = pytest.CaptureFixture[str]
+VERBS = (
+    "hold",
+    "return_",
+    "land",
+    "continue_",
+    "cut",
+    "restart",
+    "lockdown",
+    "handback",
+    "preflight",
+    "agents",
+    "tasks",
+)
+NO_LOCKDOWN = {"on": False, "how": "", "by": "", "unix_millis_at": None, "text": ""}
+LOCKDOWN = {"on": True, "how": "return", "by": "eve", "unix_millis_at": 1, "text": "LOCKDOWN (return) by eve"}
+HOVERS = "hwd_1 hovers; it returns by itself in 11 min"
+
+
+class Paper:
+    """A client that keeps what is sent and answers as it is told."""
+
+    def __init__(self) -> None:
+        self.sent: list[tuple[str, dict[str, Any]]] = []
+        self.answers: dict[str, Any] = {"/v1/agents": {"agents": [agent("hwd_1"), person()], "lockdown": NO_LOCKDOWN}}
+        self.reply: Any = reply(ordered=[{"who": "hwd_1", "text": HOVERS}])
+
+    def get(self, path: str, **query: Any) -> Any:
+        return self.answers[path]
+
+    def post(self, path: str, body: Any = None, *, key: str = "") -> Any:
+        self.sent.append((path, body))
+        if isinstance(self.reply, ApiError):
+            raise self.reply
+        return self.reply
+
+
+def reply(**more: Any) -> dict[str, Any]:
+    return {
+        "ok": True, "order": "hold", "target": "hwd_1", "stands_already": False, "text": "hold is ordered for 1 machine",
+        "ordered": [], "skipped": [], "next": ["formiga continue PickUp-3", "formiga abort PickUp-3"], **more,
+    }  # fmt: skip
+
+
+def agent(name: str, **more: Any) -> dict[str, Any]:
+    return {
+        "id": name, "type": "hwd", "human": False, "pool": "ASSIGNED", "liveness": "ALIVE", "control": "engine",
+        "landed": "airborne", "battery": 61.4, "position": None, "task": "PickUp-3", "role": "drone", "action": "",
+        "home": "p3", "layer_m": None, "at_desk": False, "word": "", "order": None, "taken": False, "breach": "",
+        "on_link_loss": "return", "quarantine": "", "refused": "", "bad": 0, **more,
+    }  # fmt: skip
+
+
+def person() -> dict[str, Any]:
+    return agent("picker_1", human=True, type="picker", task="")
+
+
+def task(name: str, **more: Any) -> dict[str, Any]:
+    return {
+        "id": name, "status": "ACTIVE", "held": [], "orders": [], "section": "steps", "priority": "medium",
+        "unix_millis_submitted": 0, "duration_s": 12.0, "agents": ["hwd_1"], "code": "", "reason": "", **more,
+    }  # fmt: skip
+
+
+@pytest.fixture
+def paper(monkeypatch: pytest.MonkeyPatch) -> Paper:
+    made = Paper()
+    for name in VERBS:
+        monkeypatch.setattr(import_module(f"formiga_bt.cli.{name}"), "connect", lambda _site: made)
+    monkeypatch.setenv("USER", "eve")
+    return made
+
+
+# -- stops, continue -------------------------------------------------------------------------------------------------------
+def test_a_stop_says_what_happens_now_and_what_to_say_next(paper: Paper, capsys: Capture) -> None:
+    assert run(["hold", "hwd_1", "--by", "adam"]) == 0
+
+    said = capsys.readouterr()
+    assert paper.sent == [("/v1/agents/hwd_1/orders", {"order": "hold", "by": "adam"})]
+    assert said.out.splitlines() == ["hold is ordered for 1 machine", f"  {HOVERS}"]
+    assert said.err == "next: formiga continue PickUp-3    or: formiga abort PickUp-3\n"
+
+
+@pytest.mark.parametrize(
+    ("words", "path", "order"),
+    [
+        (["return", "PickUp-3"], "/v1/tasks/PickUp-3/orders", "return"),
+        (["land", "--all"], "/v1/orders", "land"),
+        (["continue", "PickUp-3"], "/v1/tasks/PickUp-3/orders", "continue"),
+        (["continue", "--all"], "/v1/orders", "continue"),
+        (["restart", "PickUp-3"], "/v1/tasks/PickUp-3/orders", "restart"),
+    ],
+)
+def test_each_verb_gives_its_order_without_asking_back(paper: Paper, words: list[str], path: str, order: str) -> None:
+    assert run(words) == 0
+    ((sent_to, body),) = paper.sent
+    assert (sent_to, body["order"]) == (path, order)
+    assert body["by"].startswith("eve@")
+
+
+@pytest.mark.parametrize("words", [["hold"], ["land", "hwd_1", "--all"]])
+def test_a_stop_wants_one_target(paper: Paper, words: list[str], capsys: Capture) -> None:
+    assert run(words) == 2
+    assert f"say for what: formiga {words[0]} hwd_1 (a machine), formiga {words[0]} PickUp-3 (a task)" in (
+        capsys.readouterr().err
+    )
+    assert paper.sent == []
+
+
+def test_a_stop_of_all_tells_who_did_not_get_it_and_exits_with_no(paper: Paper, capsys: Capture) -> None:
+    lost = {"who": "hwd_2", "code": "agent_lost", "text": "hwd_2 is not heard of", "hint": "find it"}
+    paper.reply = reply(skipped=[{**lost, "may_be_airborne": True}])
+    assert run(["return", "--all"]) == 1
+    assert capsys.readouterr().out.splitlines()[1:] == ["  NOT hwd_2: is not heard of (agent_lost)", "      -> find it"]
+    paper.reply = reply(skipped=[{**lost, "may_be_airborne": False}])
+    assert run(["return", "--all"]) == 0
+
+
+def test_a_refusal_is_told_with_what_helps(paper: Paper, capsys: Capture) -> None:
+    paper.reply = ApiError("cannot_continue", "Explore may not be done twice", "formiga restart T-1", 409)
+    assert run(["continue", "T-1"]) == 1
+    assert capsys.readouterr().err == "formiga: Explore may not be done twice\n  help: formiga restart T-1\n"
+
+
+def test_an_order_as_json_is_the_answer_itself(paper: Paper, capsys: Capture) -> None:
+    assert run(["hold", "hwd_1", "--json"]) == 0
+    assert '"who": "hwd_1"' in capsys.readouterr().out
+
+
+# -- cut -----------------------------------------------------------------------------------------------------------------------
+def test_a_cut_without_a_terminal_must_be_confirmed_by_the_name(
+    paper: Paper, capsys: Capture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sys, "stdin", io.StringIO(""))
+    assert run(["cut", "hwd_1"]) == 2
+    assert "confirm it with --yes-cut hwd_1" in capsys.readouterr().err
+    assert run(["cut", "hwd_1", "--yes-cut", "hwd_2"]) == 2
+    assert "--yes-cut says hwd_2, the order is for hwd_1; nothing was done" in capsys.readouterr().err
+    assert paper.sent == []
+    assert run(["cut", "hwd_1", "--yes-cut", "hwd_1"]) == 0
+    assert paper.sent[0][1]["confirmed"] == "hwd_1"
+
+
+@pytest.mark.parametrize(("typed", "code", "sent"), [("hwd_1", 0, 1), ("yes", 1, 0), ("", 1, 0)])
+def test_a_cut_at_a_terminal_asks_for_the_name(
+    paper: Paper, capsys: Capture, monkeypatch: pytest.MonkeyPatch, typed: str, code: int, sent: int
+) -> None:
+    terminal = io.StringIO()
+    monkeypatch.setattr(terminal, "isatty", lambda: True)
+    monkeypatch.setattr(sys, "stdin", terminal)
+    asked: list[str] = []
+
+    def answer(text: str, **_: Any) -> str:
+        asked.append(text)
+        return typed
+
+    monkeypatch.setattr("typer.prompt", answer)
+    assert run(["cut", "hwd_1"]) == code
+    assert asked == ["Cut stops the motors of hwd_1 at once; in the air it falls. Type its name to do it"]
+    assert len(paper.sent) == sent
+    assert (capsys.readouterr().err == "that is not hwd_1; nothing was done\n") == (code == 1)
+
+
+# -- lockdown, handback, preflight -------------------------------------------------------------------------------------------
+@pytest.mark.parametrize(
+    ("words", "how"),
+    [([], "return"), (["--hold"], "hold"), (["--return"], "return"), (["--land"], "land"), (["release"], "release")],
+)
+def test_lockdown_returns_unless_said_otherwise(paper: Paper, words: list[str], how: str) -> None:
+    assert run(["lockdown", *words]) == 0
+    ((path, body),) = paper.sent
+    assert (path, body["how"]) == ("/v1/lockdown", how)
+
+
+@pytest.mark.parametrize("words", [["relase"], ["release", "--hold"], ["--hold", "--land"]])
+def test_a_lockdown_that_is_not_clear_does_nothing(paper: Paper, words: list[str]) -> None:
+    assert run(["lockdown", *words]) == 2
+    assert paper.sent == []
+
+
+def test_lockdown_status_only_asks(paper: Paper, capsys: Capture) -> None:
+    paper.answers["/v1/lockdown"] = NO_LOCKDOWN
+    assert run(["lockdown", "status"]) == 0
+    assert capsys.readouterr().out == "no lockdown stands\n"
+    assert paper.sent == []
+
+
+@pytest.mark.parametrize("how", ["continue", "return", "end"])
+def test_a_handback_says_what_becomes_of_the_task(paper: Paper, how: str) -> None:
+    assert run(["handback", "hwd_1", f"--{how}"]) == 0
+    ((path, body),) = paper.sent
+    assert (path, body["how"]) == ("/v1/agents/hwd_1/handback", how)
+
+
+@pytest.mark.parametrize("words", [[], ["--continue", "--end"]])
+def test_a_handback_wants_exactly_one_way(paper: Paper, words: list[str], capsys: Capture) -> None:
+    assert run(["handback", "hwd_1", *words]) == 2
+    assert "formiga handback hwd_1 --continue, --return or --end" in capsys.readouterr().err
+    assert paper.sent == []
+
+
+def test_the_former_word_for_handback_still_ends_the_step(paper: Paper) -> None:
+    paper.reply = {"ok": True, "text": "hwd_1 is the engine's again"}
+    assert run(["agents", "handback", "hwd_1"]) == 0
+    assert paper.sent[0][0] == "/v1/agents/hwd_1/handback"
+
+
+def test_preflight_is_a_table_and_says_no_if_one_is_not_ready(paper: Paper, capsys: Capture) -> None:
+    checks = [{"check": "armable", "ok": True, "text": ""}, {"check": "gnss", "ok": False, "text": "4 satellites"}]
+    found = {"agent": "hwd_1", "ok": False, "required": True, "checks": checks, "text": ""}
+    paper.answers["/v1/agents/hwd_1/preflight"] = found
+    assert run(["preflight"]) == 1  # people are left out
+    assert capsys.readouterr().out.splitlines() == [
+        "AGENT  CHECK    OK  TEXT",
+        "hwd_1  armable  ok",
+        "hwd_1  gnss     NO  4 satellites",
+        "this site grants no machine that is not ready: hwd_1",
+    ]
+    paper.answers["/v1/agents/hwd_1/preflight"] = {**found, "ok": True, "checks": checks[:1]}
+    assert run(["preflight", "hwd_1"]) == 0
+
+
+# -- tables ------------------------------------------------------------------------------------------------------------------
+def test_agents_show_lockdown_orders_take_overs_and_breaches(paper: Paper, capsys: Capture) -> None:
+    order = {"agent": "hwd_1", "stop": "hold", "by": "eve", "scope": "agent", "text": HOVERS}
+    agents = [
+        agent("hwd_1", order=order, breach="!reserve"),
+        agent("hwd_2", taken=True),
+        agent("hwd_3", control="pilot"),
+    ]
+    paper.answers["/v1/agents"] = {"agents": agents, "lockdown": LOCKDOWN}
+    assert run(["agents"]) == 0
+    said = capsys.readouterr()
+    lines = said.out.splitlines()
+    assert lines[0] == "LOCKDOWN (return) by eve"
+    assert lines[2].endswith("HOLD: hovers; it returns by itself in 11 min, breaks its limit: reserve")
+    assert lines[3].endswith("waits for handback")
+    assert lines[4].endswith("control: pilot")
+    assert said.err.startswith("next: formiga lockdown release    or: formiga handback hwd_2 --continue|--return|--end")
+
+
+def test_tasks_show_lockdown_and_what_held_tasks_wait_for(paper: Paper, capsys: Capture) -> None:
+    order = {"agent": "hwd_1", "stop": "hold", "by": "eve", "scope": "agent", "text": HOVERS}
+    stopped = task("PickUp-3", held=["operator:hwd_1"], orders=[order])
+    paper.answers["/v1/tasks"] = {"tasks": [task("Move-4"), stopped], "total": 2, "lockdown": LOCKDOWN}
+    assert run(["tasks"]) == 0
+    said = capsys.readouterr()
+    lines = said.out.splitlines()
+    assert lines[0] == "LOCKDOWN (return) by eve"
+    assert "ACTIVE HELD" in lines[3]
+    assert lines[3].endswith(f"operator:hwd_1; {HOVERS}")
+    assert said.err == "next: formiga lockdown release    or: formiga why PickUp-3\n"
