@@ -23,7 +23,7 @@ PIECES: Final = 64
 def first_too_low(
     terrain: Terrain, way: Way, spots: Sequence[Place], need_m: float, *, rescue: bool = False
 ) -> Found | None:
-    """Return where a way, away from the spots, is less than `need_m` over the ground.
+    """Return where a way, away from the spots, is less than `need_m` over the ground: where first, or at an end if worse.
 
     Args:
         terrain: the ground.
@@ -39,7 +39,7 @@ def first_too_low(
         if found is None:
             continue
         if not rescue:
-            return found
+            return min(_candidates(terrain, found, part, 1), key=_over_m)
 
         def depth(a: Position, b: Position) -> float:
             bounds = terrain.under_m(a, b)
@@ -52,10 +52,12 @@ def first_too_low(
 
 
 def first_too_high(terrain: Terrain, way: Way, most_m: float, *, rescue: bool = False) -> Found | None:
-    """Return where a way is more than `most_m` over the ground; arguments as in `first_too_low`."""
+    """Return where a way is more than `most_m` over the ground; as `first_too_low`, which see."""
     found = too_high(terrain, *way, most_m)
-    if found is None or not rescue:
-        return found
+    if found is None:
+        return None
+    if not rescue:
+        return max(_candidates(terrain, found, way, 0), key=_over_m)
 
     def depth(a: Position, b: Position) -> float:
         bounds = terrain.under_m(a, b)
@@ -63,6 +65,18 @@ def first_too_high(terrain: Terrain, way: Way, most_m: float, *, rescue: bool = 
 
     worse = _gets_worse(way, depth, begins=True)
     return Found(worse, terrain.ground_m(worse)) if worse is not None else None
+
+
+def _candidates(terrain: Terrain, found: Found, way: Way, side: int) -> list[Found]:
+    """Return what was found first and how it is at the ends: people are told of the worst; unknown ground is told alone."""
+    if found.ground_m is None:
+        return [found]
+    ends = [(end, terrain.under_m(end, end)) for end in way]
+    return [found, *(Found(end, bounds[side]) for end, bounds in ends if bounds is not None)]
+
+
+def _over_m(found: Found) -> float:
+    return found.at.up_m - found.ground_m if found.ground_m is not None else 0.0
 
 
 def _gets_worse(way: Way, depth: Callable[[Position, Position], float], *, begins: bool) -> Position | None:

@@ -135,14 +135,20 @@ def ways_of(
 
 def at_gate(flight: GateFlight, ground: Airspace, rules: Rules) -> Breach | None:
     """Return the gravest limit that a goal would break, or None."""
+    if flight.here is not None and not _is_somewhere(flight.here):
+        flight = structs.replace(flight, here=None)
     here = flight.here
     moves = bool(flight.ways) or flight.region is not None
     if here is None and moves and not flight.rescue:
         return Breach("position", f"it is not known where {flight.agent} is")
+    if not all(_is_somewhere(end) for way in flight.ways for end in way):
+        return Breach("position", f"{flight.agent} is to go nowhere: a coordinate of the way is no number")
     area = None
     if flight.region is not None and flight.region.corners:
         own = here.up_m if here is not None else 0.0
         area = area_of(flight.region, flight.region_up_m if flight.region_up_m is not None else own, here)
+        if not all(map(_is_somewhere, area.corners)):
+            return Breach("position", f"{flight.agent} is to cover nothing: a coordinate of the area is no number")
     for breach in _space(flight, area, ground, rules):
         return breach
     if flight.rescue or not (moves or flight.power is not None):
@@ -154,7 +160,7 @@ def in_flight(state: FlightState, ground: Airspace, rules: Rules) -> tuple[Breac
     """Return all limits that a machine in the air breaks now, the gravest first (keep_out, keep_in, heights, reserve, ...)."""
     found: list[Breach] = []
     here = state.here
-    if here is None:
+    if here is None or not _is_somewhere(here):
         found.append(Breach("position", f"it is not known where {state.agent} is"))
     else:
         at = f"{state.agent} is"
@@ -174,6 +180,10 @@ def in_flight(state: FlightState, ground: Airspace, rules: Rules) -> tuple[Breac
 
 
 # -- where -------------------------------------------------------------------------------------------------------------
+
+
+def _is_somewhere(at: Position) -> bool:
+    return math.isfinite(at.east_m + at.north_m + at.up_m)
 
 
 def _space(flight: GateFlight, area: Area | None, ground: Airspace, rules: Rules) -> Iterator[Breach]:
@@ -310,7 +320,7 @@ def _need_pct(flight: GateFlight, power: Power, area: Area | None, ground: Airsp
 
 def _charge_in_flight(state: FlightState, ground: Airspace, rules: Rules) -> Breach | None:
     power, here = state.power, state.here
-    if power is None or here is None:
+    if power is None or here is None or not _is_somewhere(here):
         return None
     wind, payload = state.wind or CALM, state.payload_kg
     home = _way_home(state.home, state.layer_m, power, wind, payload, ground)

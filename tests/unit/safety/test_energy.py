@@ -1,7 +1,7 @@
 """Points of charge for straight ways and for the way home."""
 
 import math
-from typing import Any
+from typing import Any, ClassVar
 
 import pytest
 from hypothesis import given, settings
@@ -89,7 +89,7 @@ def test_reach_is_what_is_left_after_the_landing() -> None:
 
 
 class TestPower:
-    LIMITS = {"speed_m_s": 8.0, "climb_m_s": 2.5, "cruise_drain_pct_s": 0.066, "hover_drain_pct_s": 0.058}
+    LIMITS: ClassVar = {"speed_m_s": 8.0, "climb_m_s": 2.5, "cruise_drain_pct_s": 0.066, "hover_drain_pct_s": 0.058}
 
     def test_what_a_type_leaves_out_is_as_in_cruise_or_nothing(self) -> None:
         assert power_of(self.LIMITS) == Power(

@@ -10,8 +10,11 @@ fence = Zone("fence", FENCE, keep_in=True)
 lake = Zone("lake", LAKE, keep_in=False)
 
 BAY = Region(
-    (Place(0, 0), Place(90, 0), Place(90, 90), Place(60, 90), Place(60, 30), Place(30, 30), Place(30, 90), Place(0, 90))
-)
+    (
+        Place(0, 0), Place(90, 0), Place(90, 90), Place(60, 90),
+        Place(60, 30), Place(30, 30), Place(30, 90), Place(0, 90),
+    )
+)  # fmt: skip
 """A fence with a bay from the north, from east 30 to 60."""
 
 
