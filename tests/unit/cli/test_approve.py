@@ -1,0 +1,152 @@
+"""`formiga approve` and `formiga log export` without an engine: what a person is shown, and what is kept."""
+
+import json
+import os
+from pathlib import Path
+
+import pytest
+
+from formiga_bt.cli.app import run
+from formiga_bt.cli.init import HELLO, SITE
+from formiga_bt.services.crew import standing
+from formiga_bt.site_folder import FLIGHTS, append_line
+from tests.e2e.terminal import at_terminal
+
+REAL = "people: {watchers: [watcher_1], approvers: [ann, bob]}\npilots: [{id: pia, max_airborne: 1}]\n"
+ASKS = r"Type the first 8 characters of the digest.*: $"
+
+
+@pytest.fixture
+def site(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Return the folder of a site in mode real; it is the current one."""
+    text = SITE.format(name="meadow").replace("mode: simulation", "mode: real")
+    text = text.replace("people: {watchers: [watcher_1]}\n", REAL)
+    (tmp_path / "site.yaml").write_text(text, encoding="utf-8")
+    (tmp_path / "trees").mkdir()
+    (tmp_path / "trees" / "hello.yaml").write_text(HELLO, encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def digest_in(shown: str) -> str:
+    return shown.split("digest  ")[1].split()[0]
+
+
+def test_a_person_reads_what_it_may_do_and_types_the_digest(site: Path) -> None:
+    code, shown = at_terminal(
+        site, "approve", "Hello", "--by", "ann", until=ASKS, types=lambda shown: digest_in(shown)[:8]
+    )
+    digest = digest_in(shown)
+
+    assert code == 0, shown
+    assert f"Hello ({digest[:8]}) is approved by ann" in shown
+    assert [(g.task, g.by, g.digest) for g in standing(site / ".formiga/meadow")] == [("Hello", "ann", digest)]
+    assert "  made of\n    trees/hello.yaml\n" in shown
+    assert "\n    site.yaml\n" in shown
+    assert "  lands   only at its machines' own homes\n" in shown
+    assert "  fence   4 corners, -600 to 600 m east, -600 to 600 m north; no-fly zones: 0\n" in shown
+    assert "  limits  lwd: reserve 25 %, at most 120 m high, " in shown
+
+
+def test_another_line_than_the_digest_approves_nothing(site: Path) -> None:
+    code, shown = at_terminal(site, "approve", "Hello", "--by", "ann", until=ASKS, types=lambda _: "yes")
+    assert code == 1
+    assert "formiga: that is not the digest; nothing was approved" in shown
+    assert standing(site / ".formiga/meadow") == []
+
+
+def test_no_program_approves(site: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    assert run(["approve", "PickUp", "--by", "ann"]) == 1
+    said = capfd.readouterr()
+    assert "formiga: no program approves: a person reads this, and types the digest at a terminal" in said.err
+    assert (
+        "  lands   AWAY from home, so that its requester may not approve it:\n    drone.LandIn at target (" in said.out
+    )
+    assert not (site / ".formiga").exists()
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "says"),
+    [
+        (["approve", "Hello", "--by", "rita"], 1, "rita is no approver of meadow; it has ann, bob"),
+        (["approve", "Nothing", "--by", "ann"], 2, "there is no task 'Nothing'"),
+        (["approve", "Hello"], 2, "say what and who: formiga approve TASK --by NAME"),
+        (["approve", "Hello", "--by", "ann", "--revoke"], 1, "is not approved"),
+        (["approve", "--list", "--site", "none.yaml"], 2, "there is no none.yaml"),
+        (["log", "export", "--since", "tomorrow"], 2, "say a day or an instant, 2026-07-01"),
+        (["log", "import"], 2, "say: formiga log export"),
+        (["duty"], 2, "say formiga duty PILOT on"),
+        (["duty", "pia", "perhaps"], 2, "say formiga duty PILOT on"),
+    ],
+)
+def test_what_cannot_be_done_says_why(
+    site: Path, capfd: pytest.CaptureFixture[str], words: list[str], code: int, says: str
+) -> None:
+    assert run(words) == code
+    assert says in capfd.readouterr().err
+
+
+def test_a_simulation_needs_no_approval(site: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    file = site / "site.yaml"
+    file.write_text(file.read_text(encoding="utf-8").replace("mode: real", "mode: simulation"), encoding="utf-8")
+    assert run(["approve", "Hello", "--by", "ann"]) == 1
+    assert "meadow is in mode simulation: its tasks need no approval" in capfd.readouterr().err
+
+
+def test_a_changed_letter_voids_it_and_revoking_needs_no_terminal(
+    site: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    def types(shown: str) -> str:
+        return digest_in(shown)[:8]
+
+    _, first = at_terminal(site, "approve", "trees/hello.yaml", "--by", "ann", until=ASKS, types=types)
+    file = site / "trees" / "hello.yaml"
+    before = file.read_text(encoding="utf-8")
+    file.write_text(before.replace("wait: 10 s", "wait: 11 s"), encoding="utf-8")
+    _, second = at_terminal(site, "approve", "trees/hello.yaml", "--by", "bob", until=ASKS, types=types)
+    assert digest_in(first) != digest_in(second)
+
+    file.write_text(before, encoding="utf-8")
+    assert run(["approve", "Hello", "--by", "bob", "--revoke"]) == 0
+    assert run(["approve", "--list"]) == 0
+    said = capfd.readouterr().out
+    assert f"the approval of Hello ({digest_in(first)[:8]}) is taken back" in said
+    assert [line.split()[:3] for line in said.splitlines()[-1:]] == [["Hello", digest_in(second)[:8], "bob"]]
+
+
+def test_the_flight_log_goes_out_without_an_engine(site: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    assert run(["log", "export"]) == 1
+    assert "no site was run here, so that there is no flight log" in capfd.readouterr().err
+    flight = {
+        "agent": "lwd_1",
+        "type": "lwd",
+        "mode": "real",
+        "take_off_utc": "2026-07-01T09:00:00.000Z",
+        "pilot": "pia",
+    }
+    append_line(site / ".formiga/meadow" / FLIGHTS, flight)
+
+    assert run(["log", "export"]) == 0
+    head, row = capfd.readouterr().out.splitlines()
+    assert head.startswith("agent,type,mode,pilot,task,")
+    assert row.startswith("lwd_1,lwd,real,pia,")
+    assert run(["log", "export", "--format", "json", "--since", "2026-07-02"]) == 0
+    assert json.loads(capfd.readouterr().out) == []
+    assert run(["log", "export", "--format", "json", "-o", "out.json", "--site", "site.yaml"]) == 0
+    assert capfd.readouterr().err == "1 flight written to out.json\n"
+    assert json.loads((site / "out.json").read_text())[0]["pilot"] == "pia"
+
+
+def test_several_sites_are_told_apart_by_name(
+    site: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in ("meadow", "marsh"):
+        append_line(
+            site / ".formiga" / name / FLIGHTS,
+            {"agent": name, "type": "lwd", "mode": "real", "take_off_utc": "2026-07-01T09:00:00Z"},
+        )
+    assert run(["log", "export"]) == 1
+    assert "several sites were run here: marsh, meadow" in capfd.readouterr().err
+    monkeypatch.setitem(os.environ, "FORMIGA_SITE", "marsh")
+    assert run(["log", "export"]) == 0
+    assert capfd.readouterr().out.splitlines()[1].startswith("marsh,")
