@@ -5,6 +5,7 @@ import pytest
 from formiga_bt.engine import preemption
 from formiga_bt.engine.inputs import LockdownOrder, Notify, Operator, PublishState
 from formiga_bt.engine.records import AgentRecord
+from formiga_bt.engine.state import load_snapshot, snapshot
 from formiga_bt.geo import Position
 from formiga_bt.testing import effects
 from tests.unit.engine.conftest import Make
@@ -85,6 +86,7 @@ class TestATaskStepsAside:
 
         assert verdicts(yard, urgent)["c1"] == ("preempting", mine)
         assert yard.engine.state.requests[urgent].preempting == {mine: 1}
+        assert load_snapshot(snapshot(yard.engine.state)).requests == yard.engine.state.requests
         assert (yard.task(mine).again, yard.task(mine).reason) == ("preempted", f"for {urgent}")
         step(yard, "Home")
         assert yard.task(mine).past == (f"run 1: preempted for {urgent}",)
