@@ -58,6 +58,8 @@ class Report(Struct, frozen=True):
 class Run:
     """One scene under way."""
 
+    abort_after_s = ABORT_AFTER_S
+
     def __init__(self, played: Scene, *, story: bool = False) -> None:
         _, catalogue = packaged_world()
         self.scene = played
@@ -236,7 +238,7 @@ class Run:
         world.run_for(40)
         self.order(inp.LockdownOrder("release", PERSON))
         self._go_on()
-        if not self._until_ended(ABORT_AFTER_S):
+        if not self._until_ended(self.abort_after_s):
             for round_ in range(4):
                 self._go_on()
                 for task in list(world.engine.open_tasks):

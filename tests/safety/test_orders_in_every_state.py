@@ -1,5 +1,6 @@
 """Every order in every state of a task and of a machine, twice, then calm: nothing is broken, hangs or is raised."""
 
+import os
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -36,6 +37,8 @@ def scene(at: Place | None = None, script: tuple[dict[str, object], ...] = ()) -
 
 class Case(Run):
     """A run that is brought into a state by hand."""
+
+    abort_after_s = 45.0
 
     def until(self, what: Callable[[], bool], limit_s: float = 600.0) -> None:
         assert self.world.run_until(what, limit_s), "the state is never reached"
@@ -250,9 +253,16 @@ def give(state: str, order: str) -> list[str]:
     return wrong + [str(v) for v in case.monitor.violations]
 
 
+def chosen(state: str) -> list[str]:
+    """Return the orders that are tried in a state: each fourth, another set in each state; all, if FORMIGA_EXAMPLES is set."""
+    first = list(STATES).index(state)
+    every = 1 if os.environ.get("FORMIGA_EXAMPLES") else 4
+    return [order for index, order in enumerate(ORDERS) if (index + first) % every == 0]
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("state", STATES)
 def test_every_order_twice_then_calm(state: str) -> None:
-    wrong = {order: found for order in ORDERS if (found := give(state, order))}
+    wrong = {order: found for order in chosen(state) if (found := give(state, order))}
 
     assert wrong == {}, "\n".join(f"{state}, {order}: {line}" for order, found in wrong.items() for line in found)
