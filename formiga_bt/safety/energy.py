@@ -19,7 +19,7 @@ there" is largest at one of its ends: the gate looks at the ends only (`Power.mo
 
 Numbers come from `AgentType.limits`: `speed_m_s`, `climb_m_s`, `cruise_drain_pct_s`, `hover_drain_pct_s`, and, where given,
 `climb_drain_pct_s` (else as cruise), `payload_drain_pct_kg_s` (else 0), `landing_s` (else 5 s), `sweep_spacing_m` (else 20 m).
-What one machine announces about itself under the same names, or those of `ANNOUNCED`, replaces the type's number.
+What one machine announces about itself under the same names replaces the type's number.
 """
 
 import math
@@ -40,17 +40,6 @@ Wind = tuple[float, float]
 CALM: Final[Wind] = (0.0, 0.0)
 
 _NONE: Final[Mapping[str, float]] = MappingProxyType({})
-
-
-ANNOUNCED: Final[Mapping[str, str]] = MappingProxyType(
-    {
-        "drain_cruise_percent_s": "cruise_drain_pct_s",
-        "drain_hover_percent_s": "hover_drain_pct_s",
-        "climb_drain_percent_s": "climb_drain_pct_s",
-        "payload_drain_percent_kg_s": "payload_drain_pct_kg_s",
-    }
-)
-"""Names on the cards of simulated drones, and the limits that they are."""
 
 
 class Power(Struct, frozen=True, kw_only=True):
@@ -75,7 +64,7 @@ def power_of(limits: Mapping[str, float], announced: Mapping[str, float] = _NONE
         limits: of its type.
         announced: of its card; its numbers replace the type's.
     """
-    known = {**limits, **{ANNOUNCED.get(name, name): number for name, number in announced.items()}}
+    known = {**limits, **announced}
 
     def of(name: str, otherwise: float = 0.0) -> float:
         value = known.get(name, otherwise)

@@ -97,9 +97,7 @@ class TestPower:
         )
 
     def test_what_a_machine_announces_replaces_its_types_numbers(self) -> None:
-        power = power_of(
-            self.LIMITS, {"speed_m_s": 12.0, "drain_cruise_percent_s": 0.05, "climb_drain_percent_s": 0.09}
-        )
+        power = power_of(self.LIMITS, {"speed_m_s": 12.0, "cruise_drain_pct_s": 0.05, "climb_drain_pct_s": 0.09})
 
         assert power is not None
         assert (power.speed_m_s, power.cruise_pct_s, power.climb_pct_s) == (12.0, 0.05, 0.09)
