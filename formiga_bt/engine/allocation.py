@@ -205,7 +205,7 @@ class Allocation:
         granted = {grant.task for grant in decision.grants}
         seen_all = all(agent in core.state.agents for agent in core.site.agents)
         for request in requests:
-            reason = hopeless(request, decision.verdicts.get(request.task, ()))
+            reason = hopeless(request, core.state.explanations.get(request.task, ()))
             if not reason or request.task in granted:
                 continue
             if seen_all or core.now - request.at >= KNOWN_AFTER_US:

@@ -175,6 +175,8 @@ def test_without_a_pilot_on_duty_a_request_waits_and_says_so() -> None:
     assert field.task(task_id).status == "PENDING"
     assert field.blocked(task_id) == ("no_pilot", "nobody of pia, pete is on duty")
     assert field.codes(task_id)["lwd_1"] == "fits"
+    field.run_for(30)  # when all of the fleet counts as seen, it does not count as hopeless either
+    assert field.task(task_id).status == "PENDING"
     field.ask(Duty("pete", True))
     field.run_for(1)
     assert field.task(task_id).pilot == "pete"
