@@ -56,7 +56,7 @@ def plan(request: GoalRequest, here: Position, *, is_airborne: bool, is_low: boo
     if is_low:
         return "battery_low"
     if request.action == "GoTo":
-        return _leg(request)
+        return _leg(request, here)
     if request.action == "Explore":
         return _sweep(request, here)
     return "unknown_action"
@@ -72,8 +72,16 @@ def way_down(here: Position, at: Place | None = None) -> list[Leg]:
     at = at or here.ground
     legs = [Leg(Position(at.east_m, at.north_m, 0.0), "descend")]
     if horizontal_m(here, at) > 0.0:
-        legs.insert(0, Leg(Position(at.east_m, at.north_m, here.up_m), "cruise"))
+        rise = _rise(here)
+        legs = [*rise, Leg(Position(at.east_m, at.north_m, max(here.up_m, LOWEST_HOVER_M)), "cruise"), *legs]
     return legs
+
+
+def _rise(here: Position) -> list[Leg]:
+    """Return the way up to the lowest hover of a drone that is told to go elsewhere while it starts or lands."""
+    if here.up_m >= LOWEST_HOVER_M:
+        return []
+    return [Leg(Position(here.east_m, here.north_m, LOWEST_HOVER_M), "climb")]
 
 
 def way_home(here: Position, home: Place | None, height_m: float) -> list[Leg]:
@@ -92,9 +100,9 @@ def _take_off(request: GoalRequest, here: Position) -> list[Leg] | str:
     return [Leg(Position(here.east_m, here.north_m, up), "climb")]
 
 
-def _leg(request: GoalRequest) -> list[Leg] | str:
+def _leg(request: GoalRequest, here: Position) -> list[Leg] | str:
     to = read_position(request.fields.get("to"))
-    return "too_low" if to.up_m < LOWEST_HOVER_M else [Leg(to, "cruise", _speed(request))]
+    return "too_low" if to.up_m < LOWEST_HOVER_M else [*_rise(here), Leg(to, "cruise", _speed(request))]
 
 
 def _landing(request: GoalRequest, here: Position) -> list[Leg] | str:
