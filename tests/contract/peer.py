@@ -7,6 +7,8 @@
     cancel      "refuse": cancels are refused
     lose        true: the message with the result is lost
     result      the result of a success
+    deaf_s      so long the wire carries nothing, either way, from a moment after the goal was taken on
+    vanishes    true: its presence goes with the wire
 
 Run as a process it is an agent on the Zenoh wire: peer.py SITE ENDPOINT TYPE ID BOOT_ID LEASE_MS
 """
@@ -16,7 +18,7 @@ import os
 import sys
 import time
 from collections.abc import Callable
-from typing import Any
+from typing import Any, Protocol
 
 from formiga_bt.clock import SECOND
 from formiga_bt.geo import Position
@@ -47,13 +49,26 @@ class LossyLink:
             self._link.publish_event(event)
 
 
+class Wire(Protocol):
+    """What a peer may break."""
+
+    def cut(self, *, vanishes: bool) -> None: ...
+
+    def mend(self) -> None: ...
+
+
 class ScriptedBody:
     """Counts how often each goal was begun (told in `result.starts`), and follows the fields."""
 
     def __init__(
-        self, link: LossyLink, later: Callable[[float, Callable[[], None]], None], pause: Callable[[float], None]
+        self,
+        link: LossyLink,
+        wire: Wire,
+        later: Callable[[float, Callable[[], None]], None],
+        pause: Callable[[float], None],
     ):
         self.side: AgentSide
+        self.wire = wire
         self.link = link
         self.later = later
         self.pause = pause
@@ -69,6 +84,9 @@ class ScriptedBody:
         goal = request.goal_id
         self.starts[goal] = self.starts.get(goal, 0) + 1
         self.fields[goal] = fields
+        if fields.get("deaf_s"):
+            self.later(0.1, lambda: self.wire.cut(vanishes=bool(fields.get("vanishes"))))
+            self.later(0.1 + fields["deaf_s"], self.wire.mend)
         step = fields.get("step_s", 0.01)
         at = step
         for progress in fields.get("feedback", ()):
@@ -89,6 +107,13 @@ class ScriptedBody:
             case "takeover":
                 self.side.take_control("pilot")
                 self.later(0.5, lambda: self.side.take_control("engine"))
+
+    def watch_link(self) -> None:
+        """Act by itself in the silence (it hovers), and yield when it is over."""
+        if self.side.is_cut_off:
+            self.side.take_control("failsafe")
+        elif self.side.control == "failsafe":
+            self.side.take_control("engine")
 
     def cancel(self, goal: str) -> bool:
         if self.fields[goal].get("cancel") == "refuse":
@@ -113,11 +138,12 @@ def main() -> None:
 
     wire = ZenohAgentLink(site, connect=endpoint, lease_ms=int(lease_ms))
     link = LossyLink(wire)
-    body = ScriptedBody(link, later, time.sleep)
+    body = ScriptedBody(link, wire, later, time.sleep)
     clock = lambda: time.monotonic_ns() // 1000  # noqa: E731
     body.side = AgentSide(card(agent_type, agent, boot_id), body, link, now=clock, beat_us=SECOND)
 
     def status() -> None:
+        body.watch_link()
         body.side.publish_status(battery=80.0)
         later(STATUS_S, status)
 

@@ -107,11 +107,13 @@ class Rig(ABC):
     def take(self) -> None:
         self.log.extend(self.transport.poll())
 
-    def event(self, kind: type[T], fits: Callable[[T], bool] = lambda _: True, *, since: int = 0) -> T:
+    def event(
+        self, kind: type[T] | tuple[type[T], ...], fits: Callable[[T], bool] = lambda _: True, *, since: int = 0
+    ) -> T:
         def find() -> T | None:
             return next((e for e in self.log[since:] if isinstance(e, kind) and fits(e)), None)
 
-        return self.wait(find, f"{kind.__name__} since {since}")
+        return self.wait(find, f"{kind} since {since}")
 
     def states(self, goal: str) -> list[GoalEvent]:
         return [e.event for e in self.log if isinstance(e, GoalReported) and e.event.goal_id == goal]
@@ -131,6 +133,17 @@ class Rig(ABC):
         self.event(AgentGone, lambda e: e.agent == agent, since=since)
 
 
+class MemoryWire:
+    def __init__(self, hub: MemoryHub, agent: str) -> None:
+        self._hub, self._agent = hub, agent
+
+    def cut(self, *, vanishes: bool) -> None:
+        self._hub.cut(self._agent, vanishes=vanishes)
+
+    def mend(self) -> None:
+        self._hub.mend(self._agent)
+
+
 class MemoryRig(Rig):
     def __init__(self) -> None:
         super().__init__()
@@ -147,12 +160,14 @@ class MemoryRig(Rig):
     def start(self, agent: str, boot_id: str) -> None:
         wire = self.hub.link(agent)
         link = scripted.LossyLink(wire)
-        body = scripted.ScriptedBody(link, self.later, lambda s: self.hub.set_delay(agent, micros(s)))
+        broken = MemoryWire(self.hub, agent)
+        body = scripted.ScriptedBody(link, broken, self.later, lambda s: self.hub.set_delay(agent, micros(s)))
         card = scripted.card("drone", agent, boot_id)
         body.side = AgentSide(card, body, link, now=self.time.now, beat_us=SECOND)
 
         def status() -> None:
             if not wire.dead:
+                body.watch_link()
                 body.side.publish_status(battery=80.0)
                 self.later(scripted.STATUS_S, status)
 

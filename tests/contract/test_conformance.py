@@ -3,7 +3,7 @@
 import pytest
 from rigs import Rig
 
-from formiga_bt.transport.messages import TERMINAL, AgentSeen, GoalReported, SendFailed, StatusArrived
+from formiga_bt.transport.messages import TERMINAL, AgentSeen, GoalReported, QueryReplied, SendFailed, StatusArrived
 
 
 def test_a_goal_is_accepted_and_succeeds_with_the_full_status(rig: Rig, peer: str) -> None:
@@ -238,6 +238,43 @@ def test_a_pilot_who_takes_over_ends_the_goal_and_bars_new_ones(rig: Rig) -> Non
     mark = len(rig.log)
     rig.event(StatusArrived, lambda e: e.status.id == agent and e.status.control == "engine", since=mark)
     rig.reported(rig.goal(agent, do="succeed"), "succeeded")
+
+
+def test_an_agent_that_hears_no_heartbeat_acts_by_itself(rig: Rig) -> None:
+    agent = rig.new_peer()
+    rig.clock_until_heard(agent)
+    goal = rig.goal(agent, do="hold", link_silence_s=1.0)
+    assert rig.reported(goal, "taken_over").status.control == "failsafe"
+    mark = len(rig.log)
+    assert rig.reported(rig.goal(agent, do="succeed"), "rejected").code == "not_in_command"
+    rig.clock()
+    rig.event(StatusArrived, lambda e: e.status.id == agent and e.status.control == "engine", since=mark)
+    rig.kill(agent)
+
+
+@pytest.mark.parametrize("vanishes", [True, False])
+def test_what_ended_while_the_wire_was_cut_is_told_when_it_is_back(rig: Rig, vanishes: bool) -> None:
+    agent = rig.new_peer()
+    rig.clock_until_heard(agent)
+    mark = len(rig.log)
+    goal = rig.goal(agent, do="hold", link_silence_s=1.0, deaf_s=6.0, vanishes=vanishes)
+    if vanishes:
+        rig.gone(agent, since=mark)
+    while not any(isinstance(event, SendFailed) and event.agent == agent for event in rig.log):
+        since = len(rig.log)
+        rig.transport.query_goals(agent, [goal])
+        rig.event((SendFailed, QueryReplied), lambda e: e.agent == agent, since=since)  # until the wire is cut
+    unheard = rig.goal(agent, do="succeed")
+    assert rig.failure(unheard).outcome in ("unknown", "unreachable")
+    assert [event.state for event in rig.states(goal)] == ["accepted"]
+
+    rig.event(StatusArrived, lambda e: e.status.id == agent and e.status.last_goal == goal, since=mark)
+    if vanishes:
+        rig.event(AgentSeen, lambda e: e.card.id == agent, since=mark)
+    rig.clock()
+    assert rig.reported(goal, "taken_over").status.last_goal_state == "taken_over"
+    assert rig.query(agent, unheard).goals[0].state == "unknown"
+    rig.kill(agent)
 
 
 def test_an_agent_nobody_has_seen_is_unreachable(rig: Rig) -> None:

@@ -1,14 +1,17 @@
 """Faults played by simulated agents that are processes, a picker's tracker that hears drones, and their referee."""
 
+import time
 from pathlib import Path
 
 import pytest
 
 from agents_sim.faults import Order
 from agents_sim.launch import FleetProcesses
+from agents_sim.ledger import BodyFile
+from agents_sim.motion import BodyState
 from agents_sim.world import AgentSpec
 from formiga_bt.geo import Place, Position
-from formiga_bt.transport.messages import BadMessage
+from formiga_bt.transport.messages import AgentGone, AgentSeen, BadMessage
 from tests.e2e.test_sim_process import Engine, engine
 
 __all__ = ["engine"]
@@ -43,6 +46,59 @@ def test_a_process_plays_the_faults_it_is_ordered(engine: Engine, tmp_path: Path
         engine.order("mute", "GoTo", to={"east_m": 0.0, "north_m": 0.0, "up_m": 60.0})
         engine.wait(lambda: engine.has_ended("mute", "accepted"))  # its answers are not late, its news is
         assert fleet.verdict().is_clean
+
+
+def test_a_process_without_a_link_comes_home_by_itself_and_tells_when_it_is_back(
+    engine: Engine, tmp_path: Path
+) -> None:
+    spec = AgentSpec(id="hwd_1", type="hwd", at=Position(60.0, 0.0, 30.0), home=Place(0.0, 0.0))
+    with FleetProcesses([spec], site="sim-test", connect=engine.wire.endpoint, state_dir=tmp_path) as fleet:
+        engine.wait(lambda: (s := engine.status()) is not None and s.beat > 0)
+        engine.order("leg", "GoTo", link_silence_s=2.0, to={"east_m": 900.0, "north_m": 0.0, "up_m": 30.0})
+        engine.wait(lambda: engine.has_ended("leg", "running"))
+        fleet.order("hwd_1", Order(kind="link_loss"))
+        engine.wait(lambda: any(isinstance(event, AgentGone) for event in engine.heard))
+
+        end = time.monotonic() + 12.0
+        body = BodyFile(tmp_path, "hwd_1")
+        while not (
+            (saved := body.load()) is not None and isinstance(saved.body, BodyState) and saved.body.kind == "rest"
+        ):
+            assert time.monotonic() < end, f"it did not come home: {saved}"
+            engine.step()
+            time.sleep(0.02)
+        assert saved.body.segment.p1 == Position(0.0, 0.0, 0.0)
+        assert saved.body.control == "failsafe"  # it hears nobody
+        assert not engine.has_ended("leg", "taken_over")
+
+        fleet.order("hwd_1", Order(kind="link_loss", on=False))
+        engine.wait(lambda: engine.has_ended("leg", "taken_over"))
+        engine.wait(lambda: (s := engine.status()) is not None and s.control == "engine")
+        last = engine.status()
+        assert last is not None
+        assert (last.landed, last.last_goal, last.last_goal_state) == ("grounded", "leg", "taken_over")
+        assert fleet.verdict().is_clean
+
+
+def test_wind_charge_and_checks_reach_a_process(engine: Engine, tmp_path: Path) -> None:
+    spec = AgentSpec(
+        id="hwd_1", type="hwd", at=Place(0.0, 0.0), home=Place(0.0, 0.0), wind=(2.0, -1.0), payload_kg=1.5, cut=True
+    )
+    with FleetProcesses([spec], site="sim-test", connect=engine.wire.endpoint, state_dir=tmp_path) as fleet:
+        engine.wait(lambda: (s := engine.status()) is not None and s.beat > 0)
+        seen = next(event.card for event in engine.heard if isinstance(event, AgentSeen))
+        first = engine.status()
+        assert first is not None
+        assert "CutMotors" in seen.actions
+        assert (first.wind_east_m_s, first.wind_north_m_s, first.payload_kg) == (2.0, -1.0, 1.5)
+        fleet.order("hwd_1", Order(kind="battery", percent=31.0))
+        fleet.order("hwd_1", Order(kind="preflight", check="storage", text="full"))
+        fleet.order("hwd_1", Order(kind="wind", east=-4.0))
+        engine.wait(lambda: (s := engine.status()) is not None and s.wind_east_m_s == -4.0)
+        status = engine.status()
+        assert status is not None
+        assert status.battery == 31.0
+        assert [(check.check, check.text) for check in status.checks if not check.ok] == [("storage", "full")]
 
 
 def test_a_tracker_in_another_process_knows_which_drone_is_near(engine: Engine, tmp_path: Path) -> None:

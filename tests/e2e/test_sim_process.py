@@ -64,7 +64,15 @@ class Engine:
             self.wire.publish_clock(beat)
         self.heard += self.wire.poll()
 
-    def order(self, goal_id: str, action: str, agent: str = "hwd_1", ttl_beats: int = 10, **fields: object) -> None:
+    def order(
+        self,
+        goal_id: str,
+        action: str,
+        agent: str = "hwd_1",
+        ttl_beats: int = 10,
+        link_silence_s: float | None = None,
+        **fields: object,
+    ) -> None:
         self.wire.send_goal(
             GoalRequest(
                 goal_id=goal_id,
@@ -74,6 +82,7 @@ class Engine:
                 epoch=1,
                 beat=self._beat,
                 ttl_beats=ttl_beats,
+                link_silence_s=link_silence_s,
             )
         )
 

@@ -67,7 +67,7 @@ def test_the_summary_tells_each_event_once(day: VirtualRun, log: RunLog) -> None
         (47, "hwd_2", "nobody said that people stand clear"),
         (53, "lwd_1", "lost its link, did by itself: return"),
         (70, "lwd_2", "broke reserve"),
-        (240, "watcher_1", "pressed lockdown (return)"),
+        (185, "watcher_1", "pressed lockdown (return)"),
     ]
     rows = {row.who: (row.did, row.ended.split(" after ")[0]) for row in log.happened.rows}
     assert rows == {
