@@ -212,9 +212,17 @@ class Outline:
             or (ay > north + EDGE_M and by > north + EDGE_M)
         ):
             return False
+        if self._is_beside(ax, ay, bx - ax, by - ay):
+            return False
         if self.contains(ax, ay) or self.contains(bx, by):
             return True
         return any(_edge_gap_m(ax, ay, bx, by, *edge) <= EDGE_M for edge in self.edges)
+
+    def _is_beside(self, ax: float, ay: float, dx: float, dy: float) -> bool:
+        """Return whether all corners lie more than 1 mm off on one side of a line: then no way along it touches."""
+        off = EDGE_M * (abs(dx) + abs(dy))
+        sides = [(x - ax) * dy - (y - ay) * dx for x, y, _, _ in self.edges]
+        return bool(sides) and (min(sides) > off or max(sides) < -off)
 
 
 def _is_convex(points: list[tuple[float, float]]) -> bool:

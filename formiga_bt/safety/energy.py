@@ -15,7 +15,7 @@ Formulae and where they come from:
 * The way home is the one that recover flies: up or down to its layer, across, down at the port, and `landing_s` of hover.
 
 Time over ground in a steady wind is a convex function of the way, so on a straight way "spent so far + way home from
-there" is largest at one of its ends: the gate looks at the ends only (`Power.most_pct` of `envelope`).
+there" is largest at one of its ends: the gate looks at the ends only.
 
 Numbers come from `AgentType.limits`: `speed_m_s`, `climb_m_s`, `cruise_drain_pct_s`, `hover_drain_pct_s`, and, where given,
 `climb_drain_pct_s` (else as cruise), `payload_drain_pct_kg_s` (else 0), `landing_s` (else 5 s), `sweep_spacing_m` (else 20 m).
@@ -160,23 +160,28 @@ def home_pct(
         home_up_m: the ground at its port over the base's ground.
         grounded: it stands, and must take off first unless it is home.
     """
-    east, north, up = here.east_m, here.north_m, here.up_m
+    landing = hover_pct(power.landing_s, power, payload_kg)
     if home is None:
-        if grounded:
-            return 0.0
-        down = Position(east, north, min(up, home_up_m))
-        return way_pct(here, down, power, wind, payload_kg) + hover_pct(power.landing_s, power, payload_kg)
-    if grounded and math.hypot(home.east_m - east, home.north_m - north) <= AT_HOME_M:
+        down = _upright_pct(min(here.up_m, home_up_m) - here.up_m, power, payload_kg)
+        return 0.0 if grounded else down + landing
+    east, north = home.east_m - here.east_m, home.north_m - here.north_m
+    way = math.hypot(east, north)
+    if grounded and way <= AT_HOME_M:
         return 0.0
-    above = Position(east, north, layer_m)
-    over_home = Position(home.east_m, home.north_m, layer_m)
-    at_home = Position(home.east_m, home.north_m, home_up_m)
-    return (
-        way_pct(here, above, power, wind, payload_kg)
-        + way_pct(above, over_home, power, wind, payload_kg)
-        + way_pct(over_home, at_home, power, wind, payload_kg)
-        + hover_pct(power.landing_s, power, payload_kg)
-    )
+    across = 0.0
+    if way > 0.0:
+        over_ground = ground_speed_m_s(east, north, power.speed_m_s, wind)
+        if over_ground <= 0.0:
+            return math.inf
+        across = way / over_ground * (power.cruise_pct_s + power.payload_pct_kg_s * max(0.0, payload_kg))
+    to_layer = _upright_pct(layer_m - here.up_m, power, payload_kg)
+    return to_layer + across + _upright_pct(home_up_m - layer_m, power, payload_kg) + landing
+
+
+def _upright_pct(rise_m: float, power: Power, payload_kg: float) -> float:
+    """Return the points of charge for going straight up, or down where `rise_m` is below 0."""
+    drain = power.climb_pct_s if rise_m > 0.0 else power.cruise_pct_s
+    return abs(rise_m) / power.climb_m_s * (drain + power.payload_pct_kg_s * max(0.0, payload_kg))
 
 
 def reach_m(
