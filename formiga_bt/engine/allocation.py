@@ -13,7 +13,7 @@ from formiga_bt.clock import SECOND, Micros, micros
 from formiga_bt.engine import changes as ch
 from formiga_bt.engine.allocator.candidate import Candidate
 from formiga_bt.engine.allocator.energy import Charge
-from formiga_bt.engine.allocator.filters import hopeless, looked
+from formiga_bt.engine.allocator.filters import could_serve, hopeless, looked
 from formiga_bt.engine.allocator.policy import Decision, Policy
 from formiga_bt.engine.authority import Authority
 from formiga_bt.engine.core import Core, task_deadline
@@ -126,7 +126,7 @@ class Allocation:
         requests = [self._aged(r) for r in core.state.requests.values()]
         requests.sort(key=lambda r: (PRIORITIES[r.priority], r.order))
         agents = self._candidates()
-        blocked = {r.task: why for r in requests if (why := self._authority.blocked(r)) is not None}
+        blocked = self._authority.blocked_of(requests)
         decision, aside = self._decide([r for r in requests if r.task not in blocked], agents)
         for request in requests:
             if request.task in blocked:
@@ -152,6 +152,9 @@ class Allocation:
         for request in requests:
             if request.priority == "high" and request.task in core.state.requests:
                 self._preempt(core.state.requests[request.task], aside.plans.get(request.task))
+                if blocked.get(request.task, ("",))[0] == "no_pilot" and could_serve(request, agents):
+                    for victim in self._authority.step_aside_for(request):
+                        self._tasks.restart(victim, "preempted", f"for {request.task}, which needs its pilot")
 
     def _decide(self, requests: list[Request], agents: list[Candidate]) -> tuple[Decision, Preemption]:
         """Return the policy's decision, and whom the HIGH requests that get nothing ask to step aside."""

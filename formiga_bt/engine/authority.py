@@ -11,12 +11,14 @@ Three questions, each with its own code:
 System tasks (recover, orders) are asked none of them: a machine in the air always comes home.
 """
 
+from collections.abc import Sequence
 from typing import Final
 
 from formiga_bt.engine import changes as ch
 from formiga_bt.engine.core import Core
 from formiga_bt.engine.inputs import Alarm, Approve, Duty, Submit
-from formiga_bt.engine.records import Approval, Request
+from formiga_bt.engine.preemption import why_not_preemptible
+from formiga_bt.engine.records import PRIORITIES, Approval, Request
 from formiga_bt.errors import TaskError
 from formiga_bt.lang.model import Task
 from formiga_bt.safety.approval import TYPED, UNNAMED, approval_digest, needs_another, same_person
@@ -127,6 +129,54 @@ class Authority:
         if not self.pilot(request) and self._binds(request):
             return "no_pilot", self._why_no_pilot(request)
         return None
+
+    def blocked_of(self, requests: Sequence[Request]) -> dict[str, tuple[str, str]]:
+        """Return (code, detail) of those of the waiting requests, in order of service, that cannot be granted now.
+
+        While a HIGH one waits for a pilot's room, lower ones get none of it.
+        """
+        found: dict[str, tuple[str, str]] = {}
+        kept_for = ""
+        for request in requests:
+            why = self.blocked(request)
+            if why is None and kept_for and request.priority != "high" and self._binds(request):
+                why = "no_pilot", f"the room is kept for {kept_for}"
+            if why is not None:
+                found[request.task] = why
+                if request.priority == "high" and why[0] == "no_pilot" and self._may_have_room(request):
+                    kept_for = kept_for or request.task
+        return found
+
+    def step_aside_for(self, request: Request) -> tuple[str, ...]:
+        """Return the tasks to preempt so that a pilot on duty gets room for a HIGH request: the fewest, lowest, newest.
+
+        Empty if it is no HIGH request, if it cannot be done, or if enough room is on its way.
+        """
+        state = self._core.state
+        best: tuple[str, ...] = ()
+        for pilot in state.duty if request.priority == "high" else ():
+            if self._core.site.pilots[pilot] < machines_of(request):
+                continue
+            room, willing = self._room(pilot), []
+            for task in [state.tasks[t] for t in self._core.open if state.tasks[t].pilot == pilot]:
+                machines = sum(a.task == task.id and not a.human for a in state.agents.values())
+                if task.again or task.status == "ENDING" or task.outcome:
+                    room += machines
+                elif PRIORITIES[task.priority] > 0 and not why_not_preemptible(self._core, task):
+                    willing.append((-PRIORITIES[task.priority], -task.order, task.id, machines))
+            if room >= machines_of(request):
+                return ()
+            victims: list[str] = []
+            for _, _, task_id, machines in sorted(willing):
+                if room < machines_of(request):
+                    victims.append(task_id)
+                    room += machines
+            if room >= machines_of(request) and (not best or len(victims) < len(best)):
+                best = tuple(victims)
+        return best
+
+    def _may_have_room(self, request: Request) -> bool:
+        return any(self._core.site.pilots[p] >= machines_of(request) for p in self._core.state.duty)
 
     def _binds(self, request: Request) -> bool:
         return self._core.site.mode == "real" and machines_of(request) > 0

@@ -79,6 +79,12 @@ def looked(request: Request, agents: Sequence[Candidate]) -> tuple[Verdict, ...]
     return tuple(found)
 
 
+def could_serve(request: Request, agents: Sequence[Candidate]) -> bool:
+    """Return whether each role has as many agents as it needs that fit now, or would once they are free."""
+    verdicts = [v for v in looked(request, agents) if v.code in ("fits", "busy")]
+    return all(sum(v.role == role.role for v in verdicts) >= role.count for role in request.roles)
+
+
 def _not_ready(agent: Candidate) -> tuple[str, str] | None:
     """Return the first check before the flight that is not ok; in the air a machine tells of none."""
     if not agent.preflight or agent.landed == "airborne":

@@ -31,6 +31,7 @@ params: {target: place}
 agents: {drone: {type: lwd, near: '${target}'}}
 steps: [{wait: 1 h}]
 """
+PAIR = "agents: {one: {type: lwd}, two: {type: lwd}}\nsteps: [{wait: 1 h}]\n"
 FAR = """\
 params: {target: {type: place, default: camp}}
 agents: {drone: {type: lwd}}
@@ -52,7 +53,7 @@ class Field(Bench):
 
     def __init__(self, site: Site | None = None, checks: tuple[PreflightCheck, ...] = GOOD) -> None:
         world, catalogue = packaged_world()
-        texts = {"Hop": HOP, "Wait": WAIT, "Far": FAR, "Near": NEAR}
+        texts = {"Hop": HOP, "Wait": WAIT, "Far": FAR, "Near": NEAR, "Pair": PAIR}
         self.models = {name: task_of(text, world, catalogue, name=name) for name, text in texts.items()}
         super().__init__(site or real(), catalogue, self.models.values())
         self.drones = [self.agent(name, "lwd") for name in ("lwd_1", "lwd_2")]
@@ -221,6 +222,32 @@ def test_a_pilot_who_leaves_gets_no_more_and_an_alarm_tells_what_is_still_out() 
     assert field.blocked(second)[0] == "no_pilot"
     (alarm,) = [a for a in effects(field, Alarm) if a.code == "pilot_off_duty"]
     assert alarm.text == "pete went off duty; still under that name: lwd_1"
+
+
+def test_a_high_task_preempts_for_a_pilots_room_and_nobody_takes_it_meanwhile() -> None:
+    field = Field()
+    field.ready("pia")
+    low = field.begin(priority="low")
+    waiting = field.begin()
+    sos = field.begin(priority="high")
+
+    assert field.task(low).again == "preempted" or field.task(low).run == 2
+    field.run_for(5)
+    assert [field.task(t).status for t in (low, waiting, sos)] == ["PENDING", "PENDING", "ACTIVE"]
+    assert field.task(low).past == (f"run 1: preempted for {sos}, which needs its pilot",)
+    assert field.task(sos).pilot == "pia"
+
+
+def test_a_high_task_that_no_pilot_on_duty_may_ever_take_preempts_nobody() -> None:
+    field = Field(real(pilots={"pia": 1}))
+    field.ready("pia", name="Wait")
+    field.approve("Pair")
+    low = field.begin(priority="low")
+    pair = field.begin("Pair", priority="high")
+    field.run_for(10)
+
+    assert (field.task(low).run, field.task(low).status) == (1, "ACTIVE")
+    assert field.blocked(pair)[0] == "no_pilot"
 
 
 def test_only_pilots_of_the_site_go_on_duty() -> None:
