@@ -16,7 +16,7 @@ from typing import Any
 import msgspec
 
 from agents_sim.faults import Order
-from agents_sim.world import AgentSpec
+from agents_sim.spec import AgentSpec
 from formiga_bt.errors import TransportError
 from formiga_bt.geo import Place, Position
 

@@ -8,7 +8,7 @@ a landing near the ground, at the end of its charge lands by itself, and without
 Called from one thread: by its `AgentSide` (start, cancel), by the scheduler, and by whoever plays the pilot.
 """
 
-from typing import Final, Literal
+from typing import Final
 
 from agents_sim.charge import drain_percent_s
 from agents_sim.limits import DroneLimits
@@ -24,7 +24,7 @@ from agents_sim.motion import (
     fall_us,
     leg_us,
 )
-from agents_sim.planning import CUT_MOTORS, LOWEST_HOVER_M, Leg, plan, way_down, way_home
+from agents_sim.planning import CUT_MOTORS, LOWEST_HOVER_M, Flight, Leg, OnLinkLoss, plan, way_down, way_home
 from agents_sim.preflight import preflight
 from formiga_bt.clock import SECOND, Micros, Scheduler, Timer, micros
 from formiga_bt.geo import Frame, Position, mm
@@ -35,23 +35,6 @@ LANDING_FINAL_M: Final = 5.0
 """Below this a landing is not broken off: its cancel is refused."""
 CLEAR_OF_GROUND_M: Final = 0.5
 """Between the ground and here a drone cannot tell whether it stands: landed is "unknown"."""
-
-OnLinkLoss = Literal["return", "land", "hold"]
-
-
-class _Flight:
-    """The motion under way: for a goal, or by the drone's own failsafe (`goal_id` empty)."""
-
-    __slots__ = ("action", "canceled", "ends", "goal_id", "leg", "legs", "started")
-
-    def __init__(self, goal_id: str, action: str, legs: list[Leg], started: Micros) -> None:
-        self.goal_id = goal_id
-        self.action = action
-        self.legs = legs
-        self.leg = legs[0]
-        self.started = started
-        self.ends = started
-        self.canceled = False
 
 
 class Drone:
@@ -102,7 +85,7 @@ class Drone:
         self._recorder: Recorder = recorder or NoRecorder()
         self._frame = frame
         self._side: AgentSide | None = None
-        self._flight: _Flight | None = None
+        self._flight: Flight | None = None
         self._is_alone = state.is_alone
         self._timers: list[Timer] = []
         self._flat_timer: Timer | None = None
@@ -291,13 +274,13 @@ class Drone:
 
     def _fly(self, goal_id: str, action: str, legs: list[Leg]) -> None:
         now = self._scheduler.now()
-        self._flight = flight = _Flight(goal_id, action, legs, now)
+        self._flight = flight = Flight(goal_id, action, legs, now)
         self._next_leg()
         self._expect_end(flight)
         # Not now: the side has yet to answer the goal.
         self._timers.append(self._scheduler.call_at(now, self.report))
 
-    def _expect_end(self, flight: _Flight) -> None:
+    def _expect_end(self, flight: Flight) -> None:
         flight.ends, start = self._segment.t1, self._segment.p1
         for leg in flight.legs:
             flight.ends += self._leg_us(start, leg)

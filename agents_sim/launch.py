@@ -20,7 +20,7 @@ import msgspec
 from agents_sim.faults import Order
 from agents_sim.ledger import judge
 from agents_sim.referee import Referee, Verdict
-from agents_sim.world import AgentSpec, check_spec
+from agents_sim.spec import AgentSpec, check_spec
 from formiga_bt.geo import Place
 
 END_S: Final = 5.0

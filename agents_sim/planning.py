@@ -3,12 +3,13 @@
 Pure functions of where the drone is and what it can do; `drone.Drone` flies what comes of them.
 """
 
-from typing import Final
+from typing import Final, Literal
 
 from msgspec import Struct
 
 from agents_sim.motion import BadFieldError, MotionKind, read_number, read_place, read_position
 from agents_sim.sweep import sweep
+from formiga_bt.clock import Micros
 from formiga_bt.geo import Place, Position, horizontal_m
 from formiga_bt.transport.messages import GoalRequest
 
@@ -22,6 +23,10 @@ LOWEST_HOVER_M: Final = 2.0
 SWEEP_SPACING_M: Final = 20.0
 
 
+OnLinkLoss = Literal["return", "land", "hold"]
+"""What a drone does by itself without a link."""
+
+
 class Leg(Struct, frozen=True):
     """One straight part of a flight."""
 
@@ -29,6 +34,21 @@ class Leg(Struct, frozen=True):
     kind: MotionKind
     wanted_m_s: float | None = None
     """The speed over ground that was asked for; else as fast as it can."""
+
+
+class Flight:
+    """The motion under way: for a goal, or by the drone's own failsafe (`goal_id` empty)."""
+
+    __slots__ = ("action", "canceled", "ends", "goal_id", "leg", "legs", "started")
+
+    def __init__(self, goal_id: str, action: str, legs: list[Leg], started: Micros) -> None:
+        self.goal_id = goal_id
+        self.action = action
+        self.legs = legs
+        self.leg = legs[0]
+        self.started = started
+        self.ends = started
+        self.canceled = False
 
 
 def plan(request: GoalRequest, here: Position, *, is_airborne: bool, is_low: bool) -> list[Leg] | str:

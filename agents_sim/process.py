@@ -20,7 +20,7 @@ from agents_sim.ledger import BodyFile, Ledger, MotionNote, Note, NoteTaker, Sav
 from agents_sim.motion import BodyState
 from agents_sim.pacing import PacedScheduler, PacedSide
 from agents_sim.person import MINI_FINDER
-from agents_sim.world import AgentSpec, build_body, build_card, drone_limits
+from agents_sim.spec import AgentSpec, build_body, build_card, drone_limits
 from formiga_bt.clock import SECOND, Micros
 from formiga_bt.errors import TransportError
 from formiga_bt.geo import Position

@@ -7,6 +7,8 @@ cannot carry. No threads: all deliveries are calls of the scheduler, and `poll` 
 A hub joins one engine side (`hub.transport`) with many agents: `link = hub.link(id)`, then
 `side = AgentSide(card, body, link, now=scheduler.now)`, then `link.serve(side)`. A second `serve` under the same id is
 a restart: the earlier one is killed.
+
+A little long, because link, hub and transport are three views of one thing and call each other's insides.
 """
 
 import random
