@@ -51,7 +51,9 @@ def in_words(reply: dict[str, Any]) -> str:
     lines = [reply["text"]]
     lines += [f"  {one['text']}" for one in reply["ordered"] if one["text"] not in reply["text"]]
     for one in reply["skipped"]:
-        lines.append(f"  NOT {one['who']}: {one['text'].removeprefix(one['who']).lstrip(': ')} ({one['code']})")
+        said = one["text"].removeprefix(one["who"]).lstrip(": ")
+        waits = one["code"] in ("held", "cannot_continue")  # a task that waits for a word, not one that was not reached
+        lines.append(f"  {one['text']}" if waits else f"  NOT {one['who']}: {said} ({one['code']})")
         if one["hint"]:
             lines.append(f"      -> {one['hint']}")
     return "\n".join(lines)
