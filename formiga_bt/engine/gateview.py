@@ -15,8 +15,6 @@ from formiga_bt.safety.gate import AT_PORT_M, Ask
 from formiga_bt.safety.grid import Grid, grown
 from formiga_bt.safety.traffic import GROUND_M, Area, Traffic, Way, traffic_of
 
-ENVELOPE = False
-
 SUN_EVERY_US: Micros = 60 * SECOND
 """Whether the sun is up is asked so often."""
 
@@ -67,6 +65,7 @@ class GateView:
             stopped=self._stopped(goal),
             locked=self._locked(goal, task),
             held=bool(task and _holds(task.held, agent.id, goal.section)),
+            requires="" if goal.safety else spec.requires,
             position=agent.position,
             landed=agent.landed,
             target=target if isinstance(target, Place | Position) else None,
@@ -110,8 +109,6 @@ class GateView:
     def breach(self, goal: GoalRecord, ask: Ask) -> Breach | None:
         """Return the limit that a goal would break."""
         core = self._core
-        if not ENVELOPE:
-            return None
         agent = core.state.agents[goal.agent]
         spec = core.action(goal.action)
         rules = core.rules(agent, goal.task)
@@ -140,8 +137,6 @@ class GateView:
 
     def may_land(self, agent: AgentRecord, spot: Place) -> bool:
         """Return whether a machine may fly straight to a spot and land there: fence, no-fly regions, ground."""
-        if not ENVELOPE:
-            return True
         ways = ways_of(agent.position, spot, self._core.airspace)
         flight = GateFlight(agent=agent.id, here=agent.position, ways=ways, lands_at=spot, home=spot, rescue=True)
         return at_gate(flight, self._core.airspace, self._core.rules(agent, "")) is None

@@ -65,6 +65,8 @@ class Lockdowns:
             return
         if order is not None and order.scope == "engine" and order.stop == lockdown.how:
             return
+        if order is not None and order.scope in ("agent", "task", "all") and order.at >= lockdown.at and not changed:
+            return  # a person's word in lockdown
         if order is None and lockdown.how == "return" and task is not None and task.section == "recover":
             return  # it is on its way home already
         self._orders.stop(agent, lockdown.how, lockdown.by, "lockdown", strict=False)

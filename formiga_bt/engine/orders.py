@@ -60,6 +60,8 @@ class Orders:
             if strict:
                 raise TaskError(*problem)
             return
+        if stop == "hold" and not why and agent.landed != "grounded" and not self._clearances.patience_us(agent):
+            stop = "return"  # it has nothing left to hover on
         old = core.state.orders.get(agent.id)
         if old is not None and (old.stop == "cut" or (old.stop == stop and old.state != "failed")):
             if old.stop == stop and RANK[scope] < RANK[old.scope]:
@@ -189,7 +191,7 @@ class Orders:
     def _cut(self, agent: AgentRecord, order: StandingOrder) -> None:
         core = self._core
         goal = core.state.goals.get(order.goal)
-        if agent.landed == "grounded" and (goal is None or goal.ended):
+        if agent.landed == "grounded" and not self.is_busy(agent.id):
             self._settle(order)
             return
         if order.goal:
@@ -202,10 +204,16 @@ class Orders:
         self._goals.order_safety(goal_id, agent.id, self._cut_action(agent))
 
     def _settle(self, order: StandingOrder) -> None:
+        agent = self._core.state.agents[order.agent]
         if order.scope == "engine":
             self.withdraw(order)
+            self.resume(agent, steps=False)
         else:
             self.put(replace(order, state="done"))
+            if agent.landed == "grounded":  # a way home, or a cleanup in the air, has nothing left to do
+                for goal in self.waiting(agent):
+                    if goal.section != "steps" and goal.state == "interrupted" and self.cannot(goal, agent):
+                        self._goals.end(goal.id, "canceled", "cannot_continue", self.cannot(goal, agent))
 
     def carried_out(self, task: TaskRecord) -> None:
         """A system task that carried out an order ended, well or not."""
@@ -277,12 +285,20 @@ class Orders:
             return f"{goal.action} needs {agent.id} {spec.requires}, it is {agent.landed}"
         return ""
 
-    def resume(self, agent: AgentRecord) -> None:
-        """The steps of a machine's interrupted goals send them anew; what waits at the gate reads its fields anew."""
+    def resume(self, agent: AgentRecord, *, steps: bool = True) -> None:
+        """The steps of a machine's interrupted goals send them anew; what waits at the gate reads its fields anew.
+
+        `steps=False`: only cleanup and the way home, which wait for no person's word. What can no longer be done ends.
+        """
         for goal in self.waiting(agent):
-            if goal.state == "interrupted" and self.cannot(goal, agent):
-                self._goals.end(goal.id, "canceled", "cannot_continue", self.cannot(goal, agent))
-            elif goal.state == "interrupted" or goal.code in ("stopped", "held", "lockdown", "control"):
+            if goal.section == "steps" and not steps:
+                continue
+            if goal.state == "gated" and goal.code not in ("stopped", "held", "lockdown", "control", "clearance"):
+                continue
+            cannot = self.cannot(goal, agent)
+            if cannot:
+                self._goals.end(goal.id, "canceled", "cannot_continue", cannot)
+            else:
                 self._goals.again(goal.id)
 
     # -- ends ------------------------------------------------------------------------------------------------------

@@ -49,6 +49,8 @@ class Ask(Struct, frozen=True, kw_only=True):
     """What lockdown makes the fleet do, if it holds this goal back."""
     held: bool = False
     """Its task is held and the goal comes from `steps`."""
+    requires: str = ""
+    """`airborne` or `grounded`, if the action needs it; empty = neither."""
     position: Position | None = None
     landed: Landed = "unknown"
     target: Place | Position | None = None
@@ -121,6 +123,8 @@ def judge(
     verdict = _command(ask)
     if verdict is not None:
         return verdict
+    if {ask.requires, ask.landed} == {"airborne", "grounded"}:
+        return Refuse("requires", f"{ask.agent} must be {ask.requires}, it is {ask.landed}")
     breach = limits()
     if breach is not None:
         return Refuse(breach.code, breach.text)
