@@ -4,6 +4,7 @@ Called by `formiga dryrun`, by tests and by whoever wants to know what a tree wo
 """
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 from agents_sim.referee import Referee
@@ -122,6 +123,11 @@ class Rehearsal:
         """Stop the simulated fleet."""
         self.sim.close()
         self.driver.close()
+
+
+def simulated(site: Site) -> Site:
+    """Return a site as its simulations see it: as it is, but nothing must be approved and no pilot be on duty."""
+    return replace(site, mode="simulation")
 
 
 def fleet_of(

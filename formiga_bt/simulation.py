@@ -18,7 +18,7 @@ from formiga_bt.errors import TaskError
 from formiga_bt.geo import Place, Position
 from formiga_bt.lang.model import Port, Site, SiteAgent
 from formiga_bt.lang.scenario import Scenario, ScenarioFault, ScenarioOrder, ScenarioTask
-from formiga_bt.rehearsal import Rehearsal
+from formiga_bt.rehearsal import Rehearsal, simulated
 
 SETTLE_S = 1.0
 """Virtual time that agents have to announce themselves before the scenario's clock begins."""
@@ -56,7 +56,7 @@ def site_of(scenario: Scenario) -> Site:
         home = ports.get(agent.home, "") if agent.home is not None else ""
         if agent.id not in agents and (agent.human or home):
             agents[agent.id] = SiteAgent(agent.id, agent.type, home)
-    return replace(scenario.site, agents=agents)
+    return replace(simulated(scenario.site), agents=agents)
 
 
 def request_of(task: ScenarioTask) -> Submit:

@@ -60,12 +60,13 @@ def command(
     world = read_world(actions or (), site or (here if here.is_file() else folder("trees") / "demo-site.yaml"))
     task, the_site = _checked(file, world)
     values = _bound(task, read_params(param or []), the_site)
-    from formiga_bt.rehearsal import Rehearsal, fleet_of
+    from formiga_bt.rehearsal import Rehearsal, fleet_of, simulated
     from formiga_bt.show.runlog import RunLog
 
     answers = _answers(pairs(answer or []), the_site, world.catalogue)
     scripts = {who: [{"match": "*", "options": said}] for who, said in answers.items()}
-    rehearsal = Rehearsal(the_site, world.catalogue, [task], fleet_of(the_site, world.catalogue, scripts=scripts))
+    specs = fleet_of(the_site, world.catalogue, scripts=scripts)
+    rehearsal = Rehearsal(simulated(the_site), world.catalogue, [task], specs)
     rehearsal.run_for(1.0)
     task_id = rehearsal.submit(task.name, values)
     in_time = rehearsal.run_until_ended(task_id, limit_s=limit * 3600.0)

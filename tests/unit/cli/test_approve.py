@@ -93,6 +93,11 @@ def test_a_simulation_needs_no_approval(site: Path, capfd: pytest.CaptureFixture
     assert "meadow is in mode simulation: its tasks need no approval" in capfd.readouterr().err
 
 
+def test_before_it_is_approved_a_task_can_be_tried_in_a_dry_run(site: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    assert run(["dryrun", "trees/hello.yaml", "--site", "site.yaml"]) == 0
+    assert "Hello-1 SUCCEEDED" in capfd.readouterr().out
+
+
 def test_a_changed_letter_voids_it_and_revoking_needs_no_terminal(
     site: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
