@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from formiga_bt.engine import changes as ch
-from formiga_bt.engine.inputs import Alarm, Started, Step
+from formiga_bt.engine.inputs import Alarm, Operator, OperatorOrder, Started, Step
 from formiga_bt.engine.records import AgentRecord, StandingOrder
 from formiga_bt.errors import SiteError
 from formiga_bt.geo import Position
@@ -29,7 +29,7 @@ steps:
 MINUTE = 60_000_000
 
 
-def flown(*texts: str, abort: bool = False) -> list[Flight]:
+def flown(*texts: str, abort: bool = False, stop: OperatorOrder | None = None) -> list[Flight]:
     """Fly a task on simulated drones; return what the log says of it."""
     site, catalogue = packaged_world()
     tasks = [task_of(text, site, catalogue) for text in texts] or [packaged_task("move_task")]
@@ -39,6 +39,12 @@ def flown(*texts: str, abort: bool = False) -> list[Flight]:
     if abort:
         rehearsal.run_until(lambda: rehearsal.engine.state.agents["lwd_1"].landed == "airborne")
         rehearsal.run_for(10)
+        rehearsal.abort(task_id)
+    if stop is not None:
+        rehearsal.run_until(lambda: rehearsal.engine.state.agents["lwd_1"].landed == "airborne")
+        rehearsal.run_for(10)
+        rehearsal.ask(Operator(stop, "lwd_1", "olga"))
+        assert rehearsal.run_until(lambda: rehearsal.engine.state.agents["lwd_1"].landed == "grounded", 300)
         rehearsal.abort(task_id)
     assert rehearsal.run_until_ended(task_id)
     rehearsal.run_for(5)
@@ -71,6 +77,13 @@ def test_a_flight_has_its_task_places_times_and_charge() -> None:
 def test_one_that_recover_brought_home_says_so() -> None:
     (flight,) = flown(HOP, abort=True)
     assert (flight.landed_by, flight.landed_why) == ("recover", "LandIn, Try-1")
+
+
+@pytest.mark.parametrize("stop", ["return", "land"])
+def test_one_that_an_order_brought_down_says_whose(stop: OperatorOrder) -> None:
+    (flight,) = flown(HOP, stop=stop)
+    assert (flight.landed_by, flight.landed_why) == ("order", f"{stop} by olga")
+    assert flight.orders == (f"{stop} by olga",)
 
 
 # -- steps by hand -----------------------------------------------------------------------------------------------------
