@@ -37,7 +37,7 @@ def run(play: "Scenario", endpoint: str | None) -> int:
         from formiga_bt.lang.scenario import ScenarioOrder
 
         if isinstance(entry, ScenarioOrder):
-            typer.echo(f"order: {describe(entry)}{_give(client, entry)}")
+            typer.echo(f"order: {describe(entry)}{give(client, entry)}")
             return
         if client is None:
             typer.echo(f"{entry.task} is due: no API of this engine is known here, request it yourself")
@@ -67,7 +67,7 @@ def run(play: "Scenario", endpoint: str | None) -> int:
     return _close(tasks, verdict)
 
 
-def _give(client: Client | None, order: "ScenarioOrder") -> str:
+def give(client: Client | None, order: "ScenarioOrder") -> str:
     """Give an order to the engine; return what to add to it for people: why it was refused, or nothing."""
     if client is None:
         return " is due: no API of this engine is known here, give it yourself"

@@ -27,6 +27,16 @@ from formiga_bt.geo import Place, Position
             walk=(Place(-1.0, 2.0), Place(3.0, -4.5)),
             base=(66.5, -25.7),
         ),
+        AgentSpec(
+            id="d",
+            type="hwd",
+            home=Place(0.0, 0.0),
+            wind=(-3.0, 1.5),
+            payload_kg=1.5,
+            cut=True,
+            on_link_loss="land",
+            limits={"climb_drain_pct_s": 0.1},
+        ),
     ],
 )
 def test_a_spec_passes_through_the_command_line(spec: AgentSpec, tmp_path: Path) -> None:
