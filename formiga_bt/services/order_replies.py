@@ -3,7 +3,7 @@
 Pure functions over the view's copy of the state.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 from formiga_bt.clock import Micros
 from formiga_bt.engine.records import AgentRecord, StandingOrder
@@ -39,14 +39,21 @@ def same_order(before: StandingOrder | None, after: StandingOrder | None) -> boo
 
 
 def sorted_out(
-    state: EngineState, stop: str, agents: Iterable[AgentRecord], now: Micros, *, at_lockdown: bool = False
+    state: EngineState,
+    stop: str,
+    agents: Iterable[AgentRecord],
+    now: Micros,
+    before: Mapping[str, StandingOrder],
+    *,
+    at_lockdown: bool = False,
 ) -> tuple[list[out.OrderedOut], list[out.SkippedOut]]:
     """Return which of these machines got a stop, and which did not and why."""
     ordered, skipped = [], []
     for agent in agents:
         order = state.orders.get(agent.id)
-        if order is not None and order.stop == stop:
-            ordered.append(out.OrderedOut(who=agent.id, text=doing(state, order, now)))
+        if order is not None and (order.stop == stop or not same_order(before.get(agent.id), order)):
+            other = "" if order.stop == stop else f"; `{stop}` became `{order.stop}`: it has too little charge to hover"
+            ordered.append(out.OrderedOut(who=agent.id, text=doing(state, order, now) + other))
             continue
         task = state.tasks.get(agent.task)
         if order is not None:

@@ -100,7 +100,7 @@ class Stops:
                 same = all(same_order(before.get(a.id), state.orders.get(a.id)) for a in agents) and (
                     held == held_tasks(state)
                 )
-                return self._stopped(state, order, target, agents, stands_already=same)
+                return self._stopped(state, order, target, agents, before, stands_already=same)
             if order == "restart":
                 return restarted(target)
             return self._went_on(state, target, agents, before, held)
@@ -111,9 +111,16 @@ class Stops:
             return dict(state.orders), held_tasks(state)
 
     def _stopped(
-        self, state: EngineState, order: str, target: str, agents: Iterable[AgentRecord], *, stands_already: bool
+        self,
+        state: EngineState,
+        order: str,
+        target: str,
+        agents: Iterable[AgentRecord],
+        before: dict[str, StandingOrder],
+        *,
+        stands_already: bool,
     ) -> out.OrderReply:
-        ordered, skipped = sorted_out(state, order, agents, self._now())
+        ordered, skipped = sorted_out(state, order, agents, self._now(), before)
         if not ordered and not skipped:
             text = NOTHING if not target else f"{target} has no machine now; it is held"
         elif stands_already:
@@ -188,7 +195,7 @@ class Stops:
         """
         self._view.catch_up()
         with self._view.reading() as state:
-            before = state.lockdown
+            before, orders = state.lockdown, dict(state.orders)
             flew = {a.id for a in machines(state) if a.landed != "grounded"}
         if how == "release" and before is None:
             return released([], "no lockdown stands", already=True)
@@ -199,7 +206,7 @@ class Stops:
                 stopped = [t.id for t in state.tasks.values() if t.held and t.section != "done"]
                 return released(stopped, "lockdown is released: tasks are admitted and machines granted again")
             airborne = [a for a in machines(state) if a.id in flew or a.landed != "grounded"]
-            ordered, skipped = sorted_out(state, how, airborne, self._now(), at_lockdown=True)
+            ordered, skipped = sorted_out(state, how, airborne, self._now(), orders, at_lockdown=True)
             already = before is not None and before.how == how
             text = "lockdown stands already" if already else "LOCKDOWN: nothing starts, nothing goes on"
             if not airborne:

@@ -107,6 +107,7 @@ REASONS: Final[Mapping[str, str]] = {
     "cannot_continue": "an action was interrupted and cannot be done again as things stand",
     "lockdown": "the site was locked down",
     "no_action": "a machine does not offer what it was told",
+    "requires": "a machine was not in the air, or not on the ground, as the action needs it",
     "envelope.reserve": "too little charge to come home with its reserve",
     "envelope.max_height": "higher than is allowed",
     "envelope.terrain_clearance": "too near to the ground",

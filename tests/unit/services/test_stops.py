@@ -120,6 +120,17 @@ def test_a_stop_never_takes_a_cut_back(paper: Paper) -> None:
     )
 
 
+def test_a_hold_without_the_charge_for_it_is_a_return_and_says_so(paper: Paper) -> None:
+    paper.then(OrderPut("hwd_1", order("hwd_1", "return")))
+
+    reply = paper.stops.agent("hwd_1", "hold")
+
+    assert [one.text for one in reply.ordered] == [
+        "hwd_1 flies home to p3; `hold` became `return`: it has too little charge to hover"
+    ]
+    assert reply.skipped == []
+
+
 def test_a_stop_of_a_task_goes_to_its_machines_only(paper: Paper) -> None:
     paper.put(AgentPut(machine("hwd_2", task="PickUp-4")))
     paper.then(OrderPut("hwd_1", order("hwd_1", "return", scope="task")), held("operator"))
