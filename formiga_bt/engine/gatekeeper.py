@@ -1,7 +1,7 @@
 """The gatekeeper: shows every goal to the safety gate, sends what may go, keeps what must wait and looks at it again.
 
 Waiting goals are looked at when something that one may wait for has changed (a goal ended, a machine moved, an answer came),
-in the order safety goal, priority, age. What the gate sees is `engine.gateview`; what becomes of machines that wait for each
+in the order safety goal or way home, priority, age. What the gate sees is `engine.gateview`; what becomes of machines that wait for each
 other is `engine.room`.
 """
 
@@ -125,7 +125,7 @@ class Gatekeeper:
         core = self._core
         stale, core.stale = core.stale, set()
         waiting = [g for g in (core.state.goals[goal_id] for goal_id in core.gated) if _may_go(g, stale)]
-        waiting.sort(key=lambda g: (not g.safety, PRIORITIES[self._priority(g)], g.order))
+        waiting.sort(key=lambda g: (not (g.safety or g.section == "recover"), PRIORITIES[self._priority(g)], g.order))
         for goal in waiting:
             if core.state.goals.get(goal.id) is goal:
                 self.try_send(goal.id)

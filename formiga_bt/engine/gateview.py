@@ -124,6 +124,7 @@ class GateView:
             lands_at=(ask.target.ground if isinstance(ask.target, Position) else ask.target) if ask.lands else None,
             hover_s=0.0 if moves else spec.typical_us / SECOND,
             speed_m_s=float(speed) if isinstance(speed, int | float) else None,
+            spots=(agent.stood_at,) if agent.stood_at is not None else (),
             battery=agent.battery,
             payload_kg=agent.payload_kg,
             wind=agent.wind,

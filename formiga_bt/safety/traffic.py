@@ -136,13 +136,18 @@ def first_in_the_way(
     """Return the machine that takes up something within the separation of `ways` and `area`, or "".
 
     Machines of the same task are the author's business, those on the ground are no traffic. A vertical move at a place keeps
-    half the separation: ports and spots lie closer together than cruise legs may pass.
+    half the separation: ports and spots lie closer together than cruise legs may pass. Where it ends in the air it stays, and
+    there it keeps all of it.
     """
-    vertical = area is None and len(ways) > 0 and is_vertical((ways[0][0], ways[-1][1]))
-    keep_m = separation_m / 2 if vertical else separation_m
+    keep_m = separation_m
+    stays: tuple[Way, ...] = ()
+    if area is None and ways and is_vertical((ways[0][0], ways[-1][1])):
+        keep_m = separation_m / 2
+        end = ways[-1][1]
+        stays = ((end, end),) if end.up_m > GROUND_M else ()
     box, low, high = bounds(ways, area)
-    west, east, south, north = grown(box, keep_m)
-    low, high = low - keep_m, high + keep_m
+    west, east, south, north = grown(box, separation_m)
+    low, high = low - separation_m, high + separation_m
     for other in traffic:
         if other.low_m >= high or other.high_m <= low:
             continue
@@ -151,7 +156,7 @@ def first_in_the_way(
             continue
         if other.agent == agent or (other.task and other.task == task):
             continue
-        if _too_near(ways, area, other, keep_m):
+        if _too_near(ways, area, other, keep_m) or (stays and _too_near(stays, None, other, separation_m)):
             return other.agent
     return ""
 

@@ -272,8 +272,25 @@ def test_an_explorer_takes_up_its_area_at_its_height() -> None:
     assert verdict(request, other(position=Position(110.0, 70.0, 74.0))) == Hold("leg_busy", "d2")
 
 
-def test_a_vertical_move_keeps_half_the_separation() -> None:
+@pytest.mark.parametrize(
+    ("there", "waits"),
+    [
+        (Position(8.0, 0.0, 30.0), False),
+        (Position(7.0, 0.0, 30.0), True),
+        (Position(14.9, 0.0, 60.0), True),  # where it ends it stays, and the other is at that height
+        (Position(15.0, 0.0, 60.0), False),
+    ],
+)
+def test_a_vertical_move_keeps_half_the_separation_but_where_it_stays(there: Position, waits: bool) -> None:
     request = ask(position=Position(0.0, 0.0, 0.0), landed="grounded", starts_rotors=True, rises_to_m=60.0)
 
-    assert isinstance(verdict(request, other(position=Position(8.0, 0.0, 60.0))), Go)
-    assert verdict(request, other(position=Position(7.0, 0.0, 60.0))) == Hold("leg_busy", "d2")
+    found = verdict(request, other(position=there))
+
+    assert found == Hold("leg_busy", "d2") if waits else isinstance(found, Go)
+
+
+def test_a_landing_keeps_half_the_separation() -> None:
+    landing = ask(lands=True, target=PORT)
+
+    assert isinstance(verdict(landing, other(position=Position(8.0, 0.0, 5.0))), Go)
+    assert verdict(landing, other(position=Position(7.0, 0.0, 5.0))) == Hold("leg_busy", "d2")
