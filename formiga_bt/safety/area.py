@@ -54,8 +54,9 @@ def zone_offence(area: Area, zone: Zone) -> Offence | None:
         return None
     outline = area.outline
     for east, north, _, _ in zone.outline.edges:
-        if outline.inside_m(east, north) > 0.001:  # a notch of the fence, or a whole no-fly region, within the area
-            return Offence(zone.name, Place(east, north), 0.0)
+        deep = outline.inside_m(east, north)
+        if deep > 0.001:  # a notch of the fence, or a whole no-fly region, within the area
+            return Offence(zone.name, Place(east, north), deep)
     return None
 
 

@@ -222,7 +222,8 @@ def _zone_breach(zone: Zone, offence: Offence, who: str) -> Breach:
     deep, at = round(offence.depth_m, 1), _is_at(offence.at)
     if zone.keep_in:
         return Breach("keep_in", f"{who} leaves the fence: {deep:g} m outside at {at}", offence.depth_m, 0.0)
-    return Breach("keep_out", f"{who} enters {_no_fly(zone)}: {deep:g} m deep at {at}", offence.depth_m, 0.0)
+    how = f"enters {_no_fly(zone)}: {deep:g} m deep" if deep else f"touches the border of {_no_fly(zone)}"
+    return Breach("keep_out", f"{who} {how} at {at}", offence.depth_m, 0.0)
 
 
 def _in_breach(zone: Zone, agent: str, here: Position) -> Breach:
@@ -242,7 +243,7 @@ def _too_low(found: Found, who: str, rules: Rules) -> Breach:
     if found.ground_m is None:
         return Breach("terrain_clearance", f"{_unknown(found)}, and {need:g} m over it must be kept", None, need)
     over = found.at.up_m - found.ground_m
-    text = f"{who} {_over(over)} at {_is_at(found.at)}, at least {need:g} m must be kept"
+    text = f"{who} {_over(over)} at {_where(found)}, at least {need:g} m must be kept"
     return Breach("terrain_clearance", text, over, need)
 
 
@@ -251,7 +252,7 @@ def _too_high(found: Found, who: str, rules: Rules) -> Breach:
     if found.ground_m is None:
         return Breach("max_height", f"{_unknown(found)}, and no more than {most:g} m over it are allowed", None, most)
     over = found.at.up_m - found.ground_m
-    text = f"{who} {_over(over)} at {_is_at(found.at)}, at most {most:g} m are allowed"
+    text = f"{who} {_over(over)} at {_where(found)}, at most {most:g} m are allowed"
     return Breach("max_height", text, over, most)
 
 
@@ -261,6 +262,14 @@ def _unknown(found: Found) -> str:
 
 def _over(metres: float) -> str:
     return f"{metres:.1f} m over the ground" if metres >= 0.0 else f"{-metres:.1f} m below the ground"
+
+
+def _where(found: Found) -> str:
+    ground = round(found.ground_m or 0.0, 1)
+    if ground == 0.0:
+        return _is_at(found.at)
+    side = "over" if ground > 0.0 else "below"
+    return f"{_is_at(found.at)} (where it may be {abs(ground):g} m {side} the base's)"
 
 
 def _is_at(at: Place | Position) -> str:

@@ -42,6 +42,12 @@ def test_a_leg_is_refused_with_what_how_much_and_where(to: Position, text: str) 
     assert refused(flight(OVER_HOME, to)) == text
 
 
+def test_a_leg_that_touches_a_no_fly_region_is_refused() -> None:
+    assert refused(flight(OVER_HOME, Position(100, 0, 60))) == (
+        "keep_out: the leg touches the border of the no-fly region lake at east 100 m, north 0 m"
+    )
+
+
 def test_a_region_without_a_name_is_called_by_its_number() -> None:
     ground = airspace(regions={})
 
@@ -91,6 +97,14 @@ class TestHeights:
 
         assert refused(up) == ""
         assert refused(up, max_height_m=50.0).startswith("max_height: the leg would be 60.0 m over")
+
+    def test_ground_that_is_not_the_bases_is_told(self) -> None:
+        ground = airspace(relief_m=5.0)
+
+        assert refused(flight(OVER_HOME, Position(-300, 0, 2), ground), ground) == (
+            "terrain_clearance: the leg would be 3.0 m below the ground at east -300 m, north 0 m "
+            "(where it may be 5 m over the base's), at least 5 m must be kept"
+        )
 
 
 class TestWays:
