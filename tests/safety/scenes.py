@@ -179,6 +179,12 @@ def _deeds(dice: Random, drones: Sequence[str], lasts: float) -> list[Deed]:
         near = found and dice.random() < 0.35
         at = max(0.0, dice.choice(found).at + dice.uniform(-1.5, 1.5)) if near else dice.uniform(3.0, lasts)
         found += _deed(dice, round(at, 3), drones)
+    if dice.random() < 0.25:
+        # People lose their link, too: nobody of them is ever LOST, and questions wait.
+        at, person = round(dice.uniform(3.0, lasts), 3), dice.choice(("watcher_1", "picker_1"))
+        until = round(at + dice.choice((5.0, 40.0, 120.0)), 3)
+        word, end = dice.choice((("freeze", "thaw"), ("kill", "restart_process")))
+        found += [Deed(at, word, person), Deed(until, end, person)]
     return found
 
 

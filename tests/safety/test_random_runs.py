@@ -1,0 +1,22 @@
+"""Random faults and orders over random missions: no promise of the safety layer is ever broken."""
+
+import pytest
+
+from tests.safety.runs import run
+
+FIRST, COUNT, EACH = 0, 240, 8
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("first", range(FIRST, FIRST + COUNT, EACH))
+def test_no_promise_is_broken_whatever_goes_wrong(first: int) -> None:
+    reports = [run(seed) for seed in range(first, first + EACH)]
+
+    assert not any(report.violations for report in reports), "\n".join(r.text() for r in reports if r.violations)
+
+
+def test_a_run_is_the_same_each_time() -> None:
+    once, again = run(3, story=True), run(3, story=True)
+
+    assert once.story == again.story
+    assert len(once.story) > 20
