@@ -187,6 +187,9 @@ class Engine:
             case "recover":
                 task, _, agent = rest.partition("|")
                 self.tasks.recovery.overdue(task, agent)
+            case "tryagain":
+                task, _, agent = rest.partition("|")
+                self.tasks.recovery.try_again(task, agent)
             case "busy":
                 self.gatekeeper.waited_enough(rest)
             case "aside":

@@ -92,7 +92,8 @@ class Recovering(Struct, frozen=True):
 
     agent: str
     attempt: int
-    state: Literal["running", "done", "failed"]
+    state: Literal["running", "waiting", "done", "failed"]
+    """`waiting`: the next try comes after a pause."""
     drain: tuple[str, ...] = ()
     way: Literal["recover", "fetch", "land"] = "recover"
     """Which subtree of its type flies it."""

@@ -24,6 +24,9 @@ from formiga_bt.safety.envelope import safe_landing_spot
 Way = Literal["recover", "fetch", "land"]
 
 TRIES = 3
+PAUSES_US = (2 * SECOND, 5 * SECOND)
+"""Between tries: a radio or an autopilot that is busy needs a moment."""
+UNDER_WAY = ("running", "waiting")
 KEEP_PCT = 5.0
 """Charge that is not counted on when a spot to land is looked for: near it machines land by themselves."""
 SHIFT_M = 200.0
@@ -77,7 +80,7 @@ class Recovery:
         return subtree
 
     def _under_way(self, task_id: str, agent_id: str) -> bool:
-        return any(r.agent == agent_id and r.state == "running" for r in self._core.task(task_id).recovering)
+        return any(r.agent == agent_id and r.state in UNDER_WAY for r in self._core.task(task_id).recovering)
 
     def releases(self, task_id: str) -> None:
         """Go on with releases before the task's end: goal-free, then home if airborne, then free."""
@@ -159,11 +162,28 @@ class Recovery:
             self._set(task_id, replace(now, state="failed"))  # it stands where it stood
             self._note(task_id, f"{code}: {ended.failure.reason}")
         elif now.attempt < TRIES:
-            self._set(task_id, replace(now, state="failed"))
-            self._try(task_id, agent_id, now.attempt + 1)
+            self._set(task_id, replace(now, state="waiting"))
+            at = core.now + PAUSES_US[now.attempt - 1]
+            core.set_deadline(f"tryagain|{task_id}|{agent_id}", at, task_id)
         else:
             self._set(task_id, replace(now, state="failed"))
             self._give_up(task_id, agent_id, ended.failure.code)
+        self.proceed(task_id)
+
+    def try_again(self, task_id: str, agent_id: str) -> None:
+        """The pause after a failed way home is over."""
+        task = self._core.task(task_id)
+        last = next((r for r in task.recovering if r.agent == agent_id), None)
+        if last is None or last.state != "waiting":
+            return
+        agent = self._core.state.agents[agent_id]
+        if not self._has(task, agent) or self._ordered(task, agent_id):
+            self._set(task_id, replace(last, state="failed"))
+        elif agent.landed == "grounded" and last.way != "fetch":
+            self._set(task_id, replace(last, state="done"))
+        else:
+            self._try(task_id, agent_id, last.attempt + 1)
+        self._core.touch(task_id)
         self.proceed(task_id)
 
     def _note(self, task_id: str, text: str) -> None:
@@ -189,15 +209,20 @@ class Recovery:
         """A way home was stopped by another order."""
         core = self._core
         core.clear_deadline(f"recover|{task_id}|{one.agent}")
-        core.emit(ch.ScopePut(task_id, f"recover:{one.agent}#{one.attempt}", None))
+        core.clear_deadline(f"tryagain|{task_id}|{one.agent}")
+        if one.state == "running":
+            core.emit(ch.ScopePut(task_id, f"recover:{one.agent}#{one.attempt}", None))
         self._set(task_id, replace(one, state="failed"))
 
     def agent_left(self, task_id: str, agent_id: str) -> None:
         """A machine was lost or abandoned on its way home: its section stops, the others' go on."""
         core = self._core
         core.clear_deadline(f"recover|{task_id}|{agent_id}")
+        core.clear_deadline(f"tryagain|{task_id}|{agent_id}")
         for one in core.task(task_id).recovering:
-            if one.agent == agent_id and one.state == "running":
+            if one.agent == agent_id and one.state == "waiting":
+                self._set(task_id, replace(one, state="failed"))
+            elif one.agent == agent_id and one.state == "running":
                 section = f"recover:{agent_id}#{one.attempt}"
                 self._tasks.stop(task_id, section)
                 core.emit(ch.ScopePut(task_id, section, None))
@@ -206,7 +231,7 @@ class Recovery:
     def proceed(self, task_id: str) -> None:
         """End the task once nothing is under way."""
         task = self._core.task(task_id)
-        if task.section != "recover" or task.stopping or any(r.state == "running" for r in task.recovering):
+        if task.section != "recover" or task.stopping or any(r.state in UNDER_WAY for r in task.recovering):
             return
         agents = self._core.state.agents
         if any(self._has(task, agents[a]) and self._ordered(task, a) for a in task.granted):

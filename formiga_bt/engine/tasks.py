@@ -26,7 +26,7 @@ from formiga_bt.engine.people import People
 from formiga_bt.engine.ports import AllocationPort, OrderPort
 from formiga_bt.engine.preemption import may_rebind
 from formiga_bt.engine.records import Again, Stop, TaskRecord
-from formiga_bt.engine.recovery import Recovery
+from formiga_bt.engine.recovery import UNDER_WAY, Recovery
 from formiga_bt.engine.taskmodel import duration_us, root_values, section_steps
 from formiga_bt.engine.taskrun import TaskRun
 from formiga_bt.engine.treerun import Ended, TreesFactory
@@ -148,6 +148,7 @@ class Tasks:
         for one in task.recovering:
             if one.state == "running":
                 self.stop(task_id, f"recover:{one.agent}#{one.attempt}")
+            if one.state in UNDER_WAY:
                 self.recovery.abandon(task_id, one)
         core.touch(task_id)
 
@@ -332,6 +333,8 @@ class Tasks:
             task = core.put_task(task.id, again="", code="aborted", reason=f"by {order.by or 'an operator'}")
             if not order.how:
                 return ""
+        if task.stop:
+            return self._abort_order(task, order)
         if order.how == "abandon":
             return self._abandon(task, order)
         if task.status == "PENDING":
@@ -347,6 +350,17 @@ class Tasks:
         self.orders.ended_by_word(task.id)
         if not task.stopping and task.section != "recover":
             self.stop(task.id, task.section)
+        return ""
+
+    def _abort_order(self, task: TaskRecord, order: Abort) -> str:
+        """A system task that carries out an order: its machine must not hover with nobody's word."""
+        agent_id = task.system_agent
+        if order.how != "abandon":
+            text = f"{task.id} carries out an order on {agent_id}; give that machine another order, or continue it"
+            raise TaskError("system_task", text)
+        self._goals.lose(agent_id, "in_doubt", "in_doubt")
+        self.orders.forget(agent_id)
+        self._fleet.quarantine(agent_id, "abandoned")
         return ""
 
     def _abandon(self, task: TaskRecord, order: Abort) -> str:

@@ -208,8 +208,9 @@ def test_a_recover_that_fails_three_times_leaves_the_machine_quarantined(make: M
     yard.abort(task, how="now")
     yard.run_for(0.2)
 
-    for _ in range(3):
+    for pause_s in (2, 5, 0):
         settle(yard, "Home", "fail")
+        yard.run_for(pause_s)
 
     assert yard.outcome(task) == ("CANCELED", "aborted")
     assert yard.record("c1").pool == "QUARANTINED"
