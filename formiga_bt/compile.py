@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 from formiga_bt.lang import model
 from formiga_bt.nodes.base import Node
-from formiga_bt.nodes.composites import CallNode, FallbackNode, IfNode, SequenceNode
+from formiga_bt.nodes.composites import CallNode, FallbackNode, IfNode, SequenceNode, SwitchNode
 from formiga_bt.nodes.decorators import IgnoreFailureNode, RetryNode, TimeoutNode, WhenNode
 from formiga_bt.nodes.leaves import AskNode, DoNode, ReleaseNode, WaitNode, check_node, fail_node, notify_node, set_node
 from formiga_bt.nodes.live import GuardNode, ReactiveNode, WaitUntilNode
@@ -89,5 +89,8 @@ def _compile_kind(step: model.Step) -> Node:
             return IfNode(
                 step.title, step, [compile_step(s) for s in step.then], [compile_step(s) for s in step.otherwise]
             )
+        case model.Switch():
+            cases = [[compile_step(s) for s in case.steps] for case in step.cases]
+            return SwitchNode(step.title, step, cases, [compile_step(s) for s in step.default])
         case _:
             raise AssertionError(f"no node for {type(step).__name__}")

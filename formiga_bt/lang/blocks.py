@@ -46,6 +46,8 @@ def _sets(node: Node) -> list[Scalar]:
     for entry in node.entries:
         if entry.key.text == "set" and isinstance(entry.value, Mapping_):
             found += [one.key for one in entry.value.entries]
+        elif entry.key.text == "cases" and isinstance(entry.value, Mapping_):  # its keys are values, not words
+            found += [at for case in entry.value.entries for at in _sets(case.value)]
         elif entry.key.text not in ("with", "retry", "clears"):
             found += _sets(entry.value)
     return found

@@ -23,6 +23,7 @@ from formiga_bt.lang.model import (
     Sequence,
     Step,
     Subtree,
+    Switch,
     Task,
     Wait,
     WaitUntil,
@@ -71,6 +72,8 @@ def can_succeed(step: Step) -> bool:
             return any(can_succeed(child) for child in step.steps)
         case If():
             return not step.otherwise or any(_all_can(branch) for branch in (step.then, step.otherwise))
+        case Switch():
+            return any(_all_can(branch) for branch in step.branches)
         case Guard():
             return _all_can(step.steps)
         case Parallel():

@@ -24,6 +24,7 @@ from formiga_bt.lang.typing_rules import fits, in_words, widen
 
 __all__ = [
     "Scope",
+    "compile_bare",
     "compile_cond",
     "compile_expr",
     "compile_value",
@@ -106,20 +107,30 @@ def compile_cond(at: Scalar, scope: Scope, live: frozenset[str] | None = None) -
 
     With `live` it is watched: `now` needs exact deadlines, and `live` are the names that may be written meanwhile.
     """
+    return _bare(at, scope, BOOL, "a condition is one bare expression; leave ${ } away", live=live)
+
+
+def compile_bare(at: Scalar, scope: Scope, what: str) -> tuple[Expr, list[Diagnostic]]:
+    """Compile a key that holds one bare expression of any type; a `${}` round the whole of it is dropped."""
+    return _bare(at, scope, None, f"'{what}' is one bare expression; leave ${{ }} away")
+
+
+def _bare(
+    at: Scalar, scope: Scope, expected: Type | None, said: str, live: frozenset[str] | None = None
+) -> tuple[Expr, list[Diagnostic]]:
     text = at.text
     offset = len(text) - len(text.lstrip())
     source = text.strip()
     spans = holes(source)
     if spans == [(0, len(source))]:
-        return compile_expr(source[2:-1], at, offset + 2, scope, BOOL, live=live)
+        return compile_expr(source[2:-1], at, offset + 2, scope, expected, live=live)
     if "${" in source:
         bare = re.sub(r"\$\{([^{}]*)\}", r"\1", source)
         start = offset + source.index("${")
         mark = at.mark_at(start, start + 2)
         fix = Fix(at.mark_at(offset, offset + len(source)), bare) if at.exact else None
-        said = "a condition is one bare expression; leave ${ } away"
         return poison(at, source), [Diagnostic("E015", mark, said, f"write: {bare}", fix=fix)]
-    return compile_expr(source, at, offset, scope, BOOL, live=live)
+    return compile_expr(source, at, offset, scope, expected, live=live)
 
 
 def narrows(expr: Expr) -> frozenset[str]:

@@ -28,6 +28,7 @@ from formiga_bt.lang.model import (
     Release,
     Sequence,
     Step,
+    Switch,
     WaitUntil,
 )
 from formiga_bt.lang.reading import Problems
@@ -48,7 +49,7 @@ from formiga_bt.lang.sky import (
 )
 from formiga_bt.lang.types import agent_type
 
-_MADE_OF_STEPS: Final = (Sequence, Fallback, If, Call, Parallel, Loop, For, Guard)
+_MADE_OF_STEPS: Final = (Sequence, Fallback, If, Switch, Call, Parallel, Loop, For, Guard)
 
 
 class Interpreter:
@@ -130,6 +131,8 @@ class Interpreter:
                 return self._fallback(step, sky, here)
             case If():
                 return self._if(step, sky, here)
+            case Switch():
+                return self._switch(step, sky, here)
             case Check():
                 return Ends(narrow(sky, step.cond, True), failing(narrow(sky, step.cond, False), step.mark, here))
             case Fail():
@@ -175,6 +178,19 @@ class Interpreter:
         after_then, after_else = join(then.success, then.skipped), join(other.success, other.skipped)
         success = join(after_then, after_else, f"when {line} was true", f"when {line} was false")
         return Ends(success, join(then.failure, other.failure))
+
+    def _switch(self, step: Switch, sky: Sky, here: Place) -> Ends:
+        success: Sky | None = None
+        failure: Sky | None = None
+        first = ""
+        for index, branch in enumerate(step.branches):
+            value = f"'{step.cases[index].value}'" if index < len(step.cases) else "none of its cases"
+            path = f"when the switch at {line_of(step.mark, here)} was {value}"
+            ends = self._steps(branch, sky, here)
+            success = join(success, join(ends.success, ends.skipped), first if index == 1 else "", path)
+            failure = join(failure, ends.failure)
+            first = first or path
+        return Ends(success, failure)
 
     def _call(self, step: Call, sky: Sky, here: Place) -> Ends:
         subtree = step.subtree

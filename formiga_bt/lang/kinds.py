@@ -188,7 +188,6 @@ _KINDS: Final = (
             Option("cases", "map", "Steps by value.", required=True),
             Option("default", "steps", "If no case fits."),
         ),
-        available=False,
     ),
     Kind("while", "cond", "Repeat as long as this holds.", _ROUNDS),
     Kind("repeat", "value", "Repeat a number of times, for a duration, or forever.", _ROUNDS),

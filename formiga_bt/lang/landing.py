@@ -24,6 +24,7 @@ from formiga_bt.lang.model import (
     Parallel,
     Sequence,
     Step,
+    Switch,
     Task,
 )
 from formiga_bt.lang.reading import Problems
@@ -67,6 +68,8 @@ class _Landings:
                     self._rounds(step, inner, names, call)
                 case If():
                     self._branches((step.then, step.otherwise), inner, names, call)
+                case Switch():
+                    self._branches(step.branches, inner, names, call)
                 case Fallback() | Parallel():
                     self._branches(tuple((child,) for child in step.steps), inner, names, call)
                 case _:

@@ -346,6 +346,32 @@ class If(Step):
 
 
 @dataclass(frozen=True, slots=True)
+class Case:
+    """One value of a `switch`, and its steps (segments `case0[i]`, `case1[i]` for the next one)."""
+
+    value: str | int
+    mark: Mark
+    steps: tuple[Step, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Switch(Step):
+    """Branch on a value, read once at entry; segments of the default `default[i]`.
+
+    Without a default the cases name every value that the expression can have.
+    """
+
+    on: Expr
+    cases: tuple[Case, ...]
+    default: tuple[Step, ...] = ()
+
+    @property
+    def branches(self) -> tuple[tuple[Step, ...], ...]:
+        """Return the steps of each way through it."""
+        return (*(case.steps for case in self.cases), *((self.default,) if self.default else ()))
+
+
+@dataclass(frozen=True, slots=True)
 class Param:
     """A parameter of a task or subtree."""
 

@@ -11,7 +11,7 @@ from typing import Final
 from formiga_bt.lang.model import Call, Step, Task
 from formiga_bt.lang.walk import children
 
-_SEG: Final = re.compile(r"[a-z_]+\[\d+\]")
+_SEG: Final = re.compile(r"[a-z_]+\d*\[\d+\]")
 
 
 def steps_around(task: Task, key: str) -> tuple[Step, ...]:

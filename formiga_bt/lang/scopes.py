@@ -13,7 +13,7 @@ from typing import Final
 from formiga_bt.diagnostics import Diagnostic, Fix, Mark
 from formiga_bt.lang.binding import run_outside
 from formiga_bt.lang.document import Listing, Mapping_, Node, Scalar
-from formiga_bt.lang.expressions import Scope, compile_cond, compile_expr, compile_value
+from formiga_bt.lang.expressions import Scope, compile_bare, compile_cond, compile_expr, compile_value
 from formiga_bt.lang.fence import leaves
 from formiga_bt.lang.helpers import STANDARD
 from formiga_bt.lang.interpolation import holes
@@ -281,6 +281,16 @@ class Body:
             self.problems.add("E044", node.mark, f"this condition is always {'true' if expr.const else 'false'}")
         return self._took(expr, found, node)
 
+    def bare(self, node: Node, what: str) -> Expr | None:
+        """Compile one bare expression of any type; None (reported) if it is no scalar or cannot be compiled."""
+        if not isinstance(node, Scalar):
+            self.problems.add("E008", node.mark, f"'{what}' must be an expression, such as: reply.answer")
+            self.count(node)
+            return None
+        expr, found = compile_bare(node, self.scope(), what)
+        self._took(expr, found, node)
+        return None if found else expr
+
     def agent(self, at: Scalar, name: str) -> Expr:
         """Compile the bare name of a role or agent param found at the start of a scalar."""
         expr, found = compile_expr(name, at, 0, self.scope(), AGENT)
@@ -402,6 +412,9 @@ def saves(node: Node) -> Iterator[Scalar]:
         for entry in node.entries:
             if entry.key.text in ("save_as", "collect") and isinstance(entry.value, Scalar):
                 yield entry.value
+            elif entry.key.text == "cases" and isinstance(entry.value, Mapping_):  # its keys are values, not words
+                for case in entry.value.entries:
+                    yield from saves(case.value)
             elif entry.key.text not in ("with", "set", "retry", "clears"):
                 yield from saves(entry.value)
 

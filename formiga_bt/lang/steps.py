@@ -1,4 +1,4 @@
-"""Steps: the kind of each, and its modifiers. The kinds are read in `leaves`, `moments`, `blocks` and `loops`.
+"""Steps: the kind of each, and its modifiers. The kinds are read in `leaves`, `moments`, `blocks`, `switches` and `loops`.
 
 `read_steps` is called for each section, branch and subtree body. It walks the steps in the order in which they run,
 because what is saved and certain at a step depends on the steps before it.
@@ -11,7 +11,7 @@ from types import MappingProxyType
 from typing import Any, Final
 
 from formiga_bt.diagnostics import Fix, Mark
-from formiga_bt.lang import blocks, leaves, loops, moments, over_lists
+from formiga_bt.lang import blocks, leaves, loops, moments, over_lists, switches
 from formiga_bt.lang.blocks import Readers
 from formiga_bt.lang.document import Entry, Listing, Mapping_, Node, Scalar
 from formiga_bt.lang.expressions import narrows, narrows_when_false
@@ -36,6 +36,7 @@ from formiga_bt.lang.model import (
     Sequence,
     Set,
     Step,
+    Switch,
     Wait,
     WaitUntil,
 )
@@ -73,6 +74,7 @@ _CLASSES: Final[Mapping[str, type[Step]]] = MappingProxyType(
         "fallback": Fallback,
         "parallel": Parallel,
         "if": If,
+        "switch": Switch,
         "while": Loop,
         "repeat": Loop,
         "for": For,
@@ -315,6 +317,7 @@ _READERS: Final[Mapping[str, Callable[[Body, Keys], dict[str, Any] | None]]] = M
         "fallback": partial(blocks.read_fallback, _INSIDE),
         "parallel": partial(blocks.read_parallel, _INSIDE),
         "if": partial(blocks.read_if, _INSIDE),
+        "switch": partial(switches.read_switch, _INSIDE),
         "while": partial(loops.read_while, _INSIDE),
         "repeat": partial(loops.read_repeat, _INSIDE),
         "for": partial(over_lists.read_for, _INSIDE),

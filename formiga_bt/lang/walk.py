@@ -23,6 +23,7 @@ from formiga_bt.lang.model import (
     Sequence,
     Step,
     Subtree,
+    Switch,
 )
 
 _ITEM: Final = re.compile(r"([A-Za-z]\w*)\[(\d{1,4})\]")
@@ -41,6 +42,8 @@ def children(step: Step) -> tuple[Step, ...]:
             return step.steps
         case If():
             return (*step.then, *step.otherwise)
+        case Switch():
+            return tuple(child for branch in step.branches for child in branch)
         case _:
             return ()
 

@@ -1,4 +1,4 @@
-"""Composites: sequence, fallback, if, and the body of a call. Children run one after another, with memory.
+"""Composites: sequence, fallback, if, switch, and the body of a call. Children run one after another, with memory.
 
 A child's end starts the next child in the same pass. Skipped children (their `when` was false) are neither success nor
 failure: a sequence passes over them, a fallback tries its next child; all skipped = skipped, except that a fallback fails
@@ -13,9 +13,9 @@ from py_trees import composites
 from py_trees.common import Status
 
 from formiga_bt.lang import model
-from formiga_bt.lang.model import UnknownState
+from formiga_bt.lang.model import EvalError, UnknownState
 from formiga_bt.nodes.base import FAILURE, RUNNING, SUCCESS, Node
-from formiga_bt.nodes.memory import CallMem, FallbackMem, IfMem, Mem, SequenceMem
+from formiga_bt.nodes.memory import CallMem, FallbackMem, IfMem, Mem, SequenceMem, SwitchMem
 from formiga_bt.nodes.run import Failure, Run
 
 
@@ -223,6 +223,43 @@ class IfNode(Chain):
         """Go on where it was."""
         assert isinstance(mem, IfMem)
         self.branch = mem.branch
+        self.restore_chain(run, mem.index, ran=mem.ran)
+
+
+class SwitchNode(Chain):
+    """`switch`: one of several lists of steps, chosen once at entry by a value."""
+
+    kind: ClassVar[str] = "switch"
+
+    def __init__(self, name: str, step: model.Switch, cases: Seq[Seq[Node]], default: Seq[Node]) -> None:
+        Node.__init__(self, name, step)
+        self.step = step
+        self.cases = [list(case) for case in cases]
+        self.default = list(default)
+        self.case: int | None = None
+        adopt_children(self, [*(child for case in cases for child in case), *default])
+
+    def body(self) -> list[Node]:
+        """Return the branch taken."""
+        return self.default if self.case is None else self.cases[self.case]
+
+    def memo(self) -> Mem:
+        """Return the memory."""
+        return SwitchMem(self.case, self.index, self.ran)
+
+    def on_enter(self, run: Run) -> Status:
+        """Choose the branch and start it; a value that nothing stands for cannot be gone on with."""
+        value = self.step.on.run(run.env(self.scope, self.error_here()))
+        found = (index for index, case in enumerate(self.step.cases) if case.value == value)
+        self.case = next(found, None)
+        if self.case is None and not self.default:
+            raise EvalError(f"{self.step.on.source} is {value!r}, which is none of the cases")
+        return self.start_chain(run)
+
+    def on_restore(self, run: Run, mem: Mem) -> None:
+        """Go on where it was."""
+        assert isinstance(mem, SwitchMem)
+        self.case = mem.case
         self.restore_chain(run, mem.index, ran=mem.ran)
 
 

@@ -32,6 +32,14 @@ class IfMem(Struct, frozen=True, tag="if", tag_field="mem"):
     ran: bool = False
 
 
+class SwitchMem(Struct, frozen=True, tag="switch", tag_field="mem"):
+    """The case taken (from 0; None = the default) and the place in it."""
+
+    case: int | None
+    index: int = 0
+    ran: bool = False
+
+
 class CallMem(Struct, frozen=True, tag="call", tag_field="mem"):
     """A call's place in its body; its scope is its own path."""
 
@@ -138,6 +146,6 @@ class LoopMem(Struct, frozen=True, tag="loop", tag_field="mem"):
 
 
 Mem = (
-    SequenceMem | FallbackMem | IfMem | CallMem | DoMem | AskMem | WaitMem | PassMem | TimeoutMem | RetryMem | TidyMem
-    | LiveMem | GatherMem | ItemsMem | LoopMem
+    SequenceMem | FallbackMem | IfMem | SwitchMem | CallMem | DoMem | AskMem | WaitMem | PassMem | TimeoutMem | RetryMem
+    | TidyMem | LiveMem | GatherMem | ItemsMem | LoopMem
 )  # fmt: skip

@@ -147,6 +147,12 @@ def _children(step: Step, depth: int | None) -> Iterator[_Branch]:
         yield _Branch((Span("then", "kind"),), None, tuple(_branch(s, depth) for s in step.then))
         yield _Branch((Span("else", "kind"),), None, tuple(_branch(s, depth) for s in step.otherwise))
         return
+    if isinstance(step, model.Switch):
+        for case in step.cases:
+            yield _Branch((Span(str(case.value), "kind"),), case.mark, tuple(_branch(s, depth) for s in case.steps))
+        if step.default:
+            yield _Branch((Span("default", "kind"),), None, tuple(_branch(s, depth) for s in step.default))
+        return
     if isinstance(step, model.Sequence) and step.finally_:
         for child in step.steps:
             yield _branch(child, depth)
@@ -160,6 +166,8 @@ def _inner(step: Step) -> list[Step]:
     """Return the steps directly inside a step of any kind: those of its subtree, or of its fields."""
     if isinstance(step, model.Call):
         return list(step.subtree.steps)
+    if isinstance(step, model.Switch):
+        return [item for branch in step.branches for item in branch]
     values = (getattr(step, f.name) for f in fields(step))
     return [item for value in values if isinstance(value, tuple) for item in value if isinstance(item, Step)]
 
@@ -197,6 +205,8 @@ def _label(step: Step) -> tuple[Span, ...]:
             spans = Span("fail", "kind"), Span(f'{code}: "{source(step.message)}"')
         case model.If():
             spans = Span("if ", "kind"), Span(source(step.cond))
+        case model.Switch():
+            spans = Span("switch ", "kind"), Span(source(step.on))
         case model.WaitUntil() | model.Guard() | model.BreakIf():
             spans = Span(f"{step.kind} ", "kind"), Span(source(step.cond))
         case model.Release():

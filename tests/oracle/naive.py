@@ -187,7 +187,7 @@ class NaiveTrees:
         elif at.step.kind == "ask":
             if "question" in mem:
                 self.host.close_question(mem["question"])
-        elif at.step.kind in ("sequence", "fallback", "if", "call", "guard"):
+        elif at.step.kind in ("sequence", "fallback", "if", "switch", "call", "guard"):
             goals = self._halt_child(self._children(at, mem), mem)
             if at.step.kind == "call":
                 self.host.close_scope(at.path)
@@ -331,6 +331,8 @@ class NaiveTrees:
         step, mid, scope, error = at.step, "", at.scope, at.error
         if isinstance(step, model.If):
             steps = step.then if mem.get("branch", True) else step.otherwise
+        elif isinstance(step, model.Switch):
+            steps = mem.get("branch", ())
         elif isinstance(step, model.Call):
             steps, mid, scope, error = step.subtree.steps, ".call", at.path, None
         elif isinstance(step, model.Loop | model.For):
@@ -371,6 +373,17 @@ class NaiveTrees:
         if fresh:
             assert isinstance(at.step, model.If)
             mem.update(branch=bool(at.step.cond.run(self._env(at))), index=0, ran=False)
+        return self._in_order(self._children(at, mem), mem)
+
+    def _switch(self, at: At, mem: dict[str, Any], fresh: bool) -> Done | None:
+        step = at.step
+        assert isinstance(step, model.Switch)
+        if fresh:
+            value = step.on.run(self._env(at))
+            branches = {case.value: case.steps for case in step.cases}
+            if value not in branches and not step.default:
+                raise model.EvalError(f"{step.on.source} is {value!r}, which is none of the cases")
+            mem.update(branch=branches.get(value, step.default), index=0, ran=False)
         return self._in_order(self._children(at, mem), mem)
 
     def _fallback(self, at: At, mem: dict[str, Any], fresh: bool) -> Done | None:

@@ -148,6 +148,7 @@ class Writer:
             "fallback",
             "fallback",
             "if",
+            "switch",
             "sequence",
             "call",
             "guard",
@@ -362,6 +363,17 @@ class Writer:
         step: dict[str, Any] = {"if": self.cond(), "then": self.steps(depth - 1, 2)}
         if self.chance(50):
             step["else"] = self.steps(depth - 1, 2)
+        return step
+
+    def _switch(self, depth: int) -> dict[str, Any]:
+        if self.chance(40):
+            on, cases = f"{self.pick(*self.seen)}.control", ["engine", "pilot", "failsafe", "unknown"]
+        else:
+            on, cases = self.pick("n", "n + 1", *self.rounds), ["0", "1", "2", "7"]
+        taken = cases if on.endswith("control") and self.chance(50) else cases[: self.dice.randint(1, 3)]
+        step: dict[str, Any] = {"switch": on, "cases": {case: self.steps(depth - 1, 2) for case in taken}}
+        if taken != ["engine", "pilot", "failsafe", "unknown"]:
+            step["default"] = self.steps(depth - 1, 2)
         return step
 
     def _call(self, depth: int) -> dict[str, Any]:

@@ -186,6 +186,30 @@ CASES: dict[str, Case] = {
         ]}],
         {}, [], "SUCCEEDED", "", ["1 tidy", "1 =failed:first", "2 again"],
     ),
+    "switch: the case of the value, chosen once at entry; no later case, no default": (
+        [COUNT, {"switch": "n", "cases": {"0": [say("none")], "1": [say("one"), COUNT, say("still"), {"wait": "1 s"}],
+                                         "2": [say("two")]}, "default": [say("many")]},
+         {"switch": "n", "cases": {"0": [say("none")]}, "default": [say("many")]}],
+        {}, [], "SUCCEEDED", "", ["1 one", "1 still", "2 many"],
+    ),
+    "switch: its branches save one name, its failure is the branch's": (
+        [{"switch": "one.control", "cases": {
+            "engine": [{"do": "one.Move", "save_as": "got"}],
+            "pilot": [{"do": "two.Move", "save_as": "got"}],
+            "failsafe": [{"fail": "x"}], "unknown": [{"fail": "y"}]}},
+         {"fallback": [{"switch": "got.n", "cases": {"3": [{"fail": "z", "code": "three"}]}, "default": [say("other")]},
+                       say("${error.code}")]}],
+        {"c1": [Deed(n=3)]}, [], "SUCCEEDED", "", ["2 =failed:three"],
+    ),
+    "switch: a branch whose steps were all skipped is skipped": (
+        [{"fallback": [{"switch": "n", "cases": {"0": [NEVER]}, "default": [say("default")]}, say("second")]}],
+        {}, [], "SUCCEEDED", "", ["1 second"],
+    ),
+    "switch: stopped with its branch": (
+        [{"switch": "n", "cases": {"0": [ONE, say("never")]}, "default": [NEVER], "timeout": "2 s",
+          "ignore_failure": True}, say("end")],
+        {"c1": [SLOW]}, [], "SUCCEEDED", "", ["5 end"],
+    ),
     "while: the condition is read before each round": (
         [{"while": "n < 2", "steps": [{"wait": "1 s"}, COUNT]}, say("${n}")],
         {}, [], "SUCCEEDED", "", ["3 =2"],

@@ -36,6 +36,10 @@ steps:
         retry: {attempts: 2, attempt_timeout: 15 s}
       - sequence:
           - notify: Not there because of ${error.code}
+          - switch: error.code
+            cases:
+              timeout: [{wait: 2 s}]
+            default: [{wait: 1 s}]
           - ask: Try once more?
             of: [watcher]
             options: [go_home, wait]

@@ -28,7 +28,7 @@ def test_the_missions_pass_through_what_must_be_restored(films: dict[str, tuple[
     text = b"".join(shot for _, shots in films.values() for shot in shots)
     for part in ("steps", "on_abort", "finally", "recover"):
         assert f'"section":"{part}"'.encode() in text, part
-    kinds = "sequence fallback call do ask wait pass timeout retry tidy live gather loop items"
+    kinds = "sequence fallback switch call do ask wait pass timeout retry tidy live gather loop items"
     for memory in kinds.split():
         assert f'"mem":"{memory}"'.encode() in text, memory
     for detail in ('"halting":true', '"waiting":true', '"state":"canceling"', '"stopping":true', '"held":["take-over:'):
