@@ -25,7 +25,7 @@ from formiga_bt.engine.taskmodel import CANNOT_COMPUTE
 from formiga_bt.engine.tasks import Tasks
 from formiga_bt.errors import TaskError
 from formiga_bt.geo import Place, Position
-from formiga_bt.lang.model import Role, Unset
+from formiga_bt.lang.model import Role, Some, Unset
 from formiga_bt.lang.types import AgentRef
 from formiga_bt.safety.energy import CALM, Power, power_of
 from formiga_bt.safety.rules import rules_of
@@ -44,6 +44,9 @@ RESERVE_AFTER_US: Micros = 120 * SECOND
 
 KNOWN_AFTER_US: Micros = 10 * SECOND
 """After so long the fleet counts as known, though agents of the site are still missing."""
+
+MOST_AGENTS = 1000
+"""More than any fleet has: what `count: all` may take."""
 
 WAIT_US: Micros = 900_000_000
 """Default of a role's `wait`."""
@@ -99,8 +102,9 @@ class Allocation:
             role=role.name,
             types=types,
             human=all(core.catalogue.types[t].human for t in types) if types else False,
-            count=role.count or 1,
-            is_list=role.count is not None,
+            count=role.open.min if role.open else role.count or 1,
+            more=_beyond(role.open) if role.open else 0,
+            is_list=role.is_list,
             id=_agent_id(role.id, env),
             near=_places(role.near, env),
             prefer=_agent_id(role.prefer, env),
@@ -141,12 +145,12 @@ class Allocation:
             if late := self._authority.blocked(request):  # a grant before this one took the pilot's room
                 self._explain_blocked(request, *late, agents)
                 continue
-            pilot = self._authority.pilot(request)
+            pilot, roles = self._authority.pilot(request), self._authority.trimmed(request, grant.roles)
             lists = frozenset(role.role for role in request.roles if role.is_list)
             core.emit(ch.RequestPut(grant.task, None))
             core.put_task(grant.task, pilot=pilot)
-            self.assign(grant.task, grant.roles)
-            self._tasks.granted(grant.task, grant.roles, lists)
+            self.assign(grant.task, roles)
+            self._tasks.granted(grant.task, roles, lists)
 
         self._answer_hopeless(requests, decision)
         for request in requests:
@@ -291,6 +295,10 @@ class Allocation:
                 payload_kg=agent.payload_kg,
             )
         )
+
+
+def _beyond(some: Some) -> int:
+    return (MOST_AGENTS if some.max is None else some.max) - some.min
 
 
 def _line(core: Core, type_name: str) -> tuple[str, ...]:

@@ -11,7 +11,7 @@ Three questions, each with its own code:
 System tasks (recover, orders) are asked none of them: a machine in the air always comes home.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Final
 
 from formiga_bt.engine import changes as ch
@@ -188,6 +188,19 @@ class Authority:
         rooms = [(self._room(pilot), pilot) for pilot in self._core.site.pilots if pilot in self._core.state.duty]
         fit = [(room, pilot) for room, pilot in rooms if room >= machines_of(request)]
         return max(fit, key=lambda one: one[0])[1] if fit else ""
+
+    def trimmed(self, request: Request, roles: Mapping[str, tuple[str, ...]]) -> dict[str, tuple[str, ...]]:
+        """Return granted agents without those beyond each role's count for which the pilot has no room."""
+        pilot = self.pilot(request)
+        room = self._room(pilot) - machines_of(request) if pilot else 0
+        kept: dict[str, tuple[str, ...]] = {}
+        for role in request.roles:
+            agents = roles[role.role]
+            if pilot and not role.human:
+                more = min(len(agents) - role.count, room)
+                agents, room = agents[: role.count + more], room - more
+            kept[role.role] = agents
+        return kept
 
     def _room(self, pilot: str) -> int:
         return self._core.site.pilots[pilot] - len(self._machines_of(pilot))

@@ -358,6 +358,8 @@ class RoleRequest(Struct, frozen=True, kw_only=True):
     types: tuple[str, ...]
     human: bool
     count: int = 1
+    more: int = 0
+    """So many beyond `count` are taken too, if they fit and are free."""
     is_list: bool = False
     id: str = ""
     near: tuple[Any, ...] = ()

@@ -92,7 +92,7 @@ class _Flight(Interpreter):
             if why is not None and role.name not in self.reported:
                 path = f" ({why.path})" if why.path else ""
                 what = f"'{role.name}' can still be airborne when the task ends{path}"
-                each = f"{role.name}" if role.count is None else "drone} for each drone of ${" + role.name
+                each = f"{role.name}" if not role.is_list else "drone} for each drone of ${" + role.name
                 how = "bring it home:" if "ReturnHome" in self.task.subtrees else "import lib/flying.yaml and"
                 help_ = f"land it, or {how} call: ReturnHome with drone: ${{{each}}}"
                 self.problems.add("E031", why.mark, what, help_)
@@ -110,8 +110,8 @@ class _Flight(Interpreter):
 
 def _keys(role: Role) -> tuple[str, ...]:
     """Return the keys of a role's machines in a sky."""
-    if role.count is None:
+    if not role.is_list:
         return (role.name,)
-    if role.count > _MOST_APART:
+    if role.count is None or role.count > _MOST_APART:
         return (f"{role.name}[*]",)
     return tuple(f"{role.name}[{index}]" for index in range(role.count))

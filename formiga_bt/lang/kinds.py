@@ -226,13 +226,20 @@ PARAM: Final[tuple[Option, ...]] = (
     Option("aliases", "words", "Other names under which callers may pass it."),
 )
 
+COUNT: Final[tuple[Option, ...]] = (
+    Option("min", "value", "The fewest that will do (1).", type="int"),
+    Option("max", "value", "The most that are taken, if so many are free.", type="int"),
+)
+
 ROLE: Final[tuple[Option, ...]] = (
     Option("type", "name", "The agent type."),
     Option("any_of", "words", "Several agent types that fit."),
     Option("id", "value", "This very agent.", type="agent"),
     Option("near", "value", "The nearest fit one to this place.", type="place"),
     Option("prefer", "value", "This agent, if it is free and fit.", type="agent"),
-    Option("count", "value", "How many; the role is then a list.", type="int"),
+    Option(
+        "count", "value", "How many: a number, all, or {min, max}; the role is then a list.", type="int", keys=COUNT
+    ),
     Option("battery_min", "value", "The least charge at the start.", type="percent"),
     Option("capabilities", "words", "What else the agent must be able to do."),
     Option("wait", "value", "How long to queue for it (15 min).", type="duration"),

@@ -89,9 +89,9 @@ def read_who(body: Body, name: str, at: Scalar, mark: Mark) -> Who | None:
     if name in body.agents:
         body.used.add(name)
         if name in body.lists:
-            body.problems.add(
-                "E024", mark, f"'{name}' is a list of {body.lists[name]} agents; use for:", f"for: {{one: ${{{name}}}}}"
-            )
+            number = f"{body.lists[name]} " if body.lists[name] else ""
+            what = f"'{name}' is a list of {number}agents; use for:"
+            body.problems.add("E024", mark, what, f"for: {{one: ${{{name}}}}}")
             return None
         return Who(name, body.agent(at, name), site_role=False, mark=mark)
     body.unknown_agent(mark, name)

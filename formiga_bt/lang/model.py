@@ -389,6 +389,14 @@ class Param:
 
 
 @dataclass(frozen=True, slots=True)
+class Some:
+    """How many agents a role without a fixed count takes: at least `min`, and `max` if as many are free (None = all)."""
+
+    min: int = 1
+    max: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
 class Role:
     """A role of a task: which agent (or agents) it needs. Expressions are read once, at admission."""
 
@@ -399,7 +407,9 @@ class Role:
     near: Expr | None = None
     prefer: Expr | None = None
     count: int | None = None
-    """None = exactly one agent and the role is no list."""
+    """None = exactly one agent, unless `open`: then the role is a list, as it is with a count."""
+    open: "Some | None" = None
+    """As many agents as are free, between two bounds."""
     battery_min: Expr | None = None
     capabilities: tuple[str, ...] = ()
     wait: Expr | None = None
@@ -408,6 +418,11 @@ class Role:
     away: bool = False
     actions: tuple[str, ...] = ()
     """Actions that the task orders of this role (subtrees included)."""
+
+    @property
+    def is_list(self) -> bool:
+        """Return whether the role is a list of agents."""
+        return self.count is not None or self.open is not None
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,8 +6,8 @@ from typing import Final
 
 from formiga_bt.lang.document import Entry, Mapping_, Node, Scalar
 from formiga_bt.lang.expressions import compile_value
-from formiga_bt.lang.kinds import ROLE
-from formiga_bt.lang.model import Expr, Role
+from formiga_bt.lang.kinds import COUNT, ROLE
+from formiga_bt.lang.model import Expr, Role, Some
 from formiga_bt.lang.over_lists import length_of
 from formiga_bt.lang.params import read_agent_types
 from formiga_bt.lang.reading import (
@@ -25,6 +25,7 @@ from formiga_bt.lang.types import ANY, DURATION, PERCENT, PLACE, Type, list_of
 
 _WORD: Final = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 _MOST_AGENTS: Final = 1000
+_COUNTS: Final = "such as: count: 3, count: all, count: {min: 1, max: 4}"
 
 
 def read_vars(body: Body, node: Node) -> dict[str, Expr]:
@@ -171,7 +172,8 @@ def _read_role(body: Body, at: Scalar, mapping: Mapping_) -> Role:
         id=_admitted(body, keys, "id", agent),
         near=_read_near(body, keys, count),
         prefer=_admitted(body, keys, "prefer", agent),
-        count=count,
+        count=count if isinstance(count, int) else None,
+        open=count if isinstance(count, Some) else None,
         battery_min=_admitted(body, keys, "battery_min", PERCENT),
         capabilities=tuple(w.text for w in read_words(keys["capabilities"].value, problems, "capabilities"))
         if "capabilities" in keys
@@ -192,16 +194,22 @@ def _admitted(body: Body, keys: Mapping[str, Entry], key: str, of: Type) -> Expr
     return body.not_negative(expr, key)
 
 
-def _read_near(body: Body, keys: Mapping[str, Entry], count: int | None) -> Expr | None:
+def _read_near(body: Body, keys: Mapping[str, Entry], count: int | Some | None) -> Expr | None:
     if "near" not in keys:
         return None
-    expr = _admitted(
-        body, keys, "near", list_of(PLACE) if count is not None and _is_list(body, keys["near"].value) else PLACE
-    )
-    if expr is not None and expr.is_const and isinstance(expr.const, tuple) and count not in (None, len(expr.const)):
-        body.problems.add(
-            "E026", expr.mark, f"near has {len(expr.const)} places for count {count}", "one place for each agent"
-        )
+    listed = count is not None and _is_list(body, keys["near"].value)
+    expr = _admitted(body, keys, "near", list_of(PLACE) if listed else PLACE)
+    if expr is None or not listed:
+        return expr
+    if isinstance(count, Some) and count.max is None:
+        what = "near is a list of places, but nobody knows how many agents there will be"
+        body.problems.add("E026", expr.mark, what, "give one place, or a count with a max")
+        return expr
+    most = count.max if isinstance(count, Some) else count
+    if expr.is_const and isinstance(expr.const, tuple) and most != len(expr.const):
+        shown = f"a count of up to {most}" if isinstance(count, Some) else f"count {most}"
+        what = f"near has {len(expr.const)} places for {shown}"
+        body.problems.add("E026", expr.mark, what, "one place for each agent")
     return expr
 
 
@@ -210,20 +218,49 @@ def _is_list(body: Body, node: Node) -> bool:
     return compile_value(node, body.scope(), ANY)[0].type.name == "list"
 
 
-def _read_count(body: Body, keys: Mapping[str, Entry], name: str) -> int | None:
+def _read_count(body: Body, keys: Mapping[str, Entry], name: str) -> int | Some | None:
+    """Read how many agents a role has, and make it a list."""
     if "count" not in keys:
         return None
     node = keys["count"].value
-    if isinstance(node, Mapping_) or (isinstance(node, Scalar) and node.text == "all"):
-        body.problems.add("E008", node.mark, "'count' can only be a number in this version", "such as: count: 3")
+    count: int | Some | None
+    if isinstance(node, Mapping_):
+        count = _read_some(body, node)
+    elif isinstance(node, Scalar) and node.text.strip() == "all":
+        count = Some()
+    else:
+        count = _read_number(body, node, "count", _COUNTS)
+    if count is None:
+        body.define(name, Named(ANY, body.names[name].mark, "role"))
         return None
-    if not isinstance(node, Scalar) or not node.text.isascii() or not node.text.isdigit() or len(node.text) > 6:
-        body.problems.add("E008", node.mark, f"'count' must be a number, this is {what_is(node)}", "such as: count: 3")
-        return None
-    count = int(node.text)
-    if not 1 <= count <= _MOST_AGENTS:
-        body.problems.add("E024", node.mark, f"'count' must be 1 to {_MOST_AGENTS}", "such as: count: 3")
-        return None
-    body.lists[name] = count
+    body.lists[name] = count if isinstance(count, int) else 0
     body.define(name, Named(list_of(Type("agent", of=body.agents[name])), body.names[name].mark, "role"))
     return count
+
+
+def _read_some(body: Body, node: Mapping_) -> Some | None:
+    keys = read_keys(node, COUNT, body.problems, "'count'")
+    if not keys:
+        body.problems.add("E008", node.mark, "'count' needs min, max or both", _COUNTS)
+        return None
+    low = _read_number(body, keys["min"].value, "min", _COUNTS) if "min" in keys else 1
+    high = _read_number(body, keys["max"].value, "max", _COUNTS) if "max" in keys else None
+    if low is None or ("max" in keys and high is None):
+        return None
+    if high is not None and low > high:
+        body.problems.add("E061", keys["min"].value.mark, "min of 'count' is above its max", "exchange them")
+        return None
+    return Some(low, high)
+
+
+def _read_number(body: Body, node: Node, key: str, help_: str) -> int | None:
+    if not isinstance(node, Scalar) or not node.text.isascii() or not node.text.isdigit() or len(node.text) > 6:
+        also = ", all, or {min, max}" if key == "count" else ""
+        body.problems.add("E008", node.mark, f"'{key}' must be a number{also}, this is {what_is(node)}", help_)
+        return None
+    number = int(node.text)
+    if not 1 <= number <= _MOST_AGENTS:
+        none = " (a role is never an empty list)" if number == 0 else ""
+        body.problems.add("E024", node.mark, f"'{key}' must be 1 to {_MOST_AGENTS}{none}", help_)
+        return None
+    return number

@@ -83,7 +83,8 @@ def _rank(request: Request) -> tuple[int, int]:
 
 def _role(role: RoleRequest, verdicts: Sequence[Verdict]) -> Iterator[Because]:
     fit = [v.agent for v in verdicts if v.code in ("fits", "chosen")]
-    need = f"{role.count} of " if role.count > 1 else ""
+    least = "at least " if role.more else ""
+    need = f"{least}{role.count} of " if role.count > 1 else ""
     if len(fit) >= role.count:
         yield Because("role_ready", f"{role.role}: {', '.join(fit)} could do it", role=role.role)
         return

@@ -113,6 +113,14 @@ def _var(name: str, expr: Expr) -> _Branch:
     return _Branch((Span(name, "agent"), Span(f" = {source(expr)}")), expr.mark)
 
 
+def _how_many(role: Role) -> str:
+    if role.open is None:
+        return str(role.count)
+    if role.open.max is None:
+        return "all" if role.open.min == 1 else f"{role.open.min} or more"
+    return f"{role.open.min} to {role.open.max}"
+
+
 def _role(role: Role) -> _Branch:
     facts = [f"{word} {source(e)}" for word, e in (("id", role.id), ("near", role.near), ("prefer", role.prefer)) if e]
     if role.battery_min:
@@ -125,7 +133,7 @@ def _role(role: Role) -> _Branch:
         facts.append(f"if lost: {role.if_lost}")
     if role.away:
         facts.append("may be away")
-    count = f"{role.count} x " if role.count is not None else ""
+    count = f"{_how_many(role)} x " if role.is_list else ""
     kind = count + " or ".join(role.types)
     return _Branch((Span(role.name, "agent"), Span(f": {kind}"), Span(_bracket(facts), "dim")), role.mark)
 

@@ -4,10 +4,11 @@ A policy sees all waiting requests (in order of service) and all agents at one i
 request, a verdict on every agent. All roles of a request are granted together or none.
 
 `closest` (the paper's choose_closest_mex, section 3.3): highest priority first, then first come first served; each role gets
-the nearest agent that fits; a role with several places gets the best one-to-one assignment.
+the nearest agent that fits; a role with several places gets the best one-to-one assignment. A role that takes as many as
+there are is filled up after all roles have what they need.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, Protocol
 
 from msgspec import Struct
@@ -77,7 +78,6 @@ def _reserved(request: Request, verdicts: Sequence[Verdict]) -> dict[str, str]:
 def _serve(
     request: Request, agents: Sequence[Candidate], taken: dict[str, str]
 ) -> tuple[dict[str, tuple[str, ...]] | None, list[Verdict]]:
-    slots = [(role, index) for role in request.roles for index in range(role.count)]
     costs: dict[tuple[str, str], float] = {}
     verdicts: list[Verdict] = []
     for role in request.roles:
@@ -91,12 +91,19 @@ def _serve(
             if refused is not None:
                 verdicts.append(Verdict(role.role, agent.id, refused[0], None, refused[1]))
             else:
-                cost = min(_cost(agent, role, index) for index in range(role.count))
+                cost = min(
+                    _cost(agent, role, index) for index in range(max(1, min(role.count + role.more, len(role.near))))
+                )
                 costs[role.role, agent.id] = cost
                 verdicts.append(Verdict(role.role, agent.id, "fits", cost))
-    chosen = _assign(slots, agents, costs)
+    counts = {role.role: role.count for role in request.roles}
+    chosen = _assign(_slots(request, counts), agents, costs)
     if chosen is None:
         return None, verdicts
+    for role in request.roles:
+        if role.more:
+            chosen = _fill_up(request, role, counts, chosen, agents, costs)
+    slots = _slots(request, counts)
     roles: dict[str, tuple[str, ...]] = {role.role: () for role in request.roles}
     for (role, _), agent_id in zip(slots, chosen, strict=True):
         roles[role.role] = (*roles[role.role], agent_id)
@@ -107,6 +114,37 @@ def _serve(
         for v in verdicts
     ]
     return roles, final
+
+
+Slots = list[tuple[RoleRequest, int]]
+"""A role as often as it has agents, numbered."""
+
+
+def _slots(request: Request, counts: Mapping[str, int]) -> Slots:
+    return [(role, index) for role in request.roles for index in range(counts[role.role])]
+
+
+def _fill_up(
+    request: Request,
+    role: RoleRequest,
+    counts: dict[str, int],
+    chosen: list[str],
+    agents: Sequence[Candidate],
+    costs: dict[tuple[str, str], float],
+) -> list[str]:
+    """Give a role as many agents beyond its count as fit and are free; `counts` is raised, the choice for all is returned."""
+    least = counts[role.role]
+    fit = sum((role.role, agent.id) in costs for agent in agents)
+    most = max(least, min(least + role.more, fit))
+    while least < most:  # if so many can be had, then fewer can: halve the rest each time
+        tried = (least + most + 1) // 2
+        found = _assign(_slots(request, {**counts, role.role: tried}), agents, costs)
+        if found is None:
+            most = tried - 1
+        else:
+            least, chosen = tried, found
+    counts[role.role] = least
+    return chosen
 
 
 def _cost(agent: Candidate, role: RoleRequest, index: int) -> float:

@@ -265,3 +265,52 @@ def test_each_machine_gets_a_layer_of_its_own_while_there_are_enough(make: Make)
     layers = [yard.record(f"c{i}").layer_m for i in (1, 2, 3)]
 
     assert len(set(layers)) == len(yard.site.layers_m[:3])
+
+
+def test_a_count_of_all_takes_every_one_that_fits_and_is_free_at_the_look_that_grants(make: Make) -> None:
+    yard = make("agents: {carts: {type: cart, count: all, near: far}}\n" + HOLD, carts=3)
+    other = yard.start()
+    yard.end(other)
+    first = yard.start()
+
+    assert set(roles(yard, first)["carts"]) == {"c1", "c2", "c3"}
+    assert set(codes(yard, first, "carts").values()) == {"chosen", "wrong_type"}
+
+    second = yard.start()  # nobody is left: at least one is needed
+
+    assert yard.task(second).status == "PENDING"
+
+
+def test_a_count_between_bounds_takes_as_many_as_are_free_up_to_its_max(make: Make) -> None:
+    yard = make("agents: {carts: {type: cart, near: far, count: {min: 1, max: 2}}}\n" + HOLD, carts=3)
+
+    first, second, third = yard.start(), yard.start(), yard.start()
+
+    assert set(roles(yard, first)["carts"]) == {"c2", "c3"}
+    assert roles(yard, second)["carts"] == ("c1",)
+    assert yard.task(third).status == "PENDING"
+
+
+def test_fewer_than_its_min_are_not_enough(make: Make) -> None:
+    yard = make("agents: {carts: {type: cart, count: {min: 3}}}\n" + HOLD, carts=2)
+
+    task_id = yard.start()
+    yard.run_for(20)
+
+    assert yard.task(task_id).code == "no_agent"
+    assert "needs 3 agents" in yard.task(task_id).reason
+
+
+def test_a_role_that_takes_what_is_left_leaves_the_others_what_they_need(make: Make) -> None:
+    yard = make("agents: {rest: {type: cart, count: all, near: far}, one: {type: cart, near: far}}\n" + HOLD, carts=3)
+
+    task_id = yard.start()
+
+    assert {role: len(agents) for role, agents in roles(yard, task_id).items()} == {"rest": 2, "one": 1}
+
+
+def test_each_of_an_unknown_number_gets_the_place_of_its_number(make: Make) -> None:
+    spots = "near: '${[site.places.far, base, site.places.far]}'"
+    yard = make(f"agents: {{carts: {{type: cart, count: {{min: 1, max: 3}}, {spots}}}}}\n" + HOLD, carts=2)
+
+    assert roles(yard, yard.start())["carts"] == ("c2", "c1")
