@@ -62,9 +62,11 @@ ORDER_US: Final[dict[str, Micros]] = {
     "hold": 45 * SECOND, "return": 900 * SECOND, "land": 300 * SECOND, "cut": 20 * SECOND
 }  # fmt: skip
 """So long an order may take on a machine that can be reached and is under the engine's control."""
+IDLE_US: Micros = 15 * SECOND
+"""So long an open order may stand with no goal that carries it out, sent or waiting at the gate."""
 PRESSED_US: Micros = 10 * SECOND
-BREACH_US: Micros = 7 * SECOND
-"""From a status that shows the breach (they come each 5 s and on change) to what is done about it."""
+BREACH_US: Micros = 2 * SECOND
+"""From a status that shows the breach to what is done about it."""
 SLACK_PCT: Final = 3.0
 """Charge: simulated drones drain a little differently than the catalogue says."""
 WORD_AT_M: Final = 25.0
@@ -413,8 +415,8 @@ class Monitor:
         may = ours and agent.pool != "QUARANTINED" and drone.is_airborne
         mended = order is not None or task is None or task.section != "steps" or task.stopping
         landing = agent.action and self.catalogue.actions[agent.action].lands
-        low = ("low", agent.id) in self._since and now - self._since["low", agent.id] > BREACH_US
-        if self._lasts("breach", agent.id, bool(may and low and not mended and not landing), BREACH_US):
+        low = ("low", agent.id) in self._since and not mended and not landing
+        if self._lasts("breach", agent.id, bool(may and low), BREACH_US):
             self.tell("breach", f"{agent.id} goes on with {agent.task} at {drone.battery():.1f} %")
         recovers = task is not None and task.section == "recover"
         bare = self._pressed is not None and may and order is None and not recovers
@@ -424,16 +426,23 @@ class Monitor:
 
     def _follows(self, agent: AgentRecord, drone: Drone, order: StandingOrder | None, ours: bool) -> None:
         if order is None or order.state == "failed" or not ours:
-            for stop in ORDER_US:
+            for stop in ("idle", *ORDER_US):
                 self._lasts(stop, agent.id, False)
             return
         kind = drone.state().kind
         reached = kind == "rest" or (order.stop == "hold" and kind == "hover")
         if order.stop == "return" and order.state != "done":
             reached = reached and self._is_home(agent, drone)
+        idle = order.state == "open" and not reached and self._has_no_goal(agent)
+        if self._lasts("idle", agent.id, idle, IDLE_US):
+            self.tell("order", f"{agent.id} is ordered to {order.stop} by {order.scope}, and nothing is done about it")
         for stop, limit in ORDER_US.items():
             if self._lasts(stop, agent.id, stop == order.stop and not reached, limit):
                 self.tell("order", f"{agent.id} does not {stop} ({order.state}, by {order.scope}), but has a {kind}")
+
+    def _has_no_goal(self, agent: AgentRecord) -> bool:
+        waits = ("gated", "sent", "accepted", "running", "canceling")
+        return not any(g.agent == agent.id and g.state in waits for g in self.state.goals.values())
 
     def _is_home(self, agent: AgentRecord, drone: Drone) -> bool:
         home = self.site.ports.get(agent.home)

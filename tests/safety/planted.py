@@ -22,7 +22,6 @@ from formiga_bt.engine.breaches import Breaches
 from formiga_bt.engine.clearances import Clearances
 from formiga_bt.engine.core import Core
 from formiga_bt.engine.fleet import Fleet
-from formiga_bt.engine.gatekeeper import Gatekeeper
 from formiga_bt.engine.gateview import GateView
 from formiga_bt.engine.goals import Goals
 from formiga_bt.engine.lockdown import Lockdowns
@@ -64,9 +63,10 @@ def taken_is_forgotten(patch: Patch) -> None:
     patch.setattr(Core, "put_agent", put_agent)
 
 
-def gate_ignores_lockdown(patch: Patch) -> None:
-    """Lockdown holds no goal back."""
+def lockdown_stops_nothing(patch: Patch) -> None:
+    """Lockdown admits and grants nothing, but what is under way goes on."""
     _ask_with(patch, locked="", held=False)
+    patch.setattr(Lockdowns, "_press", lambda self, *args, **more: None)
 
 
 def lockdown_grants(patch: Patch) -> None:
@@ -252,17 +252,10 @@ def drained_goals_wake_nobody(patch: Patch) -> None:
     patch.setattr(Goals, "end", silent)
 
 
-def gate_sends_while_draining(patch: Patch) -> None:
-    """A goal is sent although the one before still runs, as if it were a safety goal."""
-    send = Gatekeeper._effect
-    patch.setattr(Gatekeeper, "_effect", lambda self, goal: replace(send(self, goal), safety=True))
-    _ask_with(patch, busy="", stopped="", held=False, locked="")
-
-
 NEEDS: dict[str, tuple[str, ...]] = {
     "gate_ignores_control": ("pilot",),
     "taken_is_forgotten": ("pilot",),
-    "gate_ignores_lockdown": ("lockdown",),
+    "lockdown_stops_nothing": ("lockdown",),
     "lockdown_grants": ("lockdown",),
     "lockdown_admits": ("lockdown",),
     "lockdown_leaves_machines_alone": ("lockdown",),
@@ -280,7 +273,7 @@ PLANTS: dict[str, tuple[Callable[[Patch], None], frozenset[str]]] = {
     for plant, rules in (
         (gate_ignores_control, {"control"}),
         (taken_is_forgotten, {"control", "rest", "hang", "left"}),
-        (gate_ignores_lockdown, {"lockdown"}),
+        (lockdown_stops_nothing, {"lockdown"}),
         (lockdown_grants, {"lockdown"}),
         (lockdown_admits, {"lockdown"}),
         (lockdown_leaves_machines_alone, {"lockdown_order"}),
@@ -302,7 +295,6 @@ PLANTS: dict[str, tuple[Callable[[Patch], None], frozenset[str]]] = {
         (machines_are_granted_twice, {"two_tasks"}),
         (state_changes_behind_the_journal, {"fold"}),
         (drained_goals_wake_nobody, {"hang", "rest"}),
-        (gate_sends_while_draining, {"lockdown", "held", "ordered"}),
     )
 }
 """Bug -> how to plant it, and the rules of which at least one must be found broken."""

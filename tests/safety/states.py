@@ -204,7 +204,7 @@ def failsafe(case: Case) -> Case:
 
 def low(case: Case) -> Case:
     case.monitor.disturbed.add(DRONE)
-    case.world.sim[DRONE].drone.set_battery(26.0)
+    case.world.sim[DRONE].drone.set_battery(22.0)
     return case
 
 
