@@ -154,6 +154,13 @@ class TestReserve:
             "reserve: needs 11.5 % to go there, do it and come home, has 36.4 % of which 25 % are reserve"
         )
 
+    def test_who_is_short_already_may_not_fly_on_for_a_task(self) -> None:
+        """By its layer the way home costs 11 from here; the slanting leg home and the descent would cost only 9."""
+        here = Position(-400, 0, 20)
+
+        assert refused(flight(here, OVER_HOME, battery=36.5)) == ""
+        assert refused(flight(here, OVER_HOME, battery=36.0)).startswith("reserve: needs 11.5 %")
+
     def test_what_the_goal_does_there_counts(self) -> None:
         assert refused(flight(OVER_HOME, None, battery=30.0, hover_s=30.0)) == (
             "reserve: needs 5.9 % to do it and come home, has 30.0 % of which 25 % are reserve"

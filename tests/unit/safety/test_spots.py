@@ -3,7 +3,7 @@
 import math
 import random
 
-from formiga_bt.geo import Place, horizontal_m
+from formiga_bt.geo import Place, Region, horizontal_m, way_enters
 from formiga_bt.safety.envelope import safe_landing_spot
 from tests.unit.safety.grounds import RULES, airspace, hilly
 
@@ -42,6 +42,15 @@ def test_no_spot_lies_in_a_no_fly_region_outside_the_fence_or_beyond_one() -> No
 
     corner = safe_landing_spot(Place(499, 499), [Place(495, 495)], [], airspace(), RULES, 300.0)
     assert max(corner.east_m, corner.north_m) <= 500.0
+
+
+def test_the_way_to_the_spot_goes_round_a_no_fly_region() -> None:
+    strip = Region((Place(1, -2), Place(2, -2), Place(2, 2), Place(1, 2)))
+
+    spot = safe_landing_spot(HERE, [Place(-12, 0)], [], airspace(no_fly=(strip,)), RULES, 100.0)
+
+    assert horizontal_m(spot, HERE) > 3.0  # straight east, behind the strip, would be nearest
+    assert not way_enters(HERE, spot, strip)
 
 
 def test_from_inside_a_no_fly_region_it_leaves_by_the_near_side() -> None:

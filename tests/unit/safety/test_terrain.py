@@ -49,6 +49,14 @@ def test_a_file_that_may_be_wrong_counts_against_the_way_on_both_sides() -> None
     assert too_high(hill(3.0), at(0, 100, 116), at(0, 200, 116), 120.0) is None
 
 
+def test_a_file_without_holes_is_judged_with_its_error_too() -> None:
+    ground = Heights(parse_heights(HILL.replace("-9999 0", "0 0"), 0.0), 3.0)
+
+    assert ground.rough_m(Place(0, 0), Place(100, 100)) == (-3.0, 43.0)
+    assert too_low(ground, at(0, 0, 47.9), at(500, 0, 47.9), 5.0) is not None
+    assert too_low(ground, at(0, 0, 48.1), at(500, 0, 48.1), 5.0) is None
+
+
 def test_unknown_ground_is_found_outside_the_file_and_in_its_holes() -> None:
     outside, hole = (
         too_low(hill(), at(0, 0, 90), at(700, 0, 90), 5.0),

@@ -48,6 +48,7 @@ def test_touching_a_no_fly_region_breaks_it_and_touching_the_fence_does_not() ->
         ((520, 0), (520, 0), True),  # up or down at its place
         ((520, 0), (515, 40), True),  # ends less deep
         ((520, 0), (521, 0), False),  # deeper
+        ((520, 0), (520.1, 0), False),  # a little
         ((520, 0), (-520, 0), False),  # in, and out again on the other side
         ((499, 0), (501, 0), False),  # begins inside
     ],
