@@ -96,12 +96,13 @@ class Run:
         self.codes: Counter[str] = Counter()
         self.world = Rehearsal(site, catalogue, [task_of(CROSS, site, catalogue, "Cross")], (), keep_steps=False)
         self.world.driver.listeners.append(self._listen)
-        self.world.sim._recorder = self.track  # noqa: SLF001 - all motion is kept here, and judged at the end
+        self.world.sim._recorder = self.track  # all motion is kept here, and judged at the end
         for spec in specs:
             self.world.sim.add(spec)
         self.owners: dict[str, list[tuple[Micros, str]]] = {}
         self.until = self.world.now + round(minutes * 60 * SECOND)
         self.rounds: Counter[str] = Counter()
+        self.lowest_pct = 100.0
 
     def _listen(self, step: Step) -> None:
         for change in step.changes:
@@ -118,6 +119,7 @@ class Run:
         world.run_for(2.0)
         drones = sorted(a for a in world.engine.state.agents)
         while True:
+            self.lowest_pct = min(self.lowest_pct, *(a.battery or 100.0 for a in world.engine.state.agents.values()))
             for drone in drones:
                 task = self.missions.get(drone, "")
                 if task and not world.ended(task):
@@ -199,6 +201,7 @@ def report(run: Run) -> dict[str, Any]:
         "longest_mission_s": round(max(run.lasted, default=0.0), 1),
         "goals_that_waited": dict(goals),
         "moves_aside": run.hops,
+        "lowest_battery_pct": round(run.lowest_pct, 1),
         "closest_cruise_pass": shown(True),
         "closest_vertical_pass": shown(False),
     }

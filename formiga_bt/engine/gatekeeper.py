@@ -1,8 +1,8 @@
 """The gatekeeper: shows every goal to the safety gate, sends what may go, keeps what must wait and looks at it again.
 
 Waiting goals are looked at when something that one may wait for has changed (a goal ended, a machine moved, an answer came),
-in the order safety goal or way home, priority, age. What the gate sees is `engine.gateview`; what becomes of machines that wait for each
-other is `engine.room`.
+in the order safety goal or way home, priority, age. What the gate sees is `engine.gateview`; what becomes of machines that
+wait for each other is `engine.room`.
 """
 
 from formiga_bt.engine import changes as ch
@@ -10,7 +10,7 @@ from formiga_bt.engine.core import EVERYTHING, Core
 from formiga_bt.engine.gateview import GateView
 from formiga_bt.engine.inputs import SendGoal
 from formiga_bt.engine.ports import ClearancePort
-from formiga_bt.engine.records import PRIORITIES, GoalRecord
+from formiga_bt.engine.records import GoalRecord
 from formiga_bt.engine.room import BUSY, Room
 from formiga_bt.safety.gate import Go, Hold, Refuse, Verdict, judge
 from formiga_bt.transport.messages import to_wire
@@ -42,15 +42,14 @@ class Gatekeeper:
         ask = self.view.ask(goal)
         if ask.human:
             return judge(ask, (), core.now, 0.0)
-        site = core.site
-        return judge(
-            ask,
-            self.view.traffic(ask),
-            core.now,
-            site.separation_m,
-            site.min_spacing_m,
-            lambda: self.view.breach(goal, ask),
-        )
+        site, view = core.site, self.view
+        traffic = view.traffic(ask)
+        found = judge(ask, traffic, core.now, site.separation_m, site.min_spacing_m, lambda: view.breach(goal, ask))
+        if isinstance(found, Go) and (found.leg is not None or found.area is not None) and not ask.lands:
+            claimant = self.room.claimed(goal, found)
+            if claimant:
+                return Hold("leg_busy", claimant)
+        return found
 
     def try_send(self, goal_id: str) -> None:
         """Show a goal to the gate and act on the verdict."""
@@ -125,16 +124,12 @@ class Gatekeeper:
         core = self._core
         stale, core.stale = core.stale, set()
         waiting = [g for g in (core.state.goals[goal_id] for goal_id in core.gated) if _may_go(g, stale)]
-        waiting.sort(key=lambda g: (not (g.safety or g.section == "recover"), PRIORITIES[self._priority(g)], g.order))
+        waiting.sort(key=self.room.rank)
         for goal in waiting:
             if core.state.goals.get(goal.id) is goal:
                 self.try_send(goal.id)
                 if core.state.goals[goal.id].ended:
                     core.wake(goal.task, goal.owner)
-
-    def _priority(self, goal: GoalRecord) -> str:
-        task = self._core.state.tasks.get(goal.task)
-        return task.priority if task else "high"
 
     def forget(self, goal: GoalRecord) -> None:
         """A waiting goal was withdrawn, or will never go."""

@@ -9,7 +9,7 @@ from formiga_bt.engine.core import Core
 from formiga_bt.engine.ports import ClearancePort
 from formiga_bt.engine.records import AgentRecord, GoalRecord, StandingOrder, TaskRecord
 from formiga_bt.geo import Place, Position, Region, horizontal_m
-from formiga_bt.safety.energy import Power, power_of
+from formiga_bt.safety.energy import Power
 from formiga_bt.safety.envelope import Breach, GateFlight, at_gate, ways_of
 from formiga_bt.safety.gate import AT_PORT_M, Ask
 from formiga_bt.safety.grid import Grid, grown
@@ -32,7 +32,6 @@ class GateView:
             box = (port.at.east_m, port.at.east_m, port.at.north_m, port.at.north_m)
             self._ports.put(port.name, grown(box, AT_PORT_M), port.at)
         self._reach_m = max(core.site.separation_m, core.site.min_spacing_m)
-        self._power: dict[str, Power | None] = {}
         self._sun: tuple[Micros, bool] = (-1, False)
 
     # -- goals -------------------------------------------------------------------------------------------------------
@@ -48,10 +47,15 @@ class GateView:
         spec = core.action(goal.action)
         task = core.state.tasks.get(goal.task)
         target = goal.fields.get(spec.moves_to) if spec.moves_to else None
-        region = next((value for value in goal.fields.values() if isinstance(value, Region)), None)
+        region = None
+        if not spec.moves_to:
+            region = next((value for value in goal.fields.values() if isinstance(value, Region)), None)
         altitude = goal.fields.get("altitude") if region is not None or spec.effect == "airborne" else None
         home = core.site.ports.get(agent.home)
-        places = agent.position, target
+        near: list[Place] = []
+        if spec.starts_rotors or spec.lands:
+            places = agent.position, target
+            near = [port for place in places if isinstance(place, Place | Position) for port in self.ports_at(place)]
         return Ask(
             agent=agent.id,
             task=goal.task,
@@ -73,11 +77,9 @@ class GateView:
             starts_rotors=spec.starts_rotors,
             lands=spec.lands,
             region=region,
-            clearance=self.clearances.given(agent.id),
-            cleared=self.clearances.place(agent.id),
-            ports=tuple(
-                port for place in places if isinstance(place, Place | Position) for port in self.ports_at(place)
-            ),
+            clearance=self.clearances.given(agent.id) if agent.id in core.state.clearances else None,
+            cleared=self.clearances.place(agent.id) if agent.id in core.state.clearances else None,
+            ports=tuple(near),
             home=home.at if home else None,
             exempt_clearance=spec.cuts or (task is not None and task.stop in ("land", "cut")),
         )
@@ -111,7 +113,8 @@ class GateView:
         core = self._core
         agent = core.state.agents[goal.agent]
         spec = core.action(goal.action)
-        rules = core.rules(agent, goal.task)
+        rescue = goal.safety or goal.section == "recover"
+        rules = core.rules(agent, "" if rescue else goal.task)
         moves = ask.target is not None or ask.rises_to_m is not None or ask.region is not None
         speed = goal.fields.get("speed")
         flight = GateFlight(
@@ -132,7 +135,7 @@ class GateView:
             home=ask.home,
             layer_m=agent.layer_m,
             sun_up=self._sun_up() if rules.daylight_only else None,
-            rescue=goal.safety or goal.section == "recover",
+            rescue=rescue,
         )
         return at_gate(flight, core.airspace, rules)
 
@@ -144,9 +147,7 @@ class GateView:
 
     def power(self, agent: AgentRecord) -> Power | None:
         """Return what a machine uses."""
-        if agent.type not in self._power:
-            self._power[agent.type] = power_of(self._core.agent_type(agent).limits)
-        return self._power[agent.type]
+        return self._core.power(agent)
 
     def _sun_up(self) -> bool:
         at, up = self._sun

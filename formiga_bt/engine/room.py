@@ -3,6 +3,7 @@
 * One that waits 60 s for a way, or at once where those that wait form a circle, climbs or sinks at its place to another layer.
 * One whose own port is occupied flies to the port's waiting point; after 2 min its `home` becomes the nearest free port, and
   its step sends its next attempt.
+* Nobody begins a way across that of a machine which comes home (recover) and waits for it, unless its turn is before that.
 * A step that waits for a spot, a way or a port fails when the reserve and 3 min are near; the way home waits on.
 
 Such moves are safety goals of the engine (`safety/<agent>/<n>`) that pass the gate like all others. Called by the gatekeeper
@@ -16,10 +17,11 @@ from formiga_bt.engine.core import Core
 from formiga_bt.engine.gateview import GateView
 from formiga_bt.engine.inputs import Alarm
 from formiga_bt.engine.ports import ClearancePort
-from formiga_bt.engine.records import AgentRecord, GoalRecord
+from formiga_bt.engine.records import PRIORITIES, AgentRecord, GoalRecord
 from formiga_bt.geo import Place, Position, distance_m, horizontal_m
 from formiga_bt.lang.model import Port
-from formiga_bt.safety.traffic import VERTICAL_M
+from formiga_bt.safety.gate import Go
+from formiga_bt.safety.traffic import VERTICAL_M, first_in_the_way, path, traffic_of
 
 ASIDE_US = 60 * SECOND
 """After so long in the air before a way that is not free, a machine goes to another layer."""
@@ -29,6 +31,9 @@ PORT_US = 120 * SECOND
 
 NO_PORT_US = 60 * SECOND
 """While no port is free, that is looked at, and told, so often."""
+
+SOON_US = 5 * SECOND
+"""A port is looked for again so soon when the machine could not be sent there just then."""
 
 THERE_M = 1.0
 """So near to where it should wait a machine stays."""
@@ -81,6 +86,47 @@ class Room:
     def _waiting(self, goal_id: str, *codes: str) -> GoalRecord | None:
         goal = self._core.state.goals.get(goal_id)
         return goal if goal is not None and goal.state == "gated" and goal.code in codes else None
+
+    # -- order -------------------------------------------------------------------------------------------------------
+    def rank(self, goal: GoalRecord) -> tuple[bool, int, int]:
+        """Return the order of service: safety goals and ways home, then priority, then age; lower first."""
+        task = self._core.state.tasks.get(goal.task)
+        rescue = goal.safety or goal.section == "recover"
+        return not rescue, PRIORITIES[task.priority if task else "high"], goal.order
+
+    def claimed(self, goal: GoalRecord, go: Go) -> str:
+        """Return the machine on its way home whose wait for its way goes before this one's going, or "".
+
+        Else a long way home may wait for one short way after the other until the battery is empty. A machine that is itself in
+        the way may leave. Claims of all who wait, not only of recover, halve what a crowded field carries.
+        """
+        core = self._core
+        here = core.state.agents[goal.agent].position
+        if goal.safety or here is None or not core.gated:
+            return ""
+        ways = path(go.leg) if go.leg is not None else ()
+        for goal_id in core.gated:
+            claim = core.state.goals[goal_id]
+            if (
+                claim.code != "leg_busy"
+                or claim.section != "recover"
+                or claim.agent == goal.agent
+                or claim.task == goal.task
+            ):
+                continue
+            other = core.state.agents[claim.agent]
+            target = claim.fields.get(core.action(claim.action).moves_to)
+            if other.landed != "airborne" or other.position is None or not isinstance(target, Position):
+                continue
+            if self.rank(claim) > self.rank(goal):
+                continue
+            theirs = [traffic_of(claim.agent, claim.task, "airborne", other.position, (other.position, target))]
+            keep_m = core.site.separation_m
+            if first_in_the_way(goal.agent, goal.task, ((here, here),), None, theirs, keep_m):
+                continue
+            if first_in_the_way(goal.agent, goal.task, ways, go.area, theirs, keep_m):
+                return claim.agent
+        return ""
 
     # -- ways --------------------------------------------------------------------------------------------------------
     def _leg_busy(self, goal: GoalRecord) -> None:
@@ -145,10 +191,13 @@ class Room:
 
     def port_waited(self, goal_id: str) -> None:
         """A machine waited 2 min for its own port: it gets the nearest free one; without any, a person must act."""
+        core = self._core
+        if self._waiting(goal_id, "draining", "suspect") is not None:  # on its way aside, or not heard of just now
+            core.set_deadline(f"port|{goal_id}", core.now + SOON_US, core.state.goals[goal_id].task)
+            return
         goal = self._waiting(goal_id, "port_busy")
         if goal is None or self._other_port(goal):
             return
-        core = self._core
         text = f"{goal.agent} has no free port to land at: {goal.text} is on its own"
         core.effect(Alarm("no_free_port", text, goal.task, goal.agent))
         core.set_deadline(f"port|{goal_id}", core.now + NO_PORT_US, goal.task)

@@ -63,7 +63,7 @@ class Ask(Struct, frozen=True, kw_only=True):
     cleared: Place | None = None
     """The spot that the clearance is for."""
     ports: tuple[Place, ...] = ()
-    """Ports near the target and the position."""
+    """Ports near the target and the position, for a goal that lands or starts rotors."""
     home: Place | None = None
     exempt_clearance: bool = False
     """It carries out the stop `land`, which waits for nobody."""

@@ -57,6 +57,8 @@ class Traffic(Struct, frozen=True):
     @property
     def reach(self) -> Box:
         """Return the bounds of all of it, spots included."""
+        if not self.spots:
+            return self.box
         points = [(spot.east_m, spot.north_m) for spot in self.spots]
         if self.box[0] <= self.box[1]:
             points += [(self.box[0], self.box[2]), (self.box[1], self.box[3])]
