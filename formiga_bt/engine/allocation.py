@@ -27,8 +27,7 @@ from formiga_bt.errors import TaskError
 from formiga_bt.geo import Place, Position
 from formiga_bt.lang.model import Role, Some, Unset
 from formiga_bt.lang.types import AgentRef
-from formiga_bt.safety.energy import CALM, Power, power_of
-from formiga_bt.safety.rules import rules_of
+from formiga_bt.safety.energy import CALM
 
 EVERY_US: Micros = 50_000
 """Least engine time between two looks."""
@@ -61,7 +60,6 @@ class Allocation:
         self._fleet = fleet
         self._policy = policy
         self._authority = Authority(core)
-        self._power: dict[str, tuple[Power | None, float]] = {}
 
     def request(self, task: TaskRecord, values: Mapping[str, Any]) -> Request:
         """Return a task's request; the expressions of its roles are read now, once.
@@ -229,15 +227,20 @@ class Allocation:
                 agent = core.state.agents[agent_id]
                 if agent.human:
                     continue
-                layers[agent_id] = agent.layer_m if agent.layer_m is not None else self.free_layer()
+                kept = agent.layer_m
+                if kept is None or kept > core.rules(agent, task_id).max_height_m:
+                    kept = self.free_layer(agent_id, task_id)
+                layers[agent_id] = kept
                 core.put_agent(agent_id, task=task_id, role=role, pool="ASSIGNED", layer_m=layers[agent_id])
         core.emit(ch.Granted(task_id, dict(roles), layers))
 
-    def free_layer(self) -> float:
-        """Return the cruise layer that fewest machines have, metres over the base's ground."""
+    def free_layer(self, agent_id: str, task_id: str) -> float:
+        """Return the cruise layer that fewest machines have, metres over the base's ground; only one that it may fly in."""
         core = self._core
-        used = [a.layer_m for a in core.state.agents.values() if a.layer_m is not None]
-        return min(core.site.layers_m, key=lambda layer: (used.count(layer), core.site.layers_m.index(layer)))
+        used = [a.layer_m for a in core.state.agents.values() if a.layer_m is not None and a.id != agent_id]
+        most = core.rules(core.state.agents[agent_id], task_id).max_height_m
+        layers = [layer for layer in core.site.layers_m if layer <= most] or [min(core.site.layers_m)]
+        return min(layers, key=lambda layer: (used.count(layer), layers.index(layer)))
 
     def _candidates(self) -> list[Candidate]:
         core = self._core
@@ -277,9 +280,7 @@ class Allocation:
         kind = core.catalogue.types.get(agent.type)
         if kind is None or agent.human or agent.position is None or agent.battery is None:
             return None
-        if agent.type not in self._power:
-            self._power[agent.type] = power_of(kind.limits), rules_of(kind, core.site).reserve_pct
-        power, reserve = self._power[agent.type]
+        power, reserve = core.power(agent), core.rules(agent, "").reserve_pct
         port = core.site.ports.get(agent.home)
         return (
             None

@@ -8,17 +8,19 @@
 | home already: recover, an order | alarm; a rescue is never refused |
 """
 
+from formiga_bt.clock import SECOND
 from formiga_bt.engine.core import Core
 from formiga_bt.engine.inputs import Alarm
 from formiga_bt.engine.orders import Orders
 from formiga_bt.engine.records import AgentRecord, GoalRecord
 from formiga_bt.engine.tasks import Tasks
-from formiga_bt.geo import Place
-from formiga_bt.safety.energy import power_of
+from formiga_bt.geo import Place, horizontal_m
 from formiga_bt.safety.envelope import Breach, FlightState, in_flight
 
 DESCENDING = "descending"
 """The phase of a landing that is not broken off."""
+SLACK, SPARE_S = 3.0, 60.0
+"""A way that lasts more than three times what it should, and a minute, is no progress."""
 LATER = "!"
 """In `AgentRecord.breach`: its landing is finished first, then its task ends."""
 
@@ -40,7 +42,7 @@ class Breaches:
             return
         if agent.refused or agent.pool == "QUARANTINED" or agent.control != "engine" or agent.taken:
             return
-        found = in_flight(self._state(agent), core.airspace, core.rules(agent, agent.task))
+        found = in_flight(self._state(agent), core.airspace, core.rules(agent, agent.task)) or self._stuck(agent)
         if not found:
             core.put_agent(agent_id, breach=agent.breach if agent.breach.startswith(LATER) else "")
         elif agent.breach.removeprefix(LATER) != found[0].name:
@@ -61,11 +63,26 @@ class Breaches:
             battery=agent.battery,
             payload_kg=agent.payload_kg,
             wind=agent.wind,
-            power=power_of(core.agent_type(agent).limits, agent.limits),
+            power=core.power(agent),
             home=home.at if home else None,
             layer_m=agent.layer_m,
             sun_up=core.airspace.sun_is_up(core.now) if core.rules(agent, agent.task).daylight_only else None,
         )
+
+    def _stuck(self, agent: AgentRecord) -> tuple[Breach, ...]:
+        """A way takes far longer than it should: the machine does not get on."""
+        core = self._core
+        goal, power = core.state.goals.get(agent.goal), core.power(agent)
+        if goal is None or power is None or goal.leg is None or goal.sent_at is None or goal.state != "running":
+            return ()
+        (start, end), speed = goal.leg, goal.fields.get("speed")
+        pace = min(power.speed_m_s, float(speed)) if isinstance(speed, int | float) else power.speed_m_s
+        typical_s = horizontal_m(start, end) / max(pace, 0.5) + abs(end.up_m - start.up_m) / max(power.climb_m_s, 0.2)
+        most_s, lasts_s = SLACK * typical_s + SPARE_S, (core.now - goal.sent_at) / SECOND
+        if lasts_s <= most_s:
+            return ()
+        text = f"{goal.action} should take about {typical_s:.0f} s and runs for {lasts_s:.0f} s: it does not get on"
+        return (Breach("progress", text, round(lasts_s, 1), round(most_s, 1)),)
 
     def _breached(self, agent: AgentRecord, breach: Breach) -> None:
         core = self._core

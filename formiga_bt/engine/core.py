@@ -20,6 +20,7 @@ from formiga_bt.engine.state import EngineState, apply, board_of
 from formiga_bt.geo import Frame
 from formiga_bt.lang.model import ActionSpec, AgentType, Catalogue, Site, Task
 from formiga_bt.safety.airspace import Airspace
+from formiga_bt.safety.energy import Power, power_of
 from formiga_bt.safety.rules import Rules, rules_of
 
 NO_ENVELOPE: Final[Mapping[str, float]] = MappingProxyType({})
@@ -57,6 +58,7 @@ class Core:
         self.frame = Frame(site.lat, site.lng, site.ground_msl_m)
         self.airspace = Airspace(site)
         self._rules: dict[tuple[str, str, str], Rules] = {}
+        self._powers: dict[str, tuple[dict[str, float], Power | None]] = {}
         self.changes: list[ch.Change] = []
         self.effects: list[Effect] = []
         self.woken: dict[str, dict[str, None]] = {}
@@ -212,6 +214,13 @@ class Core:
             envelope = model.envelope if model is not None else NO_ENVELOPE
             found = self._rules[key] = rules_of(self.agent_type(agent), self.site, envelope)
         return found
+
+    def power(self, agent: AgentRecord) -> Power | None:
+        """Return what a machine uses and how fast it is: its type's numbers, and what it announces itself."""
+        known = self._powers.get(agent.id)
+        if known is None or known[0] is not agent.limits:
+            known = self._powers[agent.id] = (agent.limits, power_of(self.agent_type(agent).limits, agent.limits))
+        return known[1]
 
     # -- waking ------------------------------------------------------------------------------------------------------
     def wake(self, task_id: str, key: str) -> None:

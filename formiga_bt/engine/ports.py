@@ -122,7 +122,7 @@ class TaskPort(Protocol):
 class AllocationPort(Protocol):
     """`Allocation`, for the tasks."""
 
-    def free_layer(self) -> float:
+    def free_layer(self, agent_id: str, task_id: str) -> float:
         """Return the cruise layer that fewest machines have, metres."""
         ...
 

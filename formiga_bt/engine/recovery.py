@@ -18,7 +18,7 @@ from formiga_bt.engine.treerun import Ended, TaskTrees
 from formiga_bt.geo import Place
 from formiga_bt.lang.model import Subtree
 from formiga_bt.lang.types import AgentRef
-from formiga_bt.safety.energy import CALM, power_of, reach_m
+from formiga_bt.safety.energy import CALM, reach_m
 from formiga_bt.safety.envelope import safe_landing_spot
 
 Way = Literal["recover", "fetch", "land"]
@@ -194,7 +194,7 @@ class Recovery:
         core = self._core
         if agent.position is None:
             return Place(0.0, 0.0)
-        power = power_of(core.agent_type(agent).limits, agent.limits)
+        power = core.power(agent)
         reach = 0.0
         if power is not None and agent.battery is not None:
             reach = reach_m(agent.battery - KEEP_PCT, agent.position, power, agent.wind or CALM, agent.payload_kg)

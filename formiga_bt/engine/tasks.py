@@ -137,7 +137,7 @@ class Tasks:
         core.emit(ch.ScopePut(task_id, "", {"drone": AgentRef(agent_id)}))
         agent = core.state.agents[agent_id]
         if agent.layer_m is None:
-            core.put_agent(agent_id, layer_m=self.allocation.free_layer())
+            core.put_agent(agent_id, layer_m=self.allocation.free_layer(agent_id, ""))
         self._enter(task_id, "recover")
 
     def end_system(self, task_id: str) -> None:
