@@ -2,7 +2,7 @@
 
 Called by `formiga_bt.cli.main`. Exit codes: 0 done; 1 the verb says no (a task has errors, a run failed); 2 the command
 line or a file named in it cannot be used; 130 interrupted. A typer app is built per call with only the verb in use, so
-that other verbs' imports cost nothing.
+that other verbs' imports cost nothing. typer itself is imported when it is needed: `check` mostly does without.
 """
 
 import errno
@@ -13,14 +13,15 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from difflib import get_close_matches
 from importlib import import_module
-from typing import Any
-
-import typer
+from typing import TYPE_CHECKING, Any
 
 from formiga_bt import __version__
 from formiga_bt.cli.inputs import UnusableFile, rendered
 from formiga_bt.cli.verbs import Verb, verbs
 from formiga_bt.errors import FormigaError, TreeError
+
+if TYPE_CHECKING:
+    import typer
 
 SUMMARY = (
     "A task engine for teams of robots and people. Tasks are YAML behaviour trees, checked like a compiled language."
@@ -63,6 +64,12 @@ def _carry_out(argv: Sequence[str]) -> int:
     if not first.startswith("-") and first not in known:
         return _unknown(first, known)
     try:
+        if first == "check":
+            from formiga_bt.cli.checking import quick
+
+            code = quick(argv[1:])
+            if code is not None:
+                return code
         app = _app(known, first)
         app(args=list(argv) or ["--help"], prog_name="formiga")
     except KeyboardInterrupt:
@@ -72,7 +79,9 @@ def _carry_out(argv: Sequence[str]) -> int:
     return 0
 
 
-def _app(known: dict[str, Verb], first: str) -> typer.Typer:
+def _app(known: dict[str, Verb], first: str) -> "typer.Typer":
+    import typer
+
     app = typer.Typer(help=SUMMARY, add_completion=False, pretty_exceptions_enable=False, rich_markup_mode=None)
 
     @app.callback()
@@ -99,6 +108,7 @@ def _unknown(word: str, known: dict[str, Verb]) -> int:
 
 def _guarded(command: Callable[..., Any]) -> Callable[..., Any]:
     """Wrap a verb so that an error of ours ends in a few words on stderr, never in a traceback."""
+    import typer
 
     @functools.wraps(command)
     def call(*args: Any, **kwargs: Any) -> Any:

@@ -1,14 +1,12 @@
-"""`formiga check`: read task files and report all problems, for people or (`--json`) for programs."""
+"""`formiga check`: read task files and report all problems, for people or for programs. The work is done by `checking`."""
 
-import json
-from dataclasses import asdict
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
-from formiga_bt.cli.inputs import find_tasks, read_task, read_world, rendered
-from formiga_bt.diagnostics import Diagnostic, in_order
+from formiga_bt.cli.checking import FORMS, Form, check
+from formiga_bt.cli.inputs import UnusableFile
 
 
 def command(
@@ -22,51 +20,16 @@ def command(
     ] = None,
     strict: Annotated[bool, typer.Option("--strict", help="Refuse warnings too.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object instead of text.")] = False,
+    as_sarif: Annotated[bool, typer.Option("--sarif", help="Print a SARIF 2.1.0 log instead of text.")] = False,
+    as_github: Annotated[bool, typer.Option("--github", help="Print annotations for GitHub's workflows.")] = False,
 ) -> None:
     """Check task files and report all problems at once.
 
     Exit code 0: usable. 1: there are errors (or, with --strict, warnings). 2: a file cannot be read.
     """
-    given = find_tasks(files)
-    paths = given.tasks
-    world = read_world(actions or (), site)
-    found, sources = list(world.diagnostics), dict(world.sources)
-    for path in paths:
-        read = read_task(path, world)
-        found += read.diagnostics
-        sources.update(read.sources)
-    problems = in_order(found)
-    errors = sum(d.severity == "error" for d in problems)
-    warnings = len(problems) - errors
-    refused = errors > 0 or (strict and warnings > 0)
-    if as_json:
-        report: dict[str, Any] = {"ok": not refused, "files": len(paths), "errors": errors, "warnings": warnings}
-        report["no_tasks"] = [str(path) for path in given.others]
-        typer.echo(json.dumps({**report, "diagnostics": [_as_dict(d) for d in problems]}, indent=2))
-    else:
-        for text in rendered(problems, sources):
-            typer.echo(text + "\n")
-        typer.echo(_closing(len(paths), errors, warnings, refused) + (f"; {given.note}" if given.note else ""))
-    if refused:
-        raise typer.Exit(1)
-
-
-def _closing(files: int, errors: int, warnings: int, refused: bool) -> str:
-    verdict = "refused" if refused else "ok"
-    return f"{verdict}: {_count(files, 'file')}, {_count(errors, 'error')}, {_count(warnings, 'warning')}"
-
-
-def _count(number: int, noun: str) -> str:
-    return f"{number} {noun}{'' if number == 1 else 's'}"
-
-
-def _as_dict(diagnostic: Diagnostic) -> dict[str, Any]:
-    return {
-        "code": diagnostic.code,
-        "severity": diagnostic.severity,
-        **asdict(diagnostic.mark),
-        "message": diagnostic.message,
-        "help": diagnostic.help,
-        "within": diagnostic.within,
-        "fix": asdict(diagnostic.fix) if diagnostic.fix else None,
-    }
+    asked = [form for form, wanted in zip(FORMS, (as_json, as_sarif, as_github), strict=True) if wanted]
+    if len(asked) > 1:
+        raise UnusableFile(f"--{asked[0]} and --{asked[1]} exclude one another")
+    form: Form = asked[0] if asked else "text"
+    if code := check(files, site, actions or (), strict=strict, form=form):
+        raise typer.Exit(code)

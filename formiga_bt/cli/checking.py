@@ -1,0 +1,109 @@
+"""What `formiga check` does, and its plain command lines read without the library that reads the others.
+
+`check` runs at every save of an editor and in every commit hook. Importing the command line library takes as long as
+checking a task, so `quick` understands the usual words by itself and leaves the rest (`--help`, mistakes) to `cli.check`.
+"""
+
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, Final, Literal
+
+from formiga_bt.cli.inputs import UnusableFile, find_tasks, read_task, read_world, rendered
+from formiga_bt.diagnostics import Diagnostic, in_order
+
+Form = Literal["text", "json", "sarif", "github"]
+
+FORMS: Final = ("json", "sarif", "github")
+
+
+def check(files: Sequence[Path], site: Path | None, actions: Sequence[Path], *, strict: bool, form: Form) -> int:
+    """Check task files, print what was found, and return the exit code: 0 usable, 1 refused.
+
+    Raises:
+        UnusableFile: a file cannot be read.
+    """
+    given = find_tasks(files)
+    paths = given.tasks
+    world = read_world(actions, site)
+    found, sources = list(world.diagnostics), dict(world.sources)
+    for path in paths:
+        read = read_task(path, world)
+        found += read.diagnostics
+        sources.update(read.sources)
+    problems = in_order(found)
+    errors = sum(d.severity == "error" for d in problems)
+    warnings = len(problems) - errors
+    refused = errors > 0 or (strict and warnings > 0)
+    closing = _closing(len(paths), errors, warnings, refused) + (f"; {given.note}" if given.note else "")
+    if form == "text":
+        for text in rendered(problems, sources):
+            print(text + "\n")
+        print(closing)
+        return int(refused)
+    head: dict[str, Any] = {"ok": not refused, "files": len(paths), "errors": errors, "warnings": warnings}
+    head["no_tasks"] = [str(path) for path in given.others]
+    print(_report(form, problems, head, closing))
+    return int(refused)
+
+
+def _report(form: Form, problems: list[Diagnostic], head: dict[str, Any], closing: str) -> str:
+    from formiga_bt.cli.reports import as_github, as_json, as_sarif
+
+    if form == "json":
+        return as_json(problems, head)
+    if form == "github":
+        return "\n".join([*map(as_github, problems), closing])
+    from formiga_bt.lang.pages import summaries
+
+    return as_sarif(problems, summaries())
+
+
+def _closing(files: int, errors: int, warnings: int, refused: bool) -> str:
+    verdict = "refused" if refused else "ok"
+    return f"{verdict}: {_count(files, 'file')}, {_count(errors, 'error')}, {_count(warnings, 'warning')}"
+
+
+def _count(number: int, noun: str) -> str:
+    return f"{number} {noun}{'' if number == 1 else 's'}"
+
+
+def quick(words: Sequence[str]) -> int | None:
+    """Carry out a plain command line of `check`; None if `cli.check` is to read it.
+
+    Args:
+        words: what follows `check`.
+    """
+    files: list[Path] = []
+    actions: list[Path] = []
+    site: Path | None = None
+    strict = False
+    form: Form = "text"
+    rest = iter(words)
+    for word in rest:
+        name, is_joined, value = word.partition("=")
+        if word == "--strict":
+            strict = True
+        elif word in ("--json", "--sarif", "--github") and form == "text":
+            form = word[2:]  # type: ignore[assignment]  # one of FORMS
+        elif name in ("--site", "--actions"):
+            path = value if is_joined else next(rest, "")
+            if not path or path.startswith("-"):
+                return None
+            if name == "--actions":
+                actions.append(Path(path))
+            elif site is None:
+                site = Path(path)
+            else:
+                return None
+        elif word.startswith("-") or not word:
+            return None
+        else:
+            files.append(Path(word))
+    if not files:
+        return None
+    try:
+        return check(files, site, actions, strict=strict, form=form)
+    except UnusableFile as error:
+        print(f"formiga: {error}", file=sys.stderr)
+        return 2
