@@ -217,3 +217,37 @@ def test_without_anybody_to_ask_there_is_an_alarm(fly: Fly) -> None:
     assert rehearsal.run_until_ended(task, limit_s=400)
     assert rehearsal.task(task).code == "no_clearance"
     assert starts(rehearsal) == []
+
+
+def test_a_word_is_for_a_spot_and_not_for_another(fly: Fly) -> None:
+    site, catalogue = packaged_world()
+    text = """
+imports: [lib/flying.yaml]
+agents:
+  drone: {type: lwd}
+  picker: {type: picker}
+steps:
+  - call: FlyTo
+    with: {drone: "${drone}", to: "${site.places.north_field}", height: 60 m}
+  - ask: Do you stand clear here?
+    of: [picker]
+    options: [clear_here, no_way]
+    clears: {role: drone, on: [clear_here]}
+    timeout: 1 min
+  - do: drone.GoTo
+    with: {to: "${at_height(offset(site.places.north_field, east = -6 m), 60 m)}"}
+  - do: drone.LandIn
+    with: {at: "${offset(site.places.north_field, east = -6 m)}"}
+  - do: drone.TakeOff
+  - call: ReturnHome
+    with: {drone: "${drone}"}
+"""
+    rehearsal = fly(task_of(text, site, catalogue))
+
+    task = rehearsal.submit("Try")
+
+    assert rehearsal.run_until_ended(task)
+    assert rehearsal.task(task).status == "SUCCEEDED"
+    asked = [q for person in ("picker_1", "picker_2") for q in rehearsal.sim[person].person.asked]
+    # the ask itself, the landing 6 m beside it, and the start after that word was used up
+    assert len(asked) == 3

@@ -3,7 +3,7 @@
 from agents_sim.world import AgentSpec
 from formiga_bt.geo import Place, Position
 from formiga_bt.lang.types import AgentRef
-from formiga_bt.testing import packaged_world, task_of
+from formiga_bt.testing import packaged_task, packaged_world, task_of
 from tests.missions.conftest import Fly
 from tests.missions.test_shipped import SITE, pick_up
 
@@ -92,3 +92,35 @@ def test_the_whole_way_of_a_lost_drone_stays_reserved_for_it_may_have_gone_on(fl
     assert rehearsal.run_until_ended(task)
     assert rehearsal.task(task).status == "SUCCEEDED"
     assert rehearsal.engine.state.agents["hwd_1"].lost_leg is None
+
+
+def test_nobody_crosses_an_area_while_it_is_explored(fly: Fly) -> None:
+    rehearsal = fly(packaged_task("explore_region"))
+    survey = rehearsal.submit("ExploreRegion", {"region": SITE.regions["bog"], "altitude": 75.0})
+    assert rehearsal.run_until(lambda: any(g.action == "Explore" for g in rehearsal.engine.state.goals.values()), 600)
+    explorer = next(g for g in rehearsal.engine.state.goals.values() if g.action == "Explore")
+    assert explorer.area is not None
+    assert (explorer.leg, explorer.area.up_m) == (None, 75.0)
+
+    # the second task's layer is 75 m: its way to the north field ends at the corner of the bog
+    task = pick_up(rehearsal)
+    rehearsal.run_for(60)
+    waiting = [(g.code, g.text) for g in rehearsal.engine.state.goals.values() if g.state == "gated"]
+    assert waiting == [("leg_busy", explorer.agent)]
+
+    assert rehearsal.run_until_ended(survey, task, limit_s=3600)
+    assert {rehearsal.task(t).status for t in (survey, task)} == {"SUCCEEDED"}
+
+
+def test_the_area_of_a_lost_explorer_stays_reserved(fly: Fly) -> None:
+    rehearsal = fly(packaged_task("explore_region"))
+    rehearsal.submit("ExploreRegion", {"region": SITE.regions["bog"], "altitude": 75.0})
+    rehearsal.run_until(lambda: any(g.action == "Explore" for g in rehearsal.engine.state.goals.values()), 600)
+    goal = next(g for g in rehearsal.engine.state.goals.values() if g.action == "Explore")
+    rehearsal.sim.freeze(goal.agent)
+    rehearsal.run_for(60)
+
+    lost = rehearsal.engine.state.agents[goal.agent]
+    assert (lost.pool, lost.lost_area) == ("QUARANTINED", goal.area)
+    rehearsal.sim.thaw(goal.agent)
+    assert rehearsal.run_until_ended()
