@@ -14,7 +14,7 @@ from formiga_bt.diagnostics import Diagnostic, in_order
 
 Form = Literal["text", "json", "sarif", "github"]
 
-FORMS: Final = ("json", "sarif", "github")
+FORMS: Final[tuple[Form, ...]] = ("json", "sarif", "github")
 
 
 def check(files: Sequence[Path], site: Path | None, actions: Sequence[Path], *, strict: bool, form: Form) -> int:
@@ -84,8 +84,8 @@ def quick(words: Sequence[str]) -> int | None:
         name, is_joined, value = word.partition("=")
         if word == "--strict":
             strict = True
-        elif word in ("--json", "--sarif", "--github") and form == "text":
-            form = word[2:]  # type: ignore[assignment]  # one of FORMS
+        elif word.removeprefix("--") in FORMS and form == "text" and word.startswith("--"):
+            form = next(one for one in FORMS if word == f"--{one}")
         elif name in ("--site", "--actions"):
             path = value if is_joined else next(rest, "")
             if not path or path.startswith("-"):

@@ -35,7 +35,7 @@ from formiga_bt.lang.reading import (
 )
 from formiga_bt.lang.scopes import World
 from formiga_bt.lang.subtrees import Subtrees
-from formiga_bt.lang.synonyms import nearest
+from formiga_bt.lang.synonyms import surely
 from formiga_bt.packaged import folder
 from formiga_bt.units import parse_quantity
 
@@ -191,7 +191,7 @@ class _CatalogueReader:
                 known = [other for other in self._given if other != name]
                 what = f"no agent type is called '{at.text}'{did_you_mean(at.text, known)}"
                 self.problems.add(
-                    "E020", at.mark, what, f"types: {quoted_list(known)}", fix_word(at, nearest(at.text, known))
+                    "E020", at.mark, what, f"types: {quoted_list(known)}", fix_word(at, surely(at.text, known))
                 )
                 break
             if at.text == name or at.text in found:
@@ -251,7 +251,7 @@ class _CatalogueReader:
             if at.text in actions:
                 found.append(at.text)
                 continue
-            meant = nearest(at.text, actions)
+            meant = surely(at.text, actions)
             what = f"no action is called '{at.text}'{did_you_mean(at.text, actions)}"
             problems.add("E021", at.mark, what, f"actions: {quoted_list(actions)}", fix_word(at, meant))
         return found

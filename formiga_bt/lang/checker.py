@@ -24,7 +24,7 @@ from formiga_bt.lang.operators import (
 from formiga_bt.lang.parts import poisoned, reads_of
 from formiga_bt.lang.scope import AGENT_FIELDS, BUILT_INS, PLACE_FIELDS, POSITION_FIELDS, Scope
 from formiga_bt.lang.tokens import Parsed
-from formiga_bt.lang.typed import Mismatch, Problems, Run, Typed, closest, constant, did_you_mean
+from formiga_bt.lang.typed import Mismatch, Problems, Run, Typed, closest, constant, did_you_mean, sure_of
 from formiga_bt.lang.types import ANY, BOOL, INT, NUMBER, Type, enum_of
 from formiga_bt.lang.typing_rules import in_words, literal
 
@@ -119,7 +119,7 @@ class Checker(Operands):
         near = closest(name, self.scope.visible())
         if near:
             message = f"unknown name '{name}'; did you mean '{near}'?"
-            return self.bad(node, "E010", message, f"write {near}", mended=near)
+            return self.bad(node, "E010", message, f"write {near}", mended=sure_of(name, self.scope.visible()))
         legal = ", ".join(self.scope.visible()[:12])
         return self.bad(
             node, "E010", f"unknown name '{name}'", f"names here: {legal}; a text stands in quotes: '{name}'"
@@ -190,10 +190,9 @@ class Checker(Operands):
             owner = f"'{base.source}'"
         else:
             owner = str(base.type) if base.type.name in ("agent", "list") else in_words(base.type)
-        near = closest(name, fields)
         message = f"{owner} has no field '{name}'{did_you_mean(name, fields)}"
         mend = "fields: " + ", ".join(fields) if fields else "it has no fields"
-        self.problems.report("E011", token.start, token.end, message, mend, mended=near or None)
+        self.problems.report("E011", token.start, token.end, message, mend, mended=sure_of(name, fields))
         return self.poison(node, base.reads)
 
     def _holds_agents(self, name: str) -> bool:
@@ -255,7 +254,7 @@ class Checker(Operands):
         else:
             said = f"unknown helper '{name}'{did_you_mean(name, names)}"
             mend = f"write {near}" if near else "helpers: " + ", ".join(names)
-        self.problems.report("E012", start, end, said, mend, mended=near or None)
+        self.problems.report("E012", start, end, said, mend, mended=sure_of(name, names) if near else None)
         return self.poison(node, reads)
 
     def _is_set(self, node: ast.Call) -> Typed:

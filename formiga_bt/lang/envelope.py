@@ -23,7 +23,7 @@ from formiga_bt.lang.reading import (
     read_quantity,
     read_word,
 )
-from formiga_bt.lang.synonyms import nearest
+from formiga_bt.lang.synonyms import nearest, surely
 from formiga_bt.units import format_quantity
 
 STRICTER: Final[Mapping[str, Literal["more", "less"]]] = MappingProxyType(
@@ -155,7 +155,13 @@ def read_on_breach(node: Node, problems: Problems) -> dict[str, str]:
             meant = nearest(name, BREACHES)
             guess = f"; did you mean '{meant}'?" if meant else ""
             what = f"'{name}' is no limit whose breach has a reaction{guess}"
-            problems.add("E004", entry.key.mark, what, f"limits: {quoted_list(BREACHES)}", fix_word(entry.key, meant))
+            problems.add(
+                "E004",
+                entry.key.mark,
+                what,
+                f"limits: {quoted_list(BREACHES)}",
+                fix_word(entry.key, surely(name, BREACHES)),
+            )
             continue
         word = read_word(entry.value, problems, name, REACTIONS)
         if word:

@@ -107,6 +107,7 @@ class Shelf:
                 Mark(root.mark.file, root.mark.line, root.mark.col),
                 "the language version is missing",
                 f"begin with: formiga: {LANGUAGE_VERSION}",
+                _first_line(root),
             )
             return True
         at = read_text(entry.value, self.problems, "formiga")
@@ -193,6 +194,14 @@ class Shelf:
             except (OSError, ValueError):
                 continue
         return None
+
+
+def _first_line(root: Mapping_) -> Fix | None:
+    """Return the fix that puts the version before the first key of a file in block style."""
+    key = root.entries[0].key.mark if root.entries else root.mark
+    if (key.line, key.col) != (root.mark.line, 1):
+        return None
+    return Fix(Mark(key.file, key.line, 1, key.line, 1), f"formiga: {LANGUAGE_VERSION}\n")
 
 
 def _reason(error: Exception) -> str:

@@ -30,7 +30,7 @@ from formiga_bt.lang.reading import (
     shorten,
 )
 from formiga_bt.lang.scopes import Body, Callee, is_free
-from formiga_bt.lang.synonyms import action_for, nearest
+from formiga_bt.lang.synonyms import action_for, is_sure, nearest, surely
 from formiga_bt.lang.types import ANY, Type
 from formiga_bt.units import format_quantity, parse_quantity
 
@@ -126,7 +126,8 @@ def _meaning(action: ActionSpec) -> str:
 def _no_action(body: Body, what: str, word: str, mark: Mark, have: Mapping[str, str]) -> None:
     meant = action_for(word, have)
     guess = f"; did you mean '{meant}'?" if meant else ""
-    fix = fix_word(Scalar(word, mark), meant)
+    sure = nearest(word, have) != meant or is_sure(word, meant, have)
+    fix = fix_word(Scalar(word, mark), meant) if sure else None
     body.problems.add("E021", mark, what + guess, f"actions: {quoted_list(have)}", fix)
 
 
@@ -161,7 +162,7 @@ def _read_fields(body: Body, given: Entry | None, spec: ActionSpec, at: Scalar) 
 
 
 def _unknown_argument(body: Body, code: str, key: Scalar, known: Mapping[str, Any], owner: str, noun: str) -> None:
-    meant = nearest(key.text, known)
+    meant = surely(key.text, known)
     help_ = f"{noun}s: {quoted_list(known)}" if known else f"it has no {noun}s"
     what = f"{owner} has no {noun} '{shorten(key.text)}'{did_you_mean(key.text, known)}"
     body.problems.add(code, key.mark, what, help_, fix_word(key, meant))
@@ -311,7 +312,7 @@ def _read_clears(body: Body, node: Node, options: tuple[str, ...]) -> tuple[Who 
     for word in on:
         if word.text not in options:
             what = f"'{shorten(word.text)}' is never an answer here{did_you_mean(word.text, options)}"
-            meant = nearest(word.text, options)
+            meant = surely(word.text, options)
             body.problems.add("E014", word.mark, what, f"options: {quoted_list(options)}", fix_word(word, meant))
     return who, tuple(word.text for word in on)
 

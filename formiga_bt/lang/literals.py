@@ -17,7 +17,7 @@ from formiga_bt.lang.document import Node, Scalar
 from formiga_bt.lang.expressions import compile_expr, poison
 from formiga_bt.lang.model import Env, EvalError, Expr, Read
 from formiga_bt.lang.scope import BUILT_INS, Scope
-from formiga_bt.lang.typed import closest, constant, did_you_mean, unit_choices
+from formiga_bt.lang.typed import closest, constant, did_you_mean, sure_of, unit_choices
 from formiga_bt.lang.types import BOOL, INT, NUMBER, POSITION, TEXT, AgentRef, Type
 from formiga_bt.lang.typing_rules import QUANTITIES, fits, in_words
 from formiga_bt.units import LARGEST, LIKELY, UNITS, parse_quantity
@@ -87,7 +87,7 @@ def _quantity(node: Scalar, scope: Scope, expected: Type, what: str) -> Result:
         return refuse(node, "E017", said, f"for example {unit_choices(expected.name)}")
     if _NUMBER.fullmatch(text):
         choices = unit_choices(expected.name, text)
-        first = f"{text} {LIKELY[expected.name][0]}"
+        first = f"{text} {LIKELY[expected.name][0]}" if len(LIKELY[expected.name]) == 1 else None
         return refuse(node, "E017", f"{what or text} needs a unit: {choices}?", f"write {choices}", mended=first)
     number = re.fullmatch(rf"({_NUMBER.pattern})\s*([A-Za-z/]+)", text)
     if number is not None:
@@ -144,7 +144,9 @@ def _enum(node: Scalar, scope: Scope, expected: Type, what: str) -> Result:
     near = closest(word, expected.values)
     hint = f"; did you mean '{near}'?" if near else ""
     subject = f"{what} is never '{word}'" if what else f"'{word}' is never possible here"
-    return refuse(node, "E014", f"{subject}{hint}", "one of " + ", ".join(expected.values), mended=near or None)
+    return refuse(
+        node, "E014", f"{subject}{hint}", "one of " + ", ".join(expected.values), mended=sure_of(word, expected.values)
+    )
 
 
 def _agent(node: Scalar, scope: Scope, expected: Type, what: str) -> Result:
@@ -188,8 +190,7 @@ def _place_name(node: Scalar, scope: Scope, expected: Type, what: str) -> Result
 def _of_site(node: Scalar, expected: Type, value: Any, word: str, group: str = "places") -> Result:
     if isinstance(value, Place) and expected == POSITION:
         said = f"'{word}' is on the ground; say above(site.{group}.{word}, 60 m)"
-        mended = f"${{above(site.{group}.{word}, 60 m)}}"
-        return refuse(node, "E066", said, f"write {mended}", mended=mended)
+        return refuse(node, "E066", said, f"write ${{above(site.{group}.{word}, 60 m)}}, at the height that you want")
     return literal_expr(node, expected, value), []
 
 
@@ -211,7 +212,7 @@ def _no_such(node: Scalar, scope: Scope, expected: Type, what: str, legal: tuple
     if not near and variable:
         return _not_so(node, scope, expected, what)
     said = f"the site has no {expected.name} '{word}'" + (f"; did you mean '{near}'?" if near else "")
-    return refuse(node, "E010", said, "the site has: " + ", ".join(legal[:12]), mended=near or None)
+    return refuse(node, "E010", said, "the site has: " + ", ".join(legal[:12]), mended=sure_of(word, legal))
 
 
 def _lookup(group: str, word: str) -> Callable[[Env], Any]:

@@ -9,7 +9,7 @@ from itertools import pairwise
 from formiga_bt.lang.model import Read
 from formiga_bt.lang.operators import SYMBOLS, all_code, any_code, arithmetic_code, compare_code
 from formiga_bt.lang.parts import NOW, Compared, Parts, facts, reads_of
-from formiga_bt.lang.typed import Mismatch, Run, Typed, closest, is_measure, mismatch, unit_choices
+from formiga_bt.lang.typed import Mismatch, Run, Typed, closest, is_measure, mismatch, sure_of, unit_choices
 from formiga_bt.lang.types import ANY, BOOL, Type, list_of
 from formiga_bt.lang.typing_rules import QUANTITIES, arithmetic, comparable, in_words, is_truth, join, never_equal
 
@@ -206,5 +206,6 @@ class Operands(Parts):
     def _impossible(self, word: str, of: Type, start: int, end: int) -> None:
         near = closest(word, of.values)
         said = f"'{word}' is never possible here" + (f"; did you mean '{near}'?" if near else "")
-        mended = f"'{near}'" if near else None
+        sure = sure_of(word, of.values)
+        mended = f"'{sure}'" if sure else None
         self.problems.report("E014", start, end, said, "one of " + ", ".join(of.values), mended=mended)

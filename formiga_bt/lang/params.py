@@ -23,7 +23,7 @@ from formiga_bt.lang.reading import (
 )
 from formiga_bt.lang.scope import BUILT_INS, OUTSIDE
 from formiga_bt.lang.scopes import World, is_free, warn_outside
-from formiga_bt.lang.synonyms import nearest
+from formiga_bt.lang.synonyms import surely
 from formiga_bt.lang.types import ANY, Type, list_of
 
 SIMPLE: Final = (
@@ -43,7 +43,7 @@ def read_agent_types(names: Sequence[Scalar], types: Mapping[str, AgentType], pr
     found: dict[str, None] = {}
     for at in names:
         if at.text not in types:
-            meant = nearest(at.text, types)
+            meant = surely(at.text, types)
             what = f"no agent type is called '{at.text}'{did_you_mean(at.text, types)}"
             problems.add("E020", at.mark, what, f"types: {quoted_list(types)}", fix_word(at, meant))
         else:
@@ -63,7 +63,7 @@ def read_type(node: Node, problems: Problems) -> Type:
     if at.text == "enum":
         return Type("enum")
     known = (*SIMPLE, "enum")
-    meant = nearest(at.text, known)
+    meant = surely(at.text, known)
     help_ = "write {list: place} for a list of places" if at.text == "list" else f"types: {quoted_list(known)}"
     problems.add(
         "E008", at.mark, f"'{at.text}' is not a type{did_you_mean(at.text, known)}", help_, fix_word(at, meant)

@@ -13,8 +13,8 @@ from typing import Final
 from formiga_bt.diagnostics import Diagnostic, Fix, Mark
 from formiga_bt.lang.document import Entry, Listing, Mapping_, Node, Scalar
 from formiga_bt.lang.kinds import Option
-from formiga_bt.lang.synonyms import ADVICE, key_for, nearest
-from formiga_bt.units import parse_quantity
+from formiga_bt.lang.synonyms import ADVICE, BY_HAND, KEY_SYNONYMS, is_sure, key_for, nearest, surely
+from formiga_bt.units import LIKELY, parse_quantity
 
 IDENTIFIER: Final = re.compile(r"[A-Za-z][A-Za-z0-9_]*\Z")
 
@@ -133,7 +133,7 @@ def read_word(node: Node, problems: Problems, what: str, choices: Sequence[str])
     scalar = read_text(node, problems, what)
     if scalar is None or scalar.text in choices:
         return scalar.text if scalar is not None else ""
-    meant = nearest(scalar.text, choices)
+    meant = surely(scalar.text, choices)
     problems.add(
         "E008",
         scalar.mark,
@@ -190,12 +190,13 @@ def read_quantity(node: Node, problems: Problems, what: str, kind: str) -> float
         )
         return None
     unit = _SI_UNIT.get(kind, "")
+    single = len(LIKELY.get(kind, ())) == 1
     problems.add(
         "E017",
         scalar.mark,
         f"'{what}' needs a unit: {scalar.text} {unit}?",
         f"write {scalar.text} {unit}",
-        Fix(scalar.mark, f"{scalar.text} {unit}"),
+        Fix(scalar.mark, f"{scalar.text} {unit}") if single else None,
     )
     return None
 
@@ -251,5 +252,7 @@ def unknown_key(key: Scalar, known: Iterable[str], problems: Problems, owner: st
     meant = key_for(key.text, names)
     guess = f"; did you mean '{meant}'?" if meant else ""
     help_ = ADVICE.get(key.text, "" if meant else f"options: {quoted_list(names)}")
-    problems.add("E004", key.mark, f"{owner} has no option '{shorten(key.text)}'{guess}", help_, fix_word(key, meant))
+    by_table = KEY_SYNONYMS.get(key.text) == meant and key.text not in BY_HAND
+    fix = fix_word(key, meant) if meant and (by_table or is_sure(key.text, meant, names)) else None
+    problems.add("E004", key.mark, f"{owner} has no option '{shorten(key.text)}'{guess}", help_, fix)
     return meant

@@ -20,7 +20,7 @@ from formiga_bt.lang.interpolation import holes
 from formiga_bt.lang.model import Catalogue, Expr, Param, Site, Subtree
 from formiga_bt.lang.reading import Problems, did_you_mean
 from formiga_bt.lang.scope import OUTSIDE
-from formiga_bt.lang.synonyms import nearest
+from formiga_bt.lang.synonyms import nearest, surely
 from formiga_bt.lang.types import AGENT, ANY, DURATION, TEXT, Type
 from formiga_bt.units import format_number
 
@@ -374,7 +374,8 @@ class Body:
         names = [*self.agents, *(one for one in also if one not in self.agents)]
         guess = did_you_mean(name, self.agents if near else names)
         help_ = f"roles: {', '.join(names)}" if names else "declare it under agents:"
-        self.problems.add("E020", at, f"no role is called '{name}'{guess}", help_)
+        meant = surely(name, names)
+        self.problems.add("E020", at, f"no role is called '{name}'{guess}", help_, Fix(at, meant) if meant else None)
 
 
 def warn_outside(expr: Expr, site: Site | None, problems: Problems) -> None:

@@ -36,7 +36,7 @@ from formiga_bt.lang.reading import (
     what_is,
 )
 from formiga_bt.lang.site_checks import Written, check_whole, machines
-from formiga_bt.lang.synonyms import nearest
+from formiga_bt.lang.synonyms import surely
 
 SITE: Final = (
     Option("formiga_site", "value", "Version of the site format.", type="int", required=True),
@@ -308,7 +308,7 @@ class _SiteReader:
             known = list(self._named)
             what = f"no place is called '{shorten(at.text)}'{did_you_mean(at.text, known)}"
             self.problems.add(
-                "E010", at.mark, what, f"places: {quoted_list(known)}", fix_word(at, nearest(at.text, known))
+                "E010", at.mark, what, f"places: {quoted_list(known)}", fix_word(at, surely(at.text, known))
             )
             return None
         if at.text in self._open:
@@ -448,7 +448,7 @@ class _SiteReader:
         """Report a type that the catalogue does not have, and a home of one that needs none."""
         types = self.catalogue.types if self.catalogue is not None else {of.text: None}
         if of.text not in types:
-            meant = nearest(of.text, types)
+            meant = surely(of.text, types)
             what = f"no agent type is called '{shorten(of.text)}'{did_you_mean(of.text, types)}"
             self.problems.add("E020", of.mark, what, f"types: {quoted_list(types)}", fix_word(of, meant))
             return
@@ -459,7 +459,7 @@ class _SiteReader:
 
     def _check_home(self, at: Scalar, ports: Sequence[str], homes: Mapping[str, str]) -> None:
         if at.text not in ports:
-            meant = nearest(at.text, ports)
+            meant = surely(at.text, ports)
             what = f"no port is called '{shorten(at.text)}'{did_you_mean(at.text, ports)}"
             self.problems.add("E010", at.mark, what, f"ports: {quoted_list(ports)}", fix_word(at, meant))
         elif at.text in homes:
@@ -473,7 +473,7 @@ class _SiteReader:
             for at in people:
                 if agents and at.text not in agents and entry.key.text != APPROVERS:
                     what = f"no agent is called '{shorten(at.text)}'{did_you_mean(at.text, agents)}"
-                    meant = nearest(at.text, agents)
+                    meant = surely(at.text, agents)
                     self.problems.add("E010", at.mark, what, f"agents: {quoted_list(agents)}", fix_word(at, meant))
             found[entry.key.text] = tuple(at.text for at in people)
         return found

@@ -52,11 +52,12 @@ from formiga_bt.lang.reading import (
     what_is,
 )
 from formiga_bt.lang.scopes import Body, Flow, join
-from formiga_bt.lang.synonyms import ADVICE, KIND_SYNONYMS, kind_for
+from formiga_bt.lang.synonyms import ADVICE, BY_HAND, KIND_SYNONYMS, is_sure, kind_for
 from formiga_bt.lang.types import DURATION, INT, NUMBER
 
 Keys = Mapping[str, Entry]
 _LOOPS: Final = ("while", "repeat", "for")
+_TOGETHER: Final = "mode: parallel"
 
 _CLASSES: Final[Mapping[str, type[Step]]] = MappingProxyType(
     {
@@ -179,7 +180,11 @@ def _steps_under_do(body: Body, node: Mapping_) -> Mapping_:
             body.problems.add("E004", key.mark, what, "", Fix(key.mark, "steps"))
             entry = Entry(replace(key, text="steps"), value)
         elif key.text == "parallel" and isinstance(value, Scalar):
-            body.problems.add("E004", key.mark, f"'{loop}' has no option 'parallel'", "write mode: parallel")
+            fix = Fix(
+                Mark(key.mark.file, key.mark.line, key.mark.col, value.mark.end_line, value.mark.end_col), _TOGETHER
+            )
+            fix_ = fix if value.text == "true" else None
+            body.problems.add("E004", key.mark, f"'{loop}' has no option 'parallel'", f"write {_TOGETHER}", fix_)
             continue
         entries.append(entry)
     return Mapping_(tuple(entries), node.mark)
@@ -198,11 +203,25 @@ def _mended(body: Body, node: Mapping_) -> Mapping_:
     guess = f"; did you mean '{meant}'?" if meant else ""
     help_ = ADVICE.get(key.text, "" if meant else f"steps: {', '.join(k.name for k in KINDS.values() if k.available)}")
     what = f"'{shorten(key.text)}' is not a step{guess}"
-    body.problems.add("E006", key.mark, what, help_, Fix(key.mark, meant) if meant else None)
+    body.problems.add("E006", key.mark, what, help_, _fix_kind(node, key, meant))
     if not meant or not KINDS[meant].available:
         return node
     mended = (Entry(replace(key, text=meant), e.value) if e.key is key else e for e in node.entries)
     return Mapping_(tuple(mended), node.mark)
+
+
+def _fix_kind(node: Mapping_, key: Scalar, meant: str) -> Fix | None:
+    """Return the fix of a word of another tool; None where another word in its place would mean something else."""
+    if not meant:
+        return None
+    if key.text == "race" and key.mark.col == node.mark.col:  # block style: its keys begin where it begins
+        return Fix(key.mark, f"need: any\n{' ' * (key.mark.col - 1)}parallel")
+    value = next(entry.value for entry in node.entries if entry.key is key)
+    if key.text == "wait_while" and isinstance(value, Scalar) and value.exact and not value.quoted and value.text:
+        span = Mark(key.mark.file, key.mark.line, key.mark.col, value.mark.end_line, value.mark.end_col)
+        return Fix(span, f"wait_until: not ({value.text})")
+    by_table = KIND_SYNONYMS.get(key.text) == meant and key.text not in BY_HAND
+    return Fix(key.mark, meant) if by_table or is_sure(key.text, meant, KINDS) else None
 
 
 # --- modifiers ---------------------------------------------------------------------------------------------------

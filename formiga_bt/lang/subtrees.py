@@ -8,7 +8,7 @@ from formiga_bt.lang.params import read_params
 from formiga_bt.lang.reading import Problems, did_you_mean, fix_word, quoted_list, read_keys, read_mapping
 from formiga_bt.lang.scopes import Body, Callee, Named, World, agent_types_of, saves
 from formiga_bt.lang.steps import read_steps
-from formiga_bt.lang.synonyms import nearest
+from formiga_bt.lang.synonyms import surely
 from formiga_bt.lang.types import ANY
 
 
@@ -42,7 +42,7 @@ class Subtrees:
         if owner is None:
             known = unit.visible()
             unit.called.update(imported.file for _, imported in unit.imports)
-            meant = nearest(at.text, known)
+            meant = surely(at.text, known)
             help_ = f"subtrees: {quoted_list(known)}" if known else "import a library or add subtrees:"
             what = f"no subtree is called '{at.text}'{did_you_mean(at.text, known)}"
             self.problems.add("E050", at.mark, what, help_, fix_word(at, meant))

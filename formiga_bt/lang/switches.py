@@ -12,7 +12,7 @@ from formiga_bt.lang.document import Entry, Mapping_
 from formiga_bt.lang.model import Case, Expr, Step
 from formiga_bt.lang.reading import read_mapping, shorten
 from formiga_bt.lang.scopes import Body, Flow, join
-from formiga_bt.lang.synonyms import nearest
+from formiga_bt.lang.synonyms import is_sure, nearest
 from formiga_bt.lang.types import Type
 from formiga_bt.lang.typing_rules import in_words
 from formiga_bt.units import LARGEST
@@ -81,7 +81,7 @@ def _case(body: Body, entry: Entry, on: Expr | None, before: list[Case]) -> str 
         meant = nearest(key.text, on.type.values)
         guess = f"; did you mean '{meant}'?" if meant else ""
         what = f"'{shorten(key.text)}' is never a value of {on.source}{guess}"
-        fix = Fix(key.mark, meant) if meant else None
+        fix = Fix(key.mark, meant) if meant and is_sure(key.text, meant, on.type.values) else None
         body.problems.add("E047", key.mark, what, "one of " + ", ".join(on.type.values), fix)
         return None
     first = next((case for case in before if case.value == value), None)

@@ -5,6 +5,7 @@ says "unknown".
 """
 
 import difflib
+import re
 from collections.abc import Iterable, Mapping
 from types import MappingProxyType
 from typing import Final
@@ -115,6 +116,14 @@ ADVICE: Final[Mapping[str, str]] = MappingProxyType(
 """Help for the words whose mend is more than one word."""
 
 
+BY_HAND: Final = frozenset({"wait_while", "until", "do_while", "repeat_until", "race", "retries", "break", "forever"})
+"""Synonyms whose mend is more than another word in their place: they are named, and no fix is offered for the word alone."""
+
+_DIGITS: Final = re.compile(r"\d+")
+_CLEARLY: Final = 0.1
+"""So much more alike than any other name must a name be."""
+
+
 def nearest(word: str, known: Iterable[str]) -> str:
     """Return the known name most like `word`, or "" when none is near."""
     names = list(known)
@@ -124,6 +133,24 @@ def nearest(word: str, known: Iterable[str]) -> str:
             return name
     close = difflib.get_close_matches(word, names, n=1, cutoff=0.7)
     return close[0] if close else ""
+
+
+def surely(word: str, known: Iterable[str]) -> str:
+    """Return the known name that alone can have been meant by `word`, or "": what a program may write by itself."""
+    names = list(known)
+    meant = nearest(word, names)
+    return meant if meant and is_sure(word, meant, names) else ""
+
+
+def is_sure(word: str, meant: str, known: Iterable[str]) -> bool:
+    """Return whether no other known name is about as near to `word` as `meant`, and no number differs."""
+    if _fold(word) == _fold(meant):
+        return True
+    if _DIGITS.findall(word) != _DIGITS.findall(meant):
+        return False
+    best = difflib.SequenceMatcher(None, meant, word).ratio()
+    others = [difflib.SequenceMatcher(None, name, word).ratio() for name in known if name != meant]
+    return max(others, default=0.0) < max(0.6, best - _CLEARLY)
 
 
 def kind_for(word: str, known: Iterable[str]) -> str:

@@ -302,6 +302,7 @@ def _unknown_unit(left: Token, right: Token) -> ExprSyntax:
     near = _UNIT_WORDS.get(right.text) or next(iter(difflib.get_close_matches(right.text, list(UNITS), 1)), "")
     mended = f"{left.text} {near}" if near else None
     mend = f"write {mended}" if mended else "units: " + " ".join(UNITS)
+    mended = mended if right.text in _UNIT_WORDS else None
     return ExprSyntax(left.start, right.end, f"'{right.text}' is not a unit", mend, code="E017", mended=mended)
 
 

@@ -14,6 +14,7 @@ from formiga_bt.diagnostics import Diagnostic, Fix
 from formiga_bt.lang.document import Scalar
 from formiga_bt.lang.model import NOT_CONST, Env, Read
 from formiga_bt.lang.scope import Scope
+from formiga_bt.lang.synonyms import is_sure
 from formiga_bt.lang.types import ANY, Type
 from formiga_bt.lang.typing_rules import NUMBERS, QUANTITIES, in_words
 from formiga_bt.units import LIKELY
@@ -84,6 +85,13 @@ def closest(word: str, legal: Iterable[str]) -> str:
     return found[0] if found else ""
 
 
+def sure_of(word: str, legal: Iterable[str]) -> str | None:
+    """Return the legal word that alone can have been meant: what `formiga fix` may write."""
+    names = list(legal)
+    near = closest(word, names)
+    return near if near and is_sure(word, near, names) else None
+
+
 def did_you_mean(word: str, legal: Iterable[str]) -> str:
     """Return `; did you mean 'x'?` or an empty text."""
     near = closest(word, legal)
@@ -128,9 +136,8 @@ def _wrong_point(have: Typed, want: Type) -> Mismatch | None:
     pair = (inner_have.name, inner_want.name)
     single = inner_want is want
     if pair == ("place", "position"):
-        mended = f"above({source}, 60 m)" if single else None
         mend = f"say above({source}, 60 m)" if single else "say above(...) for each point, or for the centre"
-        return Mismatch("E066", f"'{source}' is on the ground; {mend}", mend.removeprefix("say "), mended)
+        return Mismatch("E066", f"'{source}' is on the ground; {mend}", mend.removeprefix("say "))
     if pair == ("position", "place"):
         mended = f"ground({source})" if single else None
         mend = f"say ground({source})" if single else "say ground(...) for each point, or for the centre"
@@ -142,7 +149,7 @@ def _wrong_unit(have: Typed, want: Type, what: str) -> Mismatch | None:
     if have.literal == "number" and want.name in LIKELY:
         choices = unit_choices(want.name, have.source)
         subject = what or f"'{have.source}'"
-        first = f"{have.source} {LIKELY[want.name][0]}"
+        first = f"{have.source} {LIKELY[want.name][0]}" if len(LIKELY[want.name]) == 1 else None
         return Mismatch("E017", f"{subject} needs a unit: {choices}?", f"write {choices}", first)
     if have.literal == "quantity" and want.name in LIKELY:
         subject = f"{what} is" if what else "this is due"
@@ -164,7 +171,8 @@ def _wrong_text(have: Typed, want: Type, scope: Scope) -> Mismatch | None:
     if want.name in ("enum", "literal") and want.values:
         near = closest(word, want.values)
         hint = f"; did you mean '{near}'?" if near else ""
-        mended = f"'{near}'" if near else None
+        sure = sure_of(word, want.values)
+        mended = f"'{sure}'" if sure else None
         said = f"'{word}' is never possible here{hint}"
         return Mismatch("E014", said, "one of " + ", ".join(want.values), mended)
     if word.isidentifier() and scope.type_of(word) is not None:

@@ -49,7 +49,7 @@ from formiga_bt.lang.scenario.faults import read_faults
 from formiga_bt.lang.scenario.options import FASTEST, FAULTS, ORDERS, SCENARIO, WIND
 from formiga_bt.lang.scenario.orders import read_orders
 from formiga_bt.lang.scenario.requests import Requests
-from formiga_bt.lang.synonyms import nearest
+from formiga_bt.lang.synonyms import surely
 from formiga_bt.packaged import folder
 
 __all__ = [
@@ -195,7 +195,7 @@ def _site(
         known = sorted({p.name for place in folders for p in place.glob("*site*.yaml")})
         what = f"no site file '{shorten(at.text)}'{did_you_mean(at.text, known)}"
         help_ = f"sites: {quoted_list(known)}" if known else "a path relative to this file"
-        problems.add("E008", at.mark, what, help_, fix_word(at, nearest(at.text, known)))
+        problems.add("E008", at.mark, what, help_, fix_word(at, surely(at.text, known)))
         return None
     site, found, sources = load_site(path, catalogue)
     problems.extend(found)

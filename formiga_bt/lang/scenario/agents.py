@@ -22,7 +22,7 @@ from formiga_bt.lang.reading import (
 from formiga_bt.lang.scenario.book import Book
 from formiga_bt.lang.scenario.entries import OnLinkLoss, ScenarioAgent
 from formiga_bt.lang.scenario.options import AGENT, ANSWER, FOR_DRONES_ONLY, PERSON
-from formiga_bt.lang.synonyms import nearest
+from formiga_bt.lang.synonyms import surely
 
 _ON_LINK_LOSS: Mapping[str, OnLinkLoss] = {"return": "return", "land": "land", "hold": "hold"}
 
@@ -118,7 +118,7 @@ class _Agents:
         if at.text not in known:
             what = f"no agent type is called '{shorten(at.text)}'{did_you_mean(at.text, known)}"
             self.problems.add(
-                "E020", at.mark, what, f"types: {quoted_list(known)}", fix_word(at, nearest(at.text, known))
+                "E020", at.mark, what, f"types: {quoted_list(known)}", fix_word(at, surely(at.text, known))
             )
             return None
         if listed is not None and listed.type != at.text:

@@ -25,7 +25,7 @@ from formiga_bt.lang.reading import (
     shorten,
 )
 from formiga_bt.lang.scope import OUTSIDE
-from formiga_bt.lang.synonyms import nearest
+from formiga_bt.lang.synonyms import surely
 from formiga_bt.lang.types import PLACE, AgentRef
 
 _LAT_LNG: Final = re.compile(r"\s*(-?\d+(?:\.\d+)?)\s*,\s*(-?\d+(?:\.\d+)?)\s*")
@@ -81,7 +81,7 @@ class Book:
     def nobody(self, at: Scalar, known: Sequence[str], who: str = "agent") -> None:
         """Report that the scenario has nobody of that name."""
         what = f"no {who} of this scenario is called '{shorten(at.text)}'{did_you_mean(at.text, known)}"
-        meant = nearest(at.text, known)
+        meant = surely(at.text, known)
         self.problems.add("E010", at.mark, what, f"{who}s: {quoted_list(known) or 'none'}", fix_word(at, meant))
 
     def whole(self, keys: Mapping[str, Entry], key: str, default: int, least: int) -> int:
@@ -117,7 +117,7 @@ class Book:
             if degrees is None and node.text not in self.site.places and node.text != "base":
                 known = ["base", *self.site.ports, *self.site.places]
                 what = f"no port or place is called '{shorten(node.text)}'{did_you_mean(node.text, known)}"
-                meant = nearest(node.text, known)
+                meant = surely(node.text, known)
                 self.problems.add("E010", node.mark, what, f"known: {quoted_list(known)}", fix_word(node, meant))
                 return None
             if node.text == "base":

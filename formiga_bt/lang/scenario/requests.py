@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from formiga_bt.clock import micros
+from formiga_bt.diagnostics import Mark
 from formiga_bt.lang.document import Entry, Mapping_, Scalar
 from formiga_bt.lang.loader import load_task
 from formiga_bt.lang.model import Task
@@ -22,7 +23,7 @@ from formiga_bt.lang.scenario.book import Book
 from formiga_bt.lang.scenario.entries import Priority, ScenarioTask
 from formiga_bt.lang.scenario.options import TASK
 from formiga_bt.lang.site import plain
-from formiga_bt.lang.synonyms import nearest
+from formiga_bt.lang.synonyms import surely
 
 _TASK_LINE: Final = re.compile(r"^task:[ \t]*([A-Za-z][A-Za-z0-9]*)", re.MULTILINE)
 
@@ -51,7 +52,7 @@ class Requests:
             if name is None or task is None:
                 continue
             with self.problems.within(task.name):
-                params = self._params(task, keys.get("params"), name)
+                params = read_params(self.book, task, keys.get("params"), name.mark)
             wanted: dict[str, Priority] = {"low": "low", "medium": "medium", "high": "high"}
             written = keys["params"].value if "params" in keys else None
             texts = plain(written) if isinstance(written, Mapping_) else {}
@@ -64,7 +65,7 @@ class Requests:
         files = self._task_files()
         if name.text not in files:
             what = f"no task is called '{shorten(name.text)}'{did_you_mean(name.text, files)}"
-            meant = nearest(name.text, files)
+            meant = surely(name.text, files)
             self.problems.add("E010", name.mark, what, f"tasks: {quoted_list(sorted(files))}", fix_word(name, meant))
             return None
         path = files[name.text]
@@ -90,26 +91,35 @@ class Requests:
                     self._files.setdefault(line[1], path)
         return self._files
 
-    def _params(self, task: Task, entry: Entry | None, name: Scalar) -> dict[str, Any]:
-        mapping = read_mapping(entry.value, self.problems, "params") if entry is not None else None
-        by_name = {alias: param for param in task.params.values() for alias in (param.name, *param.aliases)}
-        values: dict[str, Any] = {}
-        given = set()
-        for one in mapping.entries if mapping is not None else ():
-            param = by_name.get(one.key.text)
-            if param is None:
-                meant = nearest(one.key.text, by_name)
-                what = f"{task.name} has no parameter '{shorten(one.key.text)}'{did_you_mean(one.key.text, by_name)}"
-                help_ = f"parameters: {quoted_list(task.params) or 'none'}"
-                self.problems.add("E010", one.key.mark, what, help_, fix_word(one.key, meant))
-                given.add(meant)
-                continue
-            given.add(param.name)
-            value = self.book.value(one.value, param)
-            if value is not None:
-                values[param.name] = value
-        for param in task.params.values():
-            if param.name not in given and param.default is None and not param.optional:
-                what = f"{task.name} needs the parameter '{param.name}' ({param.type})"
-                self.problems.add("E051", name.mark, what, f"params: {{{param.name}: ...}}")
-        return values
+
+def read_params(book: Book, task: Task, entry: Entry | None, mark: Mark) -> dict[str, Any]:
+    """Return the runtime values of a task's parameters, by their names; what is wrong was reported.
+
+    Args:
+        book: of the file in which they are written.
+        task: whose parameters.
+        entry: `params`, if there is such a key.
+        mark: where one is missing.
+    """
+    mapping = read_mapping(entry.value, book.problems, "params") if entry is not None else None
+    by_name = {alias: param for param in task.params.values() for alias in (param.name, *param.aliases)}
+    values: dict[str, Any] = {}
+    given = set()
+    for one in mapping.entries if mapping is not None else ():
+        param = by_name.get(one.key.text)
+        if param is None:
+            meant = nearest(one.key.text, by_name)
+            what = f"{task.name} has no parameter '{shorten(one.key.text)}'{did_you_mean(one.key.text, by_name)}"
+            help_ = f"parameters: {quoted_list(task.params) or 'none'}"
+            book.problems.add("E010", one.key.mark, what, help_, fix_word(one.key, meant))
+            given.add(meant)
+            continue
+        given.add(param.name)
+        value = book.value(one.value, param)
+        if value is not None:
+            values[param.name] = value
+    for param in task.params.values():
+        if param.name not in given and param.default is None and not param.optional:
+            what = f"{task.name} needs the parameter '{param.name}' ({param.type})"
+            book.problems.add("E051", mark, what, f"params: {{{param.name}: ...}}")
+    return values
