@@ -183,8 +183,8 @@ class Command:
             self._orders.stop(agent, "return", by, "agent")
         for task_id in list(core.open):
             unhold(core, task_id, f"take-over:{agent.id}")
+        self._orders.resume(agent, steps=how != "return" and agent.id not in core.state.orders)
         if how != "return":
-            self._orders.resume(agent, steps=agent.id not in core.state.orders)
             if agent.id not in core.state.orders and not agent.task and agent.landed != "grounded":
                 self._orders.stop(agent, "return", by, "engine", why="handback", strict=False)
         self._tasks.poke_allocator()

@@ -63,8 +63,8 @@ class Lockdowns:
         task = core.state.tasks.get(agent.task)
         if order is not None and (order.scope == "lockdown" or order.stop == "land") and not changed:
             return
-        if order is not None and order.scope == "engine" and order.stop == lockdown.how:
-            return
+        if order is not None and order.scope == "engine" and order.state == "open":
+            return  # a breach, or a word before: it comes down by that
         if order is not None and order.scope in ("agent", "task", "all") and order.at >= lockdown.at and not changed:
             return  # a person's word in lockdown
         if order is None and lockdown.how == "return" and task is not None and task.section == "recover":

@@ -71,7 +71,7 @@ class Orders:
                 raise TaskError("cut", f"the motors of {agent.id} were ordered to be cut")
             return
         if old is not None:
-            self.withdraw(old)
+            self.withdraw(old, replaced=True)
         self.put(StandingOrder(agent=agent.id, stop=stop, by=by, scope=scope, why=why, at=core.now))  # type: ignore[arg-type]
         self._hold_task(agent, scope)
         if self._recovered_by_its_task(agent, core.state.orders[agent.id]):
@@ -122,7 +122,7 @@ class Orders:
         self._core.emit(ch.OrderPut(order.agent, order))
         self._core.stale.add(order.agent)
 
-    def withdraw(self, order: StandingOrder) -> None:
+    def withdraw(self, order: StandingOrder, *, replaced: bool = False) -> None:
         """An order stands no more: what carries it out ends; its machine hovers until the next word."""
         core = self._core
         core.clear_deadline(f"order|{order.agent}")
@@ -131,6 +131,8 @@ class Orders:
         task = core.state.tasks.get(order.task)
         if task is not None and task.stop and task.section != "done":
             self._tasks.end_system(task.id)
+        if not replaced:
+            self._tasks.ordered_home(core.state.agents[order.agent].task)
         self._tasks.poke_allocator()
 
     # -- carrying out --------------------------------------------------------------------------------------------
@@ -175,7 +177,9 @@ class Orders:
 
     def _recovered_by_its_task(self, agent: AgentRecord, order: StandingOrder) -> bool:
         task = self._core.state.tasks.get(agent.task)
-        return order.stop == "return" and task is not None and task.section == "recover" and agent.landed != "grounded"
+        if order.stop != "return" or task is None or task.section != "recover" or agent.landed == "grounded":
+            return False
+        return self._tasks.recovery.is_under_way(task.id, agent.id)
 
     def _start(self, agent: AgentRecord, order: StandingOrder) -> None:
         kind = self._core.agent_type(agent)

@@ -51,7 +51,7 @@ class Recovery:
             agent = core.state.agents[agent_id]
             if agent.human or not self._has(task, agent) or (agent.landed == "grounded" and task.stop != "return"):
                 continue
-            if self._way(task, agent) is None or self._under_way(task_id, agent_id) or self._ordered(task, agent_id):
+            if self._way(task, agent) is None or self.is_under_way(task_id, agent_id) or self._ordered(task, agent_id):
                 continue
             last = max((r.attempt for r in task.recovering if r.agent == agent_id), default=0)
             self._try(task_id, agent_id, last + 1)
@@ -79,7 +79,8 @@ class Recovery:
         assert subtree is not None, f"{kind.name} has no way to {way}"
         return subtree
 
-    def _under_way(self, task_id: str, agent_id: str) -> bool:
+    def is_under_way(self, task_id: str, agent_id: str) -> bool:
+        """Return whether a task brings a machine home now."""
         return any(r.agent == agent_id and r.state in UNDER_WAY for r in self._core.task(task_id).recovering)
 
     def releases(self, task_id: str) -> None:
@@ -90,7 +91,7 @@ class Recovery:
             if agent.task == task_id:
                 if any(g.agent == agent_id and not g.ended for g in core.state.goals.values()):
                     continue
-                if self._under_way(task_id, agent_id):
+                if self.is_under_way(task_id, agent_id):
                     continue
                 if agent.landed != "grounded" and core.agent_type(agent).recover is not None:
                     self._try_again(task_id, agent_id)

@@ -97,7 +97,7 @@ class DoNode(Leaf):
             case "lost":
                 return self._fail(view, "agent_lost", "the agent is lost", again=False)
             case "taken_over":
-                return self._fail(view, "taken_over", "a pilot took over", again=False)
+                return self._fail(view, "taken_over", "its pilot, or its own failsafe, took over", again=False)
             case "in_doubt":
                 return self._fail(view, view.code or "in_doubt", "nobody knows how the goal ended", again=False)
             case _:

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 from formiga_bt.clock import micros
 from formiga_bt.engine.treerun import Ended, TreeHost
 from formiga_bt.lang import model
-from formiga_bt.nodes.run import AskOrder, Failure, GoalOrder, GoalView, Runaway
+from formiga_bt.nodes.run import AskOrder, Failure, GoalOrder, GoalView, Runaway, TidyOrder
 
 
 class Done(NamedTuple):
@@ -75,14 +75,27 @@ class NaiveTrees:
         self.host = host
         self.live: dict[str, tuple[Sequence[model.Step], str]] = {}
         self.pending: list[tuple[str, Sequence[model.Step], str]] = []
+        self.alone: dict[str, tuple[str, Failure | None]] = {}
+        """Each `finally` of a stopped sequence that runs: the sequence's path, and what `error` is in it."""
         self.mem: dict[str, dict[str, Any]] = {}
         self.moved = False
         self.broken: set[str] = set()
         """Sections in which a step raised: they stand still until they are stopped."""
 
     # -- TaskTrees -------------------------------------------------------------------------------------------------
-    def start(self, section: str, steps: Sequence[model.Step], scope: str) -> None:
+    def start(
+        self, section: str, steps: Sequence[model.Step], scope: str, at: str = "", error: Failure | None = None
+    ) -> None:
         self.pending.append((section, steps, scope))
+        if at:
+            self.alone[section] = (at, error)
+
+    def take_over(
+        self, section: str, tree: Any, steps: Sequence[model.Step], scope: str, at: str, error: Failure | None
+    ) -> None:
+        self.live[section] = (steps, scope)
+        self.alone[section] = (at, error)
+        self.mem[at] = tree
 
     def wake(self, key: str) -> None:
         self.moved = True  # everything is looked at anyway
@@ -108,27 +121,37 @@ class NaiveTrees:
             return []
         steps, scope = self.live.pop(section)
         self.broken.discard(section)
-        if section not in self.mem:
-            return []
-        goals = self._halt_child(self._root(section, steps, scope), self.mem[section])
-        del self.mem[section]
+        key = self._key(section)
+        goals = []
+        if key in self.mem:
+            goals = self._halt_child(self._root(section, steps, scope), self.mem[key])
+            del self.mem[key]
+        self.alone.pop(section, None)
         return goals
 
-    def restore(self, section: str, steps: Sequence[model.Step], scope: str) -> None:
+    def restore(
+        self, section: str, steps: Sequence[model.Step], scope: str, at: str = "", error: Failure | None = None
+    ) -> None:
         raise NotImplementedError("the oracle is never restarted")
 
     def statuses(self) -> dict[str, str]:
         return dict.fromkeys(self.mem, "RUNNING")
 
     # -- a section ---------------------------------------------------------------------------------------------------
+    def _key(self, section: str) -> str:
+        return self.alone[section][0] if section in self.alone else section
+
     def _root(self, section: str, steps: Sequence[model.Step], scope: str) -> list[At]:
+        if section in self.alone:
+            path, error = self.alone[section]
+            return [At(s, modifiers(s), f"{path}.{s.seg}", scope, error) for s in steps]
         return [At(s, modifiers(s), f"{section}/{s.seg}", scope, None) for s in steps]
 
     def _pass(self, section: str, ended: list[Ended]) -> None:
         if section in self.broken:
             return
         steps, scope = self.live[section]
-        mem = self.mem.setdefault(section, {"index": 0, "ran": False})
+        mem = self.mem.setdefault(self._key(section), {"index": 0, "ran": False})
         try:
             done = self._in_order(self._root(section, steps, scope), mem)
         except BrokenError as broken:
@@ -142,7 +165,8 @@ class NaiveTrees:
             ended.append(Ended(section, failure, fatal=True))
             return
         if done is not None:
-            del self.live[section], self.mem[section]
+            del self.live[section], self.mem[self._key(section)]
+            self.alone.pop(section, None)
             ended.append(Ended(section, done.failure))
 
     # -- one place -----------------------------------------------------------------------------------------------------
@@ -177,9 +201,8 @@ class NaiveTrees:
                 goals.append(goal)
         if "drain" in mem:
             pass  # what is below was stopped then
-        elif at.words[:1] == ("finally",) and "tidy" in mem:
-            goals = self._halt_child(self._tidy(at, mem), mem["tidy"])
-            del self.mem[at.path]
+        elif at.words[:1] == ("finally",):
+            goals = self._hand_over(at, mem)
         elif at.words:
             goals = self.halt_at(at.inner(mem.get("attempt", 0)))
         elif at.step.kind == "do":
@@ -265,15 +288,36 @@ class NaiveTrees:
                 return None
             mem["tidy"] = {"index": 0, "ran": False}
             self.mem[at.path] = {}  # the steps of `finally` count as one node at the sequence's path
-        if self._in_order(self._tidy(at, mem), mem["tidy"]) is None:
-            return None
+            self.host.open_scope(at.key, {"..": at.scope, ".=": True})
+        try:
+            if self._in_order(self._tidy(at, mem), mem["tidy"]) is None:
+                return None
+        except (BrokenError, Runaway):
+            mem["broken"] = True
+            raise
         del self.mem[at.path]
+        self.host.close_scope(at.key)
         return mem["ended"]  # a failure of `finally` changes nothing
+
+    def _hand_over(self, at: At, mem: dict[str, Any]) -> list[str]:
+        """Stop a sequence that has a `finally`, which goes on (or begins) on its own."""
+        closing = "tidy" in mem
+        goals = [] if closing else self.halt_at(at.inner())
+        error = (mem["ended"].failure if closing else None) or at.error
+        token = ""
+        if not mem.get("broken"):
+            order = TidyOrder(at.path, at.scope, at.key, tuple(goals), error)
+            token = self.host.tidy(order, mem["tidy"] if closing else None)
+        if closing and not token:
+            goals = self._halt_child(self._tidy(at, mem), mem["tidy"])
+            del self.mem[at.path]
+            self.host.close_scope(at.key)
+        return [*goals, token] if token else goals
 
     def _tidy(self, at: At, mem: dict[str, Any]) -> list[At]:
         assert isinstance(at.step, model.Sequence)
         error = mem["ended"].failure or at.error
-        return [At(s, modifiers(s), f"{at.path}.{s.seg}", at.scope, error) for s in at.step.finally_]
+        return [At(s, modifiers(s), f"{at.path}.{s.seg}", at.key, error) for s in at.step.finally_]
 
     # -- stops -----------------------------------------------------------------------------------------------------------
     def _order_stop(self, at: At, mem: dict[str, Any], goals: list[str]) -> None:
@@ -756,7 +800,7 @@ class NaiveTrees:
             return failed(at, goal.code, goal.text, goal.agent, again=again)
         code, reason = {
             "lost": ("agent_lost", "the agent is lost"),
-            "taken_over": ("taken_over", "a pilot took over"),
+            "taken_over": ("taken_over", "its pilot, or its own failsafe, took over"),
             "in_doubt": (goal.code or "in_doubt", "nobody knows how the goal ended"),
         }.get(goal.state, ("", ""))
         if code:
