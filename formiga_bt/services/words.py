@@ -127,7 +127,7 @@ REASONS: Final[Mapping[str, str]] = {
 REPEATS: Final = frozenset(
     {
         "the agent is lost",
-        "a pilot took over",
+        "its pilot, or its own failsafe, took over",
         "nobody knows how the goal ended",
         "the agent never confirmed the cancel",
     }
