@@ -7,7 +7,7 @@ alike; `obey` carries out an `Order`. What ends or stops the whole process (kill
 import math
 from collections import deque
 from collections.abc import Callable
-from typing import Final, Literal
+from typing import Final, Literal, Protocol
 
 import msgspec
 from msgspec import Struct
@@ -53,25 +53,45 @@ class Order(Struct, frozen=True, kw_only=True):
     """What the drone says of it (preflight)."""
 
 
+class StandIn(Protocol):
+    """Takes goals in the place of a body: a test's answer, a goal that fails when the test wants it."""
+
+    def start(self, request: GoalRequest) -> str | None:
+        """Take a goal ("" ) or refuse it (a code); None leaves it to the body."""
+        ...
+
+    def cancel(self, goal_id: str) -> bool:
+        """Cancel a goal if it is one that was taken and the body knows nothing of; return whether it was."""
+        ...
+
+
 class FaultyBody:
     """Stands before a body and refuses its next goals (an `AgentBody`)."""
 
     def __init__(self, body: Body) -> None:
         self.body = body
         self.refusals: list[str] = []
+        self.stand_in: StandIn | None = None
+        """Asked first about each goal."""
         self.begun: Callable[[], None] = lambda: None
         """Told when the body has begun a goal."""
 
     def start(self, request: GoalRequest) -> str:
         """Refuse with the next code in `refusals`, else let the body begin."""
-        code = self.refusals.pop(0) if self.refusals else self.body.start(request)
+        code = self.refusals.pop(0) if self.refusals else self._start(request)
         if not code:
             self.begun()
         return code
 
     def cancel(self, goal_id: str) -> bool:
-        """Let the body cancel."""
+        """Let the body cancel, unless a stand-in has the goal."""
+        if self.stand_in is not None and self.stand_in.cancel(goal_id):
+            return True
         return self.body.cancel(goal_id)
+
+    def _start(self, request: GoalRequest) -> str:
+        code = self.stand_in.start(request) if self.stand_in is not None else None
+        return self.body.start(request) if code is None else code
 
 
 class FaultyLink:

@@ -108,7 +108,7 @@ def read_params(book: Book, task: Task, entry: Entry | None, mark: Mark) -> dict
     for one in mapping.entries if mapping is not None else ():
         param = by_name.get(one.key.text)
         if param is None:
-            meant = nearest(one.key.text, by_name)
+            meant = surely(one.key.text, by_name)
             what = f"{task.name} has no parameter '{shorten(one.key.text)}'{did_you_mean(one.key.text, by_name)}"
             help_ = f"parameters: {quoted_list(task.params) or 'none'}"
             book.problems.add("E010", one.key.mark, what, help_, fix_word(one.key, meant))
