@@ -5,7 +5,7 @@ Called by the command line, the engine's front and tests, once per start.
 """
 
 import hashlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final
@@ -15,7 +15,7 @@ from formiga_bt.diagnostics import Diagnostic, Mark, in_order
 from formiga_bt.lang.actions import read_action, read_optional_mapping
 from formiga_bt.lang.document import Entry, Node, Scalar, parse
 from formiga_bt.lang.envelope import read_envelope, read_on_breach
-from formiga_bt.lang.files import Shelf
+from formiga_bt.lang.files import Shelf, read_file
 from formiga_bt.lang.kinds import ENVELOPE, Option
 from formiga_bt.lang.model import ActionSpec, AgentType, Catalogue, Subtree
 from formiga_bt.lang.reading import (
@@ -86,18 +86,19 @@ _SUCH_AS: Final[Mapping[str, str]] = {
 
 
 def load_catalogue(
-    files: Sequence[Path], library: Sequence[Path] | None = None
+    files: Sequence[Path], library: Sequence[Path] | None = None, *, read: Callable[[Path], str] = read_file
 ) -> tuple[Catalogue, list[Diagnostic], dict[str, str]]:
     """Read catalogue files.
 
     Args:
         files: in order; a name may be defined once.
         library: the folders where the types' subtrees are looked up; None = the packaged trees.
+        read: gives the text of a file.
 
     Returns:
         The catalogue (of what could be read), all problems in file order, and the text of each file read.
     """
-    reader = _CatalogueReader((folder("trees"),) if library is None else library)
+    reader = _CatalogueReader((folder("trees"),) if library is None else library, read)
     for path in files:
         reader.read_file(path)
     catalogue = reader.finish()
@@ -107,9 +108,10 @@ def load_catalogue(
 class _CatalogueReader:
     """Gathers the entries of all files, then resolves `extends` and the subtrees that types name."""
 
-    def __init__(self, library: Sequence[Path]) -> None:
+    def __init__(self, library: Sequence[Path], read: Callable[[Path], str]) -> None:
         self.problems = Problems()
-        self.shelf = Shelf(library, self.problems)
+        self.shelf = Shelf(library, self.problems, read)
+        self._read = read
         self._texts: list[str] = []
         self._types: dict[str, Entry] = {}
         self._actions: dict[str, Entry] = {}
@@ -119,7 +121,7 @@ class _CatalogueReader:
         """Parse one file and note its entries."""
         file = str(path)
         try:
-            text = path.read_text(encoding="utf-8")
+            text = self._read(path)
         except (OSError, UnicodeDecodeError) as error:
             self.problems.add("E008", Mark(file, 1, 1), f"the file cannot be read: {error}")
             return
@@ -281,7 +283,7 @@ class _CatalogueReader:
         label = self.shelf.label(path)
         unit = self.shelf.units.get(label)
         if unit is None:
-            unit = self.shelf.open_text(path.read_text(encoding="utf-8"), label, path.parent, library=True)
+            unit = self.shelf.open_text(self._read(path), label, path.parent, library=True)
         callee = subtrees.read_one(unit, name)
         if name not in unit.own:
             what = f"{file} has no subtree '{name}'{did_you_mean(name, unit.own)}"

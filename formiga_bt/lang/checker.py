@@ -22,10 +22,10 @@ from formiga_bt.lang.operators import (
     record_field_code,
 )
 from formiga_bt.lang.parts import poisoned, reads_of
-from formiga_bt.lang.scope import AGENT_FIELDS, BUILT_INS, PLACE_FIELDS, POSITION_FIELDS, Scope
+from formiga_bt.lang.scope import BUILT_INS, Scope, fields_of
 from formiga_bt.lang.tokens import Parsed
 from formiga_bt.lang.typed import Mismatch, Problems, Run, Typed, closest, constant, did_you_mean, sure_of
-from formiga_bt.lang.types import ANY, BOOL, INT, NUMBER, Type, enum_of
+from formiga_bt.lang.types import ANY, BOOL, INT, NUMBER, Type
 from formiga_bt.lang.typing_rules import in_words, literal
 
 _FIELD_CODE: Final[Mapping[str, Callable[[Run, str], Run]]] = MappingProxyType(
@@ -130,7 +130,7 @@ class Checker(Operands):
         name = self.parsed.token(node.attr).text
         if poisoned(base):
             return self.poison(node, base.reads)
-        fields = self._fields_of(base)
+        fields = fields_of(base.type, self.scope.agent_types)
         if fields is None:
             return self._no_field(node, base, name, ())
         is_open = base.type.name == "any" or (base.type.name == "names" and self.scope.site is None)
@@ -161,23 +161,6 @@ class Checker(Operands):
                 return site.places.get(name)
             case "site.regions":
                 return site.regions.get(name)
-        return None
-
-    def _fields_of(self, base: Typed) -> dict[str, Type] | None:
-        match base.type.name:
-            case "agent":
-                known = tuple(self.scope.agent_types)
-                return {**AGENT_FIELDS, "type": enum_of(*known)} if known else dict(AGENT_FIELDS)
-            case "place":
-                return dict(PLACE_FIELDS)
-            case "position":
-                return dict(POSITION_FIELDS)
-            case "record":
-                return dict(base.type.fields)
-            case "any":
-                return {}
-            case "names":
-                return dict.fromkeys(base.type.values, base.type.item or ANY)
         return None
 
     def _no_field(self, node: ast.Attribute, base: Typed, name: str, fields: tuple[str, ...]) -> Typed:

@@ -4,7 +4,7 @@ An import is looked up in the importing file's folder, then in the folders of th
 keeps what was read, finds circles, and remembers every text for diagnostics and for the hash of the bundle.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -51,11 +51,23 @@ class Unit:
         return [*self.own, *(name for _, unit in self.imports for name in unit.own)]
 
 
-class Shelf:
-    """Every file read for one task."""
+def read_file(path: Path) -> str:
+    """Return the text of a file."""
+    return path.read_text(encoding="utf-8")
 
-    def __init__(self, library: Sequence[Path], problems: Problems) -> None:
+
+class Shelf:
+    """Every file read for one task.
+
+    Args:
+        library: the folders where imports are looked up besides the importing file's own.
+        problems: where to report.
+        read: gives the text of an import; an editor has files that are not saved yet.
+    """
+
+    def __init__(self, library: Sequence[Path], problems: Problems, read: Callable[[Path], str] = read_file) -> None:
         self.problems = problems
+        self._read = read
         self.sources: dict[str, str] = {}
         self.units: dict[str, Unit] = {}
         self._library = tuple(library)
@@ -158,7 +170,7 @@ class Shelf:
         if file in self.units:
             return self.units[file]
         try:
-            text = path.read_text(encoding="utf-8")
+            text = self._read(path)
         except (OSError, UnicodeDecodeError) as error:
             self.problems.add("E008", at.mark, f"'{at.text}' cannot be read: {_reason(error)}")
             return None

@@ -7,7 +7,7 @@ re-exported, so that a caller needs this module only.
 
 import hashlib
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Final
@@ -19,12 +19,13 @@ from formiga_bt.lang.checks import check_task
 from formiga_bt.lang.document import Entry, Node
 from formiga_bt.lang.envelope import check_task as check_tightens
 from formiga_bt.lang.envelope import read_envelope
-from formiga_bt.lang.files import Shelf, Unit
+from formiga_bt.lang.files import Shelf, Unit, read_file
 from formiga_bt.lang.model import MIN_SPACING_M, Catalogue, Role, Site, Step, Subtree, Task
 from formiga_bt.lang.params import read_params
 from formiga_bt.lang.reading import Problems, read_flag, read_text, read_word, shorten
 from formiga_bt.lang.records import ABORT, ERROR
 from formiga_bt.lang.roles import read_roles, read_vars
+from formiga_bt.lang.scope import Scope
 from formiga_bt.lang.scopes import Body, Flow, Named, World, agent_types_of, saves
 from formiga_bt.lang.site import load_site
 from formiga_bt.lang.steps import read_bound, read_steps
@@ -33,7 +34,7 @@ from formiga_bt.lang.walk import size
 from formiga_bt.packaged import folder
 from formiga_bt.units import format_quantity
 
-__all__ = ["Loaded", "bundle_hash", "load_catalogue", "load_site", "load_task", "load_task_text"]
+__all__ = ["Loaded", "bundle_hash", "load_catalogue", "load_library_text", "load_site", "load_task", "load_task_text"]
 
 _TASK_NAME: Final = re.compile(r"[A-Z][A-Za-z0-9]*")
 _MOST_STEPS: Final = 20_000
@@ -85,16 +86,54 @@ def load_task_text(
     site: Site | None = None,
     library: Sequence[Path] | None = None,
     folder_: Path | None = None,
+    read: Callable[[Path], str] = read_file,
+    watch: Callable[[Mark, Scope], None] | None = None,
 ) -> Loaded:
-    """Read and check a task's text; `file` is its name in marks, `folder_` where imports are looked up first."""
+    """Read and check a task's text.
+
+    Args:
+        text: of the file.
+        file: its name in marks.
+        catalogue: see `load_task`; so are `site` and `library`.
+        site: see there.
+        library: see there.
+        folder_: where imports are looked up first.
+        read: gives the text of an import.
+        watch: is told what is visible at each step.
+    """
     problems = Problems()
-    shelf = Shelf((folder("trees"),) if library is None else library, problems)
+    shelf = Shelf((folder("trees"),) if library is None else library, problems, read)
     unit = shelf.open_text(text, file, folder_, library=False)
-    task = _TaskReader(World(catalogue, site), problems, shelf, unit).read() if unit.root is not None else None
+    world = World(catalogue, site, watch)
+    task = _TaskReader(world, problems, shelf, unit).read() if unit.root is not None else None
     found = in_order(problems.found)
     if any(d.severity == "error" for d in found):
         task = None
     return Loaded(task, found, dict(shelf.sources))
+
+
+def load_library_text(
+    text: str,
+    file: str,
+    *,
+    catalogue: Catalogue,
+    site: Site | None = None,
+    library: Sequence[Path] | None = None,
+    folder_: Path | None = None,
+    read: Callable[[Path], str] = read_file,
+    watch: Callable[[Mark, Scope], None] | None = None,
+) -> Loaded:
+    """Check the text of a library of subtrees by itself, as each task that imports it would; arguments as for a task."""
+    problems = Problems()
+    shelf = Shelf((folder("trees"),) if library is None else library, problems, read)
+    unit = shelf.open_text(text, file, folder_, library=True)
+    subtrees = Subtrees(World(catalogue, site, watch), problems)
+    for one in shelf.units.values():
+        subtrees.read_all(one)
+    for at, imported in unit.imports:
+        if imported.file not in unit.called:
+            problems.add("W060", at.mark, f"import '{at.text}' is never used", "remove it")
+    return Loaded(None, in_order(problems.found), dict(shelf.sources))
 
 
 def bundle_hash(sources: Mapping[str, str], file: str, catalogue: Catalogue) -> str:

@@ -4,13 +4,14 @@ Built by the loader as it walks a task; read by the expression checker. Scopes a
 addition returns a new one.
 """
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from types import MappingProxyType
 from typing import Final
 
 from formiga_bt.lang.helpers import STANDARD, Helpers
 from formiga_bt.lang.model import AgentType, Site
 from formiga_bt.lang.types import (
+    ANY,
     BOOL,
     DISTANCE,
     DURATION,
@@ -66,6 +67,29 @@ def _site_type(site: Site | None) -> Type:
         places=names(PLACE, site.places if site else None),
         regions=names(REGION, site.regions if site else None),
     )
+
+
+def fields_of(type_: Type, agent_types: Collection[str]) -> dict[str, Type] | None:
+    """Return what may be read of a value with a dot: nothing that is known of `any`; None for a type without fields.
+
+    Args:
+        type_: of the value.
+        agent_types: the names of all agent types, when known.
+    """
+    match type_.name:
+        case "agent":
+            return {**AGENT_FIELDS, "type": enum_of(*agent_types)} if agent_types else dict(AGENT_FIELDS)
+        case "place":
+            return dict(PLACE_FIELDS)
+        case "position":
+            return dict(POSITION_FIELDS)
+        case "record":
+            return dict(type_.fields)
+        case "any":
+            return {}
+        case "names":
+            return dict.fromkeys(type_.values, type_.item or ANY)
+    return None
 
 
 OUTSIDE: Final = ("base", "site")

@@ -95,6 +95,8 @@ class World:
 
     catalogue: Catalogue
     site: Site | None
+    watch: "Callable[[Mark, Scope], None] | None" = None
+    """Told what is visible at the start of each step, and behind the last one of a list (an editor listens)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -235,6 +237,11 @@ class Body:
             maybe_unset=unset,
             site=self.world.site,
         )
+
+    def tell(self, mark: Mark) -> None:
+        """Tell who watches the reading what is visible at a place."""
+        if self.world.watch is not None:
+            self.world.watch(mark, self.scope())
 
     def is_unsure(self, name: str) -> bool:
         """Return whether a name may be without value here."""

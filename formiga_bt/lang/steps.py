@@ -104,6 +104,7 @@ def read_steps(body: Body, node: Node, label: str, key: str) -> tuple[Step, ...]
         step = read_step(body, item, f"{label}[{index}]")
         if step is not None:
             found.append(step)
+    body.tell(Mark(node.mark.file, node.mark.end_line, node.mark.end_col))
     return tuple(found)
 
 
@@ -119,6 +120,7 @@ def _items(body: Body, node: Node, key: str) -> tuple[Node, ...]:
 
 def read_step(body: Body, node: Node, seg: str) -> Step | None:
     """Read one step; None (reported) if its kind or its main value cannot be read."""
+    body.tell(node.mark)
     if not isinstance(node, Mapping_):
         what = f"a step is a mapping such as 'do: drone.TakeOff', this is {what_is(node)}"
         body.problems.add("E005", node.mark, what)

@@ -13,7 +13,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 from types import MappingProxyType
-from typing import Final, Literal
+from typing import Final, Literal, cast
 
 from formiga_bt.units import LARGEST, NUMBER, UNIT, UNITS, to_si
 
@@ -64,6 +64,10 @@ _SPACE = re.compile(r"\s+")
 _OPERANDS = frozenset({"name", "number", "quantity", "text", "bool"})
 
 
+_BOOLS = frozenset({"true", "True", "false", "False"})
+_TokenKind = Literal["name", "word", "number", "quantity", "text", "bool", "op"]
+
+
 class ExprSyntax(Exception):  # noqa: N818 - never leaves the compiler, it becomes a diagnostic
     """The text is no expression. Columns are 0-based in the expression; `mended` replaces that span, if given."""
 
@@ -78,7 +82,7 @@ class ExprSyntax(Exception):  # noqa: N818 - never leaves the compiler, it becom
 class Token:
     """A word of an expression; columns are 0-based in the expression."""
 
-    kind: Literal["name", "word", "number", "quantity", "text", "bool", "op"]
+    kind: _TokenKind
     text: str
     start: int
     end: int
@@ -141,6 +145,24 @@ def parse_expression(source: str) -> Parsed:
     if sum(isinstance(node, ast.expr) for node in ast.walk(root)) > MAX_NODES:
         raise ExprSyntax(0, len(source), f"an expression may have {MAX_NODES} parts", "split it with vars:")
     return Parsed(source, tuple(tokens), tuple(starts), root)
+
+
+def rough_tokens(text: str) -> list[Token]:
+    """Return the tokens of a text that may be no expression (yet); what is strange is an "op". For editors."""
+    found: list[Token] = []
+    for match in _TOKEN.finditer(text):
+        kind = match.lastgroup or ""
+        if kind == "other" and match[0].isspace():
+            continue
+        if kind == "quantity" or match["unit"] is not None:
+            kind = "quantity"
+        elif kind == "name":
+            after_dot = bool(found) and found[-1].text == "."
+            kind = "word" if match[0] in WORDS and not after_dot else "bool" if match[0] in _BOOLS else "name"
+        elif kind not in ("number", "text"):
+            kind = "op"
+        found.append(Token(cast(_TokenKind, kind), match[0], match.start(), match.end()))
+    return found
 
 
 def _explain(error: BaseException, tokens: list[Token], starts: tuple[int, ...]) -> ExprSyntax:
@@ -220,7 +242,7 @@ def _text(text: str, start: int, end: int) -> Token:
 
 def _name(text: str, start: int, end: int, before: list[Token]) -> Token:
     field = bool(before) and before[-1].text == "."
-    if text in ("true", "True", "false", "False"):
+    if text in _BOOLS:
         return Token("bool", text, start, end, text in ("true", "True"))
     if text in WORDS:
         return Token("word", text, start, end)
