@@ -59,7 +59,7 @@ LOOK_US: Micros = SECOND
 LEFT_US: Micros = 10 * SECOND
 HANG_US: Micros = 60 * SECOND
 ORDER_US: Final[dict[str, Micros]] = {
-    "hold": 45 * SECOND, "return": 900 * SECOND, "land": 300 * SECOND, "cut": 20 * SECOND
+    "hold": 45 * SECOND, "return": 900 * SECOND, "land": 600 * SECOND, "cut": 20 * SECOND
 }  # fmt: skip
 """So long an order may take on a machine that can be reached and is under the engine's control."""
 IDLE_US: Micros = 15 * SECOND
@@ -216,6 +216,9 @@ class Monitor:
                 told = self._told.setdefault(card.id, _Told())
                 if told.boot and told.boot != card.boot_id:
                     told.boot, told.seq = card.boot_id, -1
+                if card.human:  # an app that starts anew has forgotten what it showed
+                    forgotten = [goal for goal in self._sent if goal.partition("#")[0].endswith(f"~{card.id}")]
+                    self._sent.update(dict.fromkeys(forgotten, "again"))
             case inp.AgentStatusInput(status):
                 self._status(status)
             case inp.GoalEventInput(event):

@@ -6,6 +6,7 @@
 """
 
 import argparse
+import dataclasses
 import sys
 from collections.abc import Callable
 from typing import Any
@@ -16,7 +17,6 @@ from msgspec.structs import replace
 from formiga_bt.clock import SECOND
 from formiga_bt.engine import changes as ch
 from formiga_bt.engine.allocation import Allocation
-from formiga_bt.engine.allocator import filters
 from formiga_bt.engine.authority import Authority
 from formiga_bt.engine.breaches import Breaches
 from formiga_bt.engine.clearances import Clearances
@@ -213,16 +213,13 @@ def returned_machines_are_left(patch: Patch) -> None:
 
 def machines_are_granted_twice(patch: Patch) -> None:
     """The allocator does not look whether a machine works for a task."""
-    refusal = filters.refusal
-    patch.setattr(filters, "refusal", lambda agent, role: refusal(replace_candidate(agent), role))
+    candidates = Allocation._candidates
+    patch.setattr(Allocation, "_candidates", lambda self, *args: [_as_if_free(one) for one in candidates(self, *args)])
 
 
-def replace_candidate(agent: Any) -> Any:
-    from dataclasses import is_dataclass
-    from dataclasses import replace as change
-
-    fields = {"task": "", "goal": "", "word": "STANDBY", "pool": "STANDBY", "landed": "grounded", "at_port": True}
-    return change(agent, **fields) if is_dataclass(agent) else replace(agent, **fields)
+def _as_if_free(agent: Any) -> Any:
+    free = {"task": "", "goal": "", "word": "STANDBY", "pool": "STANDBY", "landed": "grounded", "at_port": True}
+    return dataclasses.replace(agent, **free) if dataclasses.is_dataclass(agent) else replace(agent, **free)
 
 
 def state_changes_behind_the_journal(patch: Patch) -> None:

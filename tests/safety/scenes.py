@@ -38,6 +38,9 @@ ANSWERS: Mapping[str, Sequence[Mapping[str, Any]]] = {
 }  # fmt: skip
 """Scripts of people; one without a rule that fits says the first option that is a yes."""
 
+HARD = 100_000
+"""From this seed on much more happens in a scene."""
+
 STOPS = ("hold", "return", "land", "cut")
 
 
@@ -102,7 +105,7 @@ def scene(seed: int) -> Scene:
         site,
         (*_machines(dice, site, drones), *_people(dice, people)),
         tuple(sorted(requests, key=lambda r: r.at)),
-        tuple(sorted(_deeds(dice, [name for name, _, _ in drones], lasts), key=lambda d: d.at)),
+        tuple(sorted(_deeds(dice, seed, [name for name, _, _ in drones], lasts), key=lambda d: d.at)),
         lasts,
     )
 
@@ -172,9 +175,9 @@ def _request(dice: Random, drones: Sequence[tuple[str, str, str]], people: Seque
     return Request(at, task, params[task], dice.choice((None, None, "high", "low")))
 
 
-def _deeds(dice: Random, drones: Sequence[str], lasts: float) -> list[Deed]:
+def _deeds(dice: Random, seed: int, drones: Sequence[str], lasts: float) -> list[Deed]:
     found: list[Deed] = []
-    for _ in range(dice.choice((1, 2, 3, 4, 6, 8, 10))):
+    for _ in range(dice.choice((15, 25, 40) if seed >= HARD else (1, 2, 3, 4, 6, 8, 10))):
         # A third of all comes together with something else.
         near = found and dice.random() < 0.35
         at = max(0.0, dice.choice(found).at + dice.uniform(-1.5, 1.5)) if near else dice.uniform(3.0, lasts)

@@ -134,6 +134,8 @@ def muted(case: Case) -> Case:
 
 
 NEVER = ({"never": True},)
+SILENT = ({"match": "start here", "never": True}, {"match": "go on", "options": ["no"]})
+"""Lets the task go on after the landing, and says nothing about its start."""
 
 STATES: dict[str, Callable[[], Case]] = {
     "idle at the port": lambda: Case(scene()).wait(1),
@@ -150,9 +152,7 @@ STATES: dict[str, Callable[[], Case]] = {
     "descending": lambda: Case(scene()).begin().flies("LandIn", "running", "descending").wait(2),
     "last metres of a landing": lambda: Case(scene()).begin().flies("LandIn", "running", "descending").wait(16),
     "standing away from the port": lambda: Case(scene()).stands(),
-    "gated for clearance on the ground": lambda: Case(
-        scene(script=({"match": "start here", "never": True},))
-    ).stands().gated("clearance"),
+    "gated for clearance on the ground": lambda: Case(scene(script=SILENT)).stands().gated("clearance"),
     "canceling": lambda: aborted(muted(Case(scene()).cruises())).flies("GoTo", "canceling"),
     "in on_abort": lambda: aborted(Case(scene()).cruises()).section("on_abort").wait(2),
     "goal of on_abort": lambda: aborted(Case(scene()).cruises()).section("on_abort").flies("GoTo"),
@@ -228,6 +228,8 @@ ORDERS: dict[str, inp.Input] = {
     **{f"lockdown {how}": inp.LockdownOrder(how, PERSON) for how in ("hold", "return", "land", "release")},  # type: ignore[arg-type]
     **{f"abort {how}".strip(): inp.Abort(TASK, how, PERSON) for how in ("", "now", "abandon")},  # type: ignore[arg-type]
 }  # fmt: skip
+LATER_S = 25.0
+"""From the order to the calm, in which it is lifted 40 s later: words of people are old by then."""
 SAME_AGAIN = ("hold", "return", "land", "lockdown")
 """Orders that change nothing when they are given a second time at once."""
 
@@ -257,7 +259,7 @@ def play(state: str, order: str) -> tuple[list[str], Case]:
         again = next(step for step in case.world.steps[count:] if step.input is given)
         if order.split()[0] in SAME_AGAIN and (first != second or again.changes or again.effects):
             wrong.append(f"the same order again: {first}, then {second} {again.changes} {again.effects}")
-        case.world.run_for(8)
+        case.world.run_for(LATER_S)
         case.calm()
     except Exception as error:  # noqa: BLE001  (any exception is what is looked for)
         wrong.append(f"{type(error).__name__}: {error}")
