@@ -14,12 +14,18 @@ from formiga_bt.nodes.leaves import AskNode, DoNode, ReleaseNode, WaitNode, chec
 from formiga_bt.nodes.live import GuardNode, ReactiveNode, WaitUntilNode
 from formiga_bt.nodes.loops import BreakIfNode, ForNode, LoopNode
 from formiga_bt.nodes.parallel import ForParallelNode, ParallelNode
-from formiga_bt.nodes.tidy import TidyNode
+from formiga_bt.nodes.run import Failure
+from formiga_bt.nodes.tidy import FinallyNode, TidyNode
 
 
 def compile_section(name: str, steps: Sequence[model.Step]) -> SequenceNode:
     """Return the tree of a section: a sequence of its steps, named after the section."""
     return SequenceNode(name, None, [compile_step(step) for step in steps])
+
+
+def compile_finally(steps: Sequence[model.Step], error: Failure | None = None) -> FinallyNode:
+    """Return the tree of a `finally`; `error` is what it sees under that name once it is on its own."""
+    return FinallyNode([compile_step(step) for step in steps], error)
 
 
 def compile_step(step: model.Step) -> Node:
@@ -42,7 +48,7 @@ def _sequence(step: model.Sequence) -> Node:
     children = [compile_step(s) for s in step.steps]
     node: Node = ReactiveNode(step, children) if step.reactive else SequenceNode(step.title, step, children)
     if step.finally_:
-        return TidyNode(step, node, SequenceNode("finally", None, [compile_step(s) for s in step.finally_], joint="."))
+        return TidyNode(step, node, lambda: compile_finally(step.finally_))
     return node
 
 

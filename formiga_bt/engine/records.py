@@ -99,6 +99,39 @@ class Recovering(Struct, frozen=True):
     """Which subtree of its type flies it."""
 
 
+class Tidy(Struct, frozen=True, kw_only=True, omit_defaults=True):
+    """The `finally` of a stopped sequence. In drain sets it stands for a goal, so it has what is asked of those."""
+
+    id: str
+    path: str
+    """Of its sequence."""
+    scope: str
+    owner: str = ""
+    """Node key to wake at its end; `!task` = the task's drain."""
+    state: Literal["waiting", "running", "stopping", "ended"]
+    after: tuple[str, ...] = ()
+    """Goals, and others of its kind: what it begins after, or (stopping) ends after."""
+    error: Failure | None = None
+    agent: str = ""
+    code: str = ""
+    text: str = ""
+
+    @property
+    def result(self) -> dict[str, Any]:
+        """Return nothing."""
+        return {}
+
+    @property
+    def repeatable(self) -> bool:
+        """Return True: it does not keep what was stopped from being tried again."""
+        return True
+
+    @property
+    def ended(self) -> bool:
+        """Return whether nobody needs to wait for it any more."""
+        return self.state == "ended"
+
+
 class TaskRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
     """A task. `section` is the part that runs; `outcome` is decided when the steps end and never changes after."""
 
@@ -115,6 +148,8 @@ class TaskRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
     """The section was stopped and its goals drain."""
     drain: tuple[str, ...] = ()
     """Goals whose end the next part waits for."""
+    tidying: tuple[Tidy, ...] = ()
+    """Each `finally` of a stopped sequence that is not over."""
     outcome: Literal["", "SUCCEEDED", "FAILED", "CANCELED"] = ""
     code: str = ""
     """Reason code of the outcome."""

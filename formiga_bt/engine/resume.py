@@ -12,6 +12,8 @@ def restore_trees(core: Core, tasks: Tasks) -> None:
         if task.section in memory:
             steps = section_steps(core.models[task.name], task.section)
             tasks.run_of(task.id).trees.restore(task.section, steps, "")
+        if task.tidying:
+            tasks.run_of(task.id).tidies.restore()
         for recovering in task.recovering:
             if f"recover:{recovering.agent}#{recovering.attempt}" in memory:
                 tasks.recovery.restore(recovering, tasks.run_of(task.id).trees)

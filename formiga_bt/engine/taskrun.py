@@ -10,12 +10,13 @@ from formiga_bt.engine.env import TaskEnv
 from formiga_bt.engine.inputs import Notify
 from formiga_bt.engine.people import People
 from formiga_bt.engine.ports import GoalPort
-from formiga_bt.engine.records import GoalRecord, Question
+from formiga_bt.engine.records import GoalRecord, Question, Tidy
+from formiga_bt.engine.tidying import WORD, Tidies
 from formiga_bt.engine.treerun import CompiledTrees, TaskTrees, TreesFactory
 from formiga_bt.engine.watching import watch_keys
 from formiga_bt.lang.model import Expr
 from formiga_bt.nodes.memory import Mem
-from formiga_bt.nodes.run import AskOrder, Failure, GoalOrder, Runaway
+from formiga_bt.nodes.run import AROUND, THROUGH, AskOrder, Failure, GoalOrder, Runaway, TidyOrder
 
 BUDGET = 10_000
 """Nodes that a task may visit in one input."""
@@ -41,7 +42,9 @@ class TaskRun:
         self._spent = 0
         self._spent_seq = -1
         self._watched: dict[str, Watched] = {}
+        self.tidies = Tidies(core, task_id)
         self.trees: TaskTrees = factory(self)
+        self.tidies.trees = self.trees
 
     @property
     def now(self) -> Micros:
@@ -164,21 +167,37 @@ class TaskRun:
         """Order a goal."""
         return self._goals.order(self.task_id, order)
 
-    def goal(self, goal_id: str) -> GoalRecord:
-        """Return a goal's record; it has the shape of a GoalView."""
-        return self._core.state.goals[goal_id]
+    def goal(self, goal_id: str) -> GoalRecord | Tidy:
+        """Return a goal's record, or that of a `finally` in a drain set; both have the shape of a GoalView."""
+        found = self.find(goal_id)
+        assert found is not None, f"no {goal_id}"
+        return found
+
+    def find(self, goal_id: str) -> GoalRecord | Tidy | None:
+        """Return what stands in a drain set, or None if it was dropped."""
+        return self.tidies.find(goal_id) if goal_id.startswith(WORD) else self._core.state.goals.get(goal_id)
 
     def drop_goal(self, goal_id: str) -> None:
-        """Forget an ended goal."""
-        self._core.emit(ch.GoalDrop(goal_id))
+        """Forget an ended goal, or an ended `finally`."""
+        if goal_id.startswith(WORD):
+            self.tidies.drop(goal_id)
+        else:
+            self._core.emit(ch.GoalDrop(goal_id))
+
+    def tidy(self, order: TidyOrder, tree: Any = None) -> str:
+        """Take over the `finally` of a stopped sequence."""
+        return self.tidies.take(order, tree)
 
     def cancel(self, goal_id: str) -> bool:
         """Cancel a goal; return whether to wait for its end."""
         return self._goals.cancel(goal_id)
 
     def adopt(self, goal_id: str, owner: str) -> None:
-        """Change who is woken for a goal."""
-        self._core.put_goal(goal_id, owner=owner)
+        """Change who is woken for a goal, or for a `finally`."""
+        if goal_id.startswith(WORD):
+            self.tidies.adopt(goal_id, owner)
+        else:
+            self._core.put_goal(goal_id, owner=owner)
 
     # -- people ----------------------------------------------------------------------------------------------------
     def ask(self, order: AskOrder) -> None:
@@ -212,5 +231,8 @@ class TaskRun:
             self._core.emit(ch.ScopePut(self.task_id, scope, None))
 
     def set_var(self, scope: str, name: str, value: Any) -> None:
-        """Set a name."""
+        """Set a name, in the scope that it belongs to."""
+        scopes = self._core.state.scopes[self.task_id]
+        while THROUGH in scopes[scope] and name not in scopes[scope]:
+            scope = scopes[scope][AROUND]
         self._core.emit(ch.VarPut(self.task_id, scope, name, value))

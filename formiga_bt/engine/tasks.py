@@ -29,6 +29,7 @@ from formiga_bt.engine.records import Again, Stop, TaskRecord
 from formiga_bt.engine.recovery import UNDER_WAY, Recovery
 from formiga_bt.engine.taskmodel import duration_us, root_values, section_steps
 from formiga_bt.engine.taskrun import TaskRun
+from formiga_bt.engine.tidying import WORD
 from formiga_bt.engine.treerun import Ended, TreesFactory
 from formiga_bt.errors import TaskError
 from formiga_bt.lang.model import Step, Task
@@ -195,6 +196,7 @@ class Tasks:
             core.woken.pop(task_id, None)
             return
         run = self.run_of(task_id)
+        run.tidies.proceed()
         for key in core.woken.pop(task_id, {}):
             run.trees.wake(key)
         core.running, core.wake_now = task_id, run.trees.wake
@@ -211,7 +213,9 @@ class Tasks:
     def _section_ended(self, task_id: str, ended: Ended) -> None:
         core = self._core
         task = core.task(task_id)
-        if ended.section.startswith("recover:"):
+        if ended.section.startswith(WORD):
+            self.run_of(task_id).tidies.on_ended(ended)
+        elif ended.section.startswith("recover:"):
             if ended.fatal:
                 self.stop(task_id, ended.section)
             self.recovery.ended(task_id, ended)
@@ -275,12 +279,15 @@ class Tasks:
         self._core.put_task(task_id, notes=(*self._core.task(task_id).notes, text))
 
     # -- stopping --------------------------------------------------------------------------------------------------
-    def stop(self, task_id: str, section: str) -> None:
-        """Stop a section; its goals join the task's drain set."""
+    def stop(self, task_id: str, section: str, *, tidy: bool = True) -> None:
+        """Stop a section; its goals join the task's drain set, and (`tidy`) each `finally` of its sequences."""
         core = self._core
-        goals = self.run_of(task_id).trees.halt(section)
+        run = self.run_of(task_id)
+        run.tidies.skip = not tidy
+        goals = run.trees.halt(section)
+        run.tidies.skip = False
         for goal in goals:
-            core.put_goal(goal, owner="!task")
+            run.adopt(goal, "!task")
         task = core.task(task_id)
         core.put_task(task_id, stopping=True, drain=(*task.drain, *goals))
         core.touch(task_id)
@@ -291,12 +298,13 @@ class Tasks:
         if not task.stopping:
             return
         left = []
+        run = self.run_of(task_id)
         for goal_id in task.drain:
-            goal = core.state.goals.get(goal_id)
+            goal = run.find(goal_id)
             if goal is not None and not goal.ended:
                 left.append(goal_id)
             elif goal is not None:
-                core.emit(ch.GoalDrop(goal_id))
+                run.drop_goal(goal_id)
         if len(left) != len(task.drain):
             core.put_task(task_id, drain=tuple(left))
         if left:
@@ -311,12 +319,15 @@ class Tasks:
         """End a task by something that no step can catch: its timeout, an exception, a refused clearance."""
         core = self._core
         task = core.task(task_id)
+        breach = code.startswith("envelope.")
+        if breach:
+            self.run_of(task_id).tidies.cut()
         if task.section == "steps" and not task.stopping:
             self._decide(task_id, "FAILED", code, reason, failure or Failure(code, reason, retryable=False))
-            self.stop(task_id, "steps")
+            self.stop(task_id, "steps", tidy=not breach)
         elif task.section in AFTER and not task.stopping:
             self._note(task_id, f"{task.section}: {code} {reason}")
-            self.stop(task_id, task.section)
+            self.stop(task_id, task.section, tidy=not breach)
 
     def abort(self, order: Abort) -> str:
         """End a task on a person's word; return an error text, or "".
@@ -343,6 +354,7 @@ class Tasks:
             return ""
         if order.how == "now" and task.section != "recover":
             core.put_task(task.id, abort_now=True)
+            self.run_of(task.id).tidies.cut()
         elif task.section in ("on_abort", "finally", "recover"):
             raise TaskError("already_ending", f"{order.task} is already ending")
         self._decide(task.id, "CANCELED", "aborted", f"by {order.by or 'an operator'}")
@@ -367,6 +379,7 @@ class Tasks:
         core = self._core
         self._decide(task.id, "CANCELED", "aborted", f"abandoned by {order.by or 'an operator'}")
         core.put_task(task.id, abort_now=True, abort_reason="abandoned")
+        self.run_of(task.id).tidies.cut()
         for section in self._sections(task):
             self.stop(task.id, section)
         for agent_id in task.granted:
@@ -451,6 +464,7 @@ class Tasks:
         elif what == "cleanup" and task.section in AFTER:
             self._note(task_id, f"{task.section}: cleanup_timeout is over")
             core.put_task(task_id, abort_now=True)
+            self.run_of(task_id).tidies.cut()
             if not task.stopping:
                 self.stop(task_id, task.section)
         elif what == "hopeless" and task.status == "PENDING":

@@ -9,11 +9,12 @@ from typing import Any, Protocol
 
 from msgspec import Struct
 
-from formiga_bt.compile import compile_section
+from formiga_bt.compile import compile_finally, compile_section
 from formiga_bt.lang import model
 from formiga_bt.nodes.base import FAILURE, RUNNING, LeafError, Node, Status
 from formiga_bt.nodes.composites import SequenceNode
 from formiga_bt.nodes.run import Failure, Run, Runaway
+from formiga_bt.nodes.tidy import FinallyNode
 
 
 class Ended(Struct, frozen=True):
@@ -35,8 +36,16 @@ class TreeHost(Run, Protocol):
 class TaskTrees(Protocol):
     """The trees of one task."""
 
-    def start(self, section: str, steps: Sequence[model.Step], scope: str) -> None:
-        """Start a section in the next pass."""
+    def start(
+        self, section: str, steps: Sequence[model.Step], scope: str, at: str = "", error: Failure | None = None
+    ) -> None:
+        """Start a section in the next pass; with `at`, the `finally` of the stopped sequence of that path."""
+        ...
+
+    def take_over(
+        self, section: str, tree: Any, steps: Sequence[model.Step], scope: str, at: str, error: Failure | None
+    ) -> None:
+        """Go on as a section with a `finally` that runs already: `tree` is what the nodes handed over."""
         ...
 
     def wake(self, key: str) -> None:
@@ -51,7 +60,9 @@ class TaskTrees(Protocol):
         """Stop a section; return the goals whose end must be waited for."""
         ...
 
-    def restore(self, section: str, steps: Sequence[model.Step], scope: str) -> None:
+    def restore(
+        self, section: str, steps: Sequence[model.Step], scope: str, at: str = "", error: Failure | None = None
+    ) -> None:
         """Rebuild a running section from the task's memory."""
         ...
 
@@ -69,7 +80,7 @@ class CompiledTrees:
     def __init__(self, host: TreeHost, *, tick: bool = False) -> None:
         self.host = host
         self.roots: dict[str, SequenceNode] = {}
-        self._pending: list[tuple[str, str]] = []
+        self._pending: list[tuple[str, str, str]] = []
         self._nodes: dict[str, Node] = {}
         self._tick = tick
         """Drive the nodes by py_trees' own `tick()` instead of `proceed()`: for tests, the outcome is the same."""
@@ -82,10 +93,20 @@ class CompiledTrees:
         """Forget a key."""
         self._nodes.pop(key, None)
 
-    def start(self, section: str, steps: Sequence[model.Step], scope: str) -> None:
+    def start(
+        self, section: str, steps: Sequence[model.Step], scope: str, at: str = "", error: Failure | None = None
+    ) -> None:
         """Start a section in the next pass."""
-        self.roots[section] = compile_section(section, steps)
-        self._pending.append((section, scope))
+        self.roots[section] = compile_finally(steps, error) if at else compile_section(section, steps)
+        self._pending.append((section, at or section, scope))
+
+    def take_over(
+        self, section: str, tree: Any, steps: Sequence[model.Step], scope: str, at: str, error: Failure | None
+    ) -> None:
+        """Go on with a tree that runs already."""
+        del steps, scope, at
+        tree.parent, tree.error = None, error
+        self.roots[section] = tree
 
     def wake(self, key: str) -> None:
         """Make a node due, if it still runs."""
@@ -98,8 +119,8 @@ class CompiledTrees:
         ended: list[Ended] = []
         while True:
             if self._pending:
-                section, scope = self._pending.pop(0)
-                self._step(section, lambda root, s=section, sc=scope: root.enter(self.host, s, sc), ended)  # type: ignore[misc]
+                section, at, scope = self._pending.pop(0)
+                self._step(section, lambda root, at=at, sc=scope: root.enter(self.host, at, sc), ended)  # type: ignore[misc]
             else:
                 dirty = [section for section, root in self.roots.items() if root.dirty and root.status is RUNNING]
                 if not dirty:
@@ -129,20 +150,26 @@ class CompiledTrees:
             return
         if status is not RUNNING:
             ended.append(Ended(section, root.failure if status is FAILURE else None))
+            if isinstance(root, FinallyNode):
+                del self.roots[section]
 
     def halt(self, section: str) -> list[str]:
         """Stop a section's tree."""
         self._pending = [item for item in self._pending if item[0] != section]
         root = self.roots.get(section)
         goals = root.halt(self.host) if root is not None else []
+        if isinstance(root, FinallyNode):
+            del self.roots[section]
         self.host.flush()
         return goals
 
-    def restore(self, section: str, steps: Sequence[model.Step], scope: str) -> None:
+    def restore(
+        self, section: str, steps: Sequence[model.Step], scope: str, at: str = "", error: Failure | None = None
+    ) -> None:
         """Rebuild a running section."""
-        root = compile_section(section, steps)
+        root = compile_finally(steps, error) if at else compile_section(section, steps)
         self.roots[section] = root
-        root.restore(self.host, section, scope)
+        root.restore(self.host, at or section, scope)
 
     def statuses(self) -> dict[str, str]:
         """Return the running nodes by key."""

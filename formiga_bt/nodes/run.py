@@ -5,7 +5,7 @@ that leaves the tree goes through `order`, `ask`, `notify`. No node reads a sibl
 """
 
 from collections.abc import Mapping
-from typing import Any, Literal, Protocol
+from typing import Any, Final, Literal, Protocol
 
 from msgspec import Struct
 
@@ -112,6 +112,26 @@ class AskOrder(Struct, frozen=True):
     owner: str
 
 
+AROUND: Final = ".."
+"""Among the values of a scope: the scope around it, whose names are visible too."""
+THROUGH: Final = ".="
+"""Among the values of a scope: what is written in it belongs to the scope around it."""
+
+
+class TidyOrder(Struct, frozen=True):
+    """A stopped sequence hands its `finally` over to whoever waits for the ends of its goals."""
+
+    path: str
+    """Of the sequence."""
+    scope: str
+    alias: str
+    """The scope of the `finally`: for now another name of `scope`."""
+    after: tuple[str, ...]
+    """What the sequence itself leaves to wait for; with that the `finally` begins."""
+    error: Failure | None
+    """What `error` is in it."""
+
+
 class Run(Protocol):
     """The services of one running task."""
 
@@ -203,6 +223,13 @@ class Run(Protocol):
 
     def cancel(self, goal_id: str) -> bool:
         """Cancel a goal; return whether its end must be waited for (False: it never left, or has ended)."""
+        ...
+
+    def tidy(self, order: TidyOrder, tree: Any = None) -> str:
+        """Hand over a `finally`, with its tree if it runs already; return what stands for it in drain sets.
+
+        That is an id which `goal`, `adopt` and `drop_goal` know; "" = it is skipped, as after abort --now.
+        """
         ...
 
     def adopt(self, goal_id: str, owner: str) -> None:

@@ -1,14 +1,31 @@
-"""A sequence with `finally`: after its end, good or bad, the steps of `finally` run in place; their failure changes nothing."""
+"""A sequence with `finally`: after its end, good or bad, the steps of `finally` run in place; their failure changes nothing.
 
+A sequence that is stopped hands its `finally` over instead (`Run.tidy`): it runs on its own once what the sequence had
+under way has ended, and whoever stopped the sequence waits for it. One that runs in place already goes on as it is.
+"""
+
+from collections.abc import Callable, Sequence
 from typing import ClassVar
 
 from py_trees.common import Status
 
 from formiga_bt.lang import model
-from formiga_bt.nodes.base import FAILURE, RUNNING, SUCCESS, Node
+from formiga_bt.nodes.base import FAILURE, RUNNING, SUCCESS, LeafError, Node
 from formiga_bt.nodes.composites import SequenceNode, adopt_children
 from formiga_bt.nodes.memory import Mem, TidyMem
-from formiga_bt.nodes.run import Failure, Run
+from formiga_bt.nodes.run import AROUND, THROUGH, Failure, Run, Runaway, TidyOrder
+
+
+class FinallyNode(SequenceNode):
+    """The steps of a `finally`, below their sequence or on their own."""
+
+    def __init__(self, children: Sequence[Node], error: Failure | None = None) -> None:
+        super().__init__("finally", None, children, joint=".")
+        self.error = error
+
+    def error_for_children(self) -> Failure | None:
+        """Return what `error` is once it is on its own; below its sequence that tells it."""
+        return self.error
 
 
 class TidyNode(Node):
@@ -16,13 +33,16 @@ class TidyNode(Node):
 
     kind: ClassVar[str] = "finally"
 
-    def __init__(self, step: model.Sequence, main: Node, tidy: SequenceNode) -> None:
+    def __init__(self, step: model.Sequence, main: Node, tidy: Callable[[], FinallyNode]) -> None:
         super().__init__(step.title, step)
         self.main = main
-        self.tidy = tidy
+        self._new_tidy = tidy
+        self.tidy = tidy()
         self.closing = False
+        self.broken = False
+        """`finally` raised: it cannot go on, also not on its own."""
         self.decided: Failure | None = None
-        adopt_children(self, [main, tidy])
+        adopt_children(self, [main, self.tidy])
 
     @property
     def key(self) -> str:
@@ -35,7 +55,7 @@ class TidyNode(Node):
 
     def on_enter(self, run: Run) -> Status:
         """Start the sequence."""
-        self.closing, self.decided = False, None
+        self.closing, self.broken, self.decided = False, False, None
         self.remember(run, TidyMem())
         self.main.enter(run, self.path, self.scope)
         return self._after_main(run)
@@ -43,7 +63,7 @@ class TidyNode(Node):
     def on_proceed(self, run: Run) -> Status:
         """Go on with what runs."""
         if self.closing:
-            return RUNNING if self.tidy.proceed(run) is RUNNING else self._end()
+            return self._tidied(run, lambda: self.tidy.proceed(run))
         self.main.proceed(run)
         return self._after_main(run)
 
@@ -53,20 +73,40 @@ class TidyNode(Node):
         self.closing, self.decided = True, self.main.failure if self.main.status is FAILURE else None
         self.skipped, self.breaking = self.main.skipped, self.main.breaking
         self.remember(run, TidyMem(True, self.decided, self.skipped, self.breaking))
-        if self.tidy.enter(run, self.path, self.scope) is RUNNING:
-            return RUNNING
-        return self._end()
+        run.open_scope(self.key, {AROUND: self.scope, THROUGH: True})
+        return self._tidied(run, lambda: self.tidy.enter(run, self.path, self.key))
 
-    def _end(self) -> Status:
+    def _tidied(self, run: Run, act: Callable[[], Status]) -> Status:
+        try:
+            status = act()
+        except (LeafError, Runaway):
+            self.broken = True
+            raise
+        if status is RUNNING:
+            return RUNNING
+        run.close_scope(self.key)
         return SUCCESS if self.decided is None else self.fail_as(self.decided)
 
     def on_halt(self, run: Run) -> list[str]:
-        """Stop what runs."""
-        return self.tidy.halt(run) if self.closing else self.main.halt(run)
+        """Stop the sequence and hand `finally` over, also one that runs."""
+        goals = [] if self.closing else self.main.halt(run)
+        error = self.decided if self.closing and self.decided is not None else self.error_here()
+        order = TidyOrder(self.path, self.scope, self.key, tuple(goals), error)
+        token = "" if self.broken else run.tidy(order, self.tidy if self.closing else None)
+        if self.closing and token:
+            self.tidy = self._new_tidy()
+            adopt_children(self, [self.main, self.tidy])
+        elif self.closing:
+            goals = self.tidy.halt(run)
+            run.close_scope(self.key)
+        return [*goals, token] if token else goals
 
     def on_restore(self, run: Run, mem: Mem) -> None:
         """Go on with what ran."""
         assert isinstance(mem, TidyMem)
         self.closing, self.decided = mem.closing, mem.failure
         self.skipped, self.breaking = mem.skipped, mem.breaking
-        (self.tidy if mem.closing else self.main).restore(run, self.path, self.scope)
+        if mem.closing:
+            self.tidy.restore(run, self.path, self.key)
+        else:
+            self.main.restore(run, self.path, self.scope)

@@ -186,6 +186,73 @@ CASES: dict[str, Case] = {
         ]}],
         {}, [], "SUCCEEDED", "", ["1 tidy", "1 =failed:first", "2 again"],
     ),
+    "finally: of a stopped sequence it begins when the sequence has drained, and the stopper waits for it": (
+        [{"sequence": [ONE], "finally": [say("tidy"), {"wait": "3 s"}, say("tidied")], "timeout": "2 s",
+          "ignore_failure": True}, say("end")],
+        {"c1": [SLOW]}, [], "SUCCEEDED", "", ["5 tidy", "8 tidied", "8 end"],
+    ),
+    "finally: inner before outer, each after its own goals": (
+        [{"sequence": [
+            {"sequence": [{"sequence": [ONE], "finally": [{"do": "one.Home"}, say("inner")]}],
+             "finally": [say("outer"), {"wait": "1 s"}]}], "timeout": "2 s", "ignore_failure": True}, say("end")],
+        {"c1": [SLOW, Deed(after=2.0)]}, [], "SUCCEEDED", "", ["7 inner", "7 outer", "8 end"],
+    ),
+    "finally: one that runs in place already goes on as it is": (
+        [{"sequence": [{"sequence": [say("work")], "finally": [{"do": "one.Move"}, say("tidied")]}],
+          "timeout": "2 s", "ignore_failure": True}, say("end")],
+        {"c1": [Deed(after=4.0)]}, [], "SUCCEEDED", "", ["1 work", "5 tidied", "5 end"],
+    ),
+    "finally: its failure after a stop changes nothing": (
+        [{"fallback": [
+            {"sequence": [{"wait": "9 s"}], "finally": [say("tidy"), {"fail": "oh no", "when": "n == 0"}, say("never")],
+             "timeout": "2 s"},
+            say("${error.code}")]}],
+        {}, [], "SUCCEEDED", "", ["3 tidy", "3 =timeout"],
+    ),
+    "finally: with a stopper that is stopped it moves to who stops that": (
+        [{"sequence": [{"guard": "one.battery > 50 %", "steps": [
+            {"sequence": [{"wait": "30 s"}], "finally": [{"wait": "4 s"}, say("tidied")]}]}],
+          "timeout": "3 s", "ignore_failure": True}, say("end")],
+        {}, [Event(2.0, "low", "c1")], "SUCCEEDED", "", ["6 tidied", "6 end"],
+    ),
+    "finally: before on_abort, and the task waits for it": (
+        [{"sequence": [ONE], "finally": [{"wait": "2 s"}, say("tidied")]}],
+        {"c1": [SLOW]}, [Event(3.0, "abort")], "CANCELED", "aborted", ["7 tidied"],
+    ),
+    "finally: abort now skips it": (
+        [{"sequence": [ONE], "finally": [say("tidied")]}],
+        {"c1": [SLOW]}, [Event(3.0, "now")], "CANCELED", "aborted", [],
+    ),
+    "finally: abort now stops one that runs": (
+        [{"sequence": [ONE], "finally": [say("tidy"), {"wait": "20 s"}, say("tidied")]}],
+        {"c1": [SLOW]}, [Event(3.0, "abort"), Event(8.0, "now")], "CANCELED", "aborted", ["5 tidy"],
+    ),
+    "finally: at most two minutes after a stop": (
+        [{"sequence": [{"wait": "9 s"}], "finally": [say("tidy"), {"do": "one.Move"}, say("never")],
+          "timeout": "1 s", "ignore_failure": True}, say("end")],
+        {"c1": [Deed(end="never", cancel_after=3.0)]}, [], "SUCCEEDED", "", ["2 tidy", "125 end"],
+    ),
+    "finally: it sees the names of the loop and of the call that were stopped": (
+        [{"for": {"i": "${[7, 8]}"}, "need": 1, "timeout": "3 s", "ignore_failure": True, "steps": [
+            {"sequence": [{"do": "one.Move", "save_as": "got"}, {"wait": "9 s"}],
+             "finally": [say("${i}"), COUNT, {"if": "is_set(got)", "then": [say("${got.n}")]}]}]},
+         {"for": {"k": "${[5]}", "cart": "${[two]}"}, "mode": "parallel", "timeout": "2 s", "ignore_failure": True,
+          "steps": [{"sequence": [{"do": "cart.Move"}],
+                     "finally": [{"do": "cart.Home"}, say("${k} ${cart.id}")]}]},
+         say("${n}")],
+        {"c1": [Deed(n=3)], "c2": [SLOW]}, [], "SUCCEEDED", "", ["4 =7", "4 =3", "9 =5 c2", "9 =1"],
+    ),
+    "finally: of the branches that a parallel stops, each by itself": (
+        [{"parallel": [{"wait": "1 s"},
+                       {"sequence": [{"wait": "9 s"}], "finally": [{"wait": "2 s"}, say("b")]},
+                       {"sequence": [ONE], "finally": [say("c")]}], "need": "any"}, say("end")],
+        {"c1": [SLOW]}, [], "SUCCEEDED", "", ["4 c", "4 b", "4 end"],
+    ),
+    "finally: an exception in the sequence lets it run, one in it does not": (
+        [{"sequence": [{"sequence": [{"check": "10 // n > 2"}], "finally": [say("tidy"), {"check": "10 // n > 2"}]}],
+          "finally": [say("outer")]}],
+        {}, [], "FAILED", "exception", ["1 tidy", "1 outer"],
+    ),
     "switch: the case of the value, chosen once at entry; no later case, no default": (
         [COUNT, {"switch": "n", "cases": {"0": [say("none")], "1": [say("one"), COUNT, say("still"), {"wait": "1 s"}],
                                          "2": [say("two")]}, "default": [say("many")]},
@@ -347,7 +414,7 @@ def test_it_goes_as_the_rule_says(rule: str) -> None:
         for trees in (CompiledTrees, NaiveTrees, lambda host: CompiledTrees(host, tick=True))
     )
     for world in (ours, theirs, ticked):
-        world.run(60.0)
+        world.run(200.0)
     record = ours.engine.state.tasks["Edge-1"]
     assert (record.status, record.code, told(ours)) == (status, code, texts), record
     assert_equal(ours, theirs, mission)

@@ -17,7 +17,14 @@ ENCODER = msgspec.json.Encoder()
 
 
 def sections(world: World, task: str) -> set[str]:
-    return {key.split("/", 1)[0] for key in world.engine.statuses(task)}
+    """Return the sections of the nodes that run, each `finally` of a stopped sequence left out."""
+    tidied = [tidy.path for tidy in world.engine.state.tasks[task].tidying if tidy.state == "running"]
+    keys = (key for key in world.engine.statuses(task) if not any(below(key, path) for path in tidied))
+    return {key.split("/", 1)[0] for key in keys}
+
+
+def below(key: str, path: str) -> bool:
+    return key == path or key.startswith(f"{path}.finally[")
 
 
 def only_its_section_runs(world: World, step: inp.Step) -> None:

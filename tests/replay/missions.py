@@ -115,8 +115,12 @@ steps:
           - fallback:
               - guard: not over                       # turns false in flight: the leg drains
                 steps:
-                  - call: FlyTo
-                    with: {drone: "${drone}", to: "${to}", height: "${height}"}
+                  - sequence:
+                      - call: FlyTo
+                        with: {drone: "${drone}", to: "${to}", height: "${height}"}
+                    finally:                          # of a stopped sequence
+                      - wait: 3 s
+                      - notify: ${drone.id} looked from ${height}
               - notify: Stopped because of ${error.code}
           - release: drone                            # in the air: brought home first
   - fallback:

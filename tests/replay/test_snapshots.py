@@ -35,6 +35,8 @@ def test_the_missions_pass_through_what_must_be_restored(films: dict[str, tuple[
         assert detail.encode() in text, detail
     assert re.search(rb'"mem":"live"[^}]*"halting":true,"drain":\["Survey', text)
     assert re.search(rb'"releasing":\{"lwd', text)
+    assert re.search(rb'"tidying":\[\{"id":"finally:Survey[^{}]*"state":"running"', text)
+    assert re.search(rb'"tidying":\[\{"id":"finally:Survey[^{}]*"state":"waiting"', text)
     assert re.search(rb'"mem":"gather","states":"RR\."', text)
     for name in ("place", "fix", "drone"):
         assert f'"mem":"items","items":[{{"{name}":{{"'.encode() in text, name

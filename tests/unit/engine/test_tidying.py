@@ -1,0 +1,105 @@
+"""The `finally` of a stopped sequence: what skips it, where its failure is told, what a restart finds of it."""
+
+from formiga_bt.engine.engine import Engine
+from formiga_bt.engine.inputs import Notify
+from formiga_bt.engine.state import load_snapshot, snapshot
+from formiga_bt.testing import effects
+from tests.unit.engine.yard import CART, Yard, yard
+
+TEXT = """
+steps:
+  - sequence: [{do: cart.Move}]
+    finally: [{notify: tidy}, {do: cart.Home}, {notify: tidied}]
+on_failure: [{notify: on_failure}]
+on_abort: [{notify: on_abort}]
+"""
+
+
+def moving(text: str = TEXT) -> tuple[Yard, str]:
+    """Return a yard whose cart moves within the sequence."""
+    bench = Yard(CART + text)
+    task = bench.start()
+    assert bench.cart.goal.action == "Move"
+    bench.cart.confirms_cancel = False
+    return bench, task
+
+
+def confirm(bench: Yard) -> None:
+    """Let the cart say that it has stopped."""
+    bench.cart.side.finish(bench.cart.goal.goal_id, "canceled")
+    bench.run_for(0.2)
+
+
+def told(bench: Yard) -> list[str]:
+    return [notice.text for notice in effects(bench, Notify)]
+
+
+def settle(bench: Yard, how: str = "succeed") -> None:
+    getattr(bench.cart, how)()
+    bench.run_for(0.2)
+
+
+def breach(bench: Yard, task: str) -> None:
+    bench.engine.core.begin(bench.now)
+    bench.engine.tasks.fail(task, "envelope.reserve", "c1: 12 % left")
+    bench.engine._settle()
+
+
+def test_after_an_abort_it_runs_before_on_abort() -> None:
+    bench, task = moving()
+
+    bench.abort(task)
+    bench.run_for(0.2)
+    assert [tidy.state for tidy in bench.task(task).tidying] == ["waiting"]
+    confirm(bench)
+    assert bench.cart.goal.action == "Home"
+    assert told(bench) == ["tidy"]
+    settle(bench)
+
+    assert bench.end(task) == ("CANCELED", "aborted")
+    assert told(bench) == ["tidy", "tidied", "on_abort"]
+    assert bench.task(task).tidying == ()
+
+
+def test_a_breach_skips_it_and_stops_one_that_runs() -> None:
+    bench, task = moving()
+    breach(bench, task)
+    assert bench.task(task).tidying == ()
+
+    bench, task = moving()
+    bench.abort(task)
+    bench.run_for(0.2)
+    confirm(bench)
+    breach(bench, task)
+    assert [tidy.state for tidy in bench.task(task).tidying] == ["stopping"]
+    assert told(bench) == ["tidy"]
+
+
+def test_its_failure_is_a_note_of_the_task() -> None:
+    bench, task = moving()
+    bench.abort(task)
+    bench.run_for(0.2)
+    confirm(bench)
+    settle(bench, "fail")
+
+    assert bench.end(task) == ("CANCELED", "aborted")
+    assert bench.task(task).notes == ("finally of steps/steps[0]: failed:broken",)
+    assert told(bench) == ["tidy", "on_abort"]
+
+
+def test_it_is_found_again_in_a_snapshot() -> None:
+    bench, task = moving()
+    bench.abort(task)
+    bench.run_for(0.2)
+    waiting = snapshot(bench.engine.state)
+    confirm(bench)
+    running = snapshot(bench.engine.state)
+
+    for shot, state, nodes in (
+        (waiting, "waiting", {}),
+        (running, "running", {"steps/steps[0]": "RUNNING", "steps/steps[0].finally[1]": "RUNNING"}),
+    ):
+        engine = Engine(*yard(), bench.engine.core.models, state=load_snapshot(shot))
+        (tidy,) = engine.state.tasks[task].tidying
+        assert (tidy.state, engine.statuses(task)) == (state, nodes)
+        assert snapshot(engine.state) == shot
