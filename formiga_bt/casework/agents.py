@@ -1,0 +1,131 @@
+"""Reads the agents of a case: the site's own, with what the case says differs, by agent or by role."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+from formiga_bt.casework.options import AGENT
+from formiga_bt.diagnostics import Mark
+from formiga_bt.geo import Place
+from formiga_bt.lang.document import Entry, Scalar
+from formiga_bt.lang.model import Task
+from formiga_bt.lang.reading import (
+    did_you_mean,
+    quoted_list,
+    read_flag,
+    read_keys,
+    read_listing,
+    read_mapping,
+    read_name,
+    shorten,
+)
+from formiga_bt.lang.scenario.book import Book
+from formiga_bt.lang.scenario.entries import ScenarioAgent
+
+
+class CaseAgents:
+    """Reads the agents of one case; the book knows them from then on."""
+
+    def __init__(self, book: Book, task: Task) -> None:
+        self.book = book
+        self.task = task
+        self.agents = standing(book)
+
+    def read(self) -> list[ScenarioAgent]:
+        """Return the agents that are there."""
+        entry = self.book.keys.get("agents")
+        mapping = read_mapping(entry.value, self.book.problems, "agents") if entry is not None else None
+        absent: set[str] = set()
+        for one in mapping.entries if mapping is not None else ():
+            differs = read_mapping(one.value, self.book.problems, one.key.text)
+            if differs is None:
+                continue
+            keys = read_keys(differs, AGENT, self.book.problems, "an agent")
+            ids = self._who(one.key, keys)
+            if "absent" in keys and read_flag(keys["absent"].value, self.book.problems, "absent"):
+                absent.update(ids)
+            for id_ in ids:
+                self._change(id_, keys, alone=len(ids) == 1, mark=one.key.mark)
+        found = [agent for agent in self.agents.values() if agent.id not in absent]
+        self.book.types.update({agent.id: agent.type for agent in found})
+        return found
+
+    def _who(self, key: Scalar, keys: Mapping[str, Entry]) -> list[str]:
+        """Return the agents that a key means: one, or all that fit a role."""
+        if key.text in self.agents:
+            return [key.text]
+        role = self.task.roles.get(key.text)
+        if role is not None:
+            types = self.book.catalogue.types
+            fits = [a.id for a in self.agents.values() if {a.type, *types[a.type].extends} & set(role.types)]
+            if not fits:
+                self.book.problems.add("E025", key.mark, f"the site has no agent for the role '{key.text}'")
+            return fits
+        if "type" in keys:
+            return self._new(key, keys["type"])
+        known = [*self.agents, *self.task.roles]
+        what = f"no agent and no role is called '{shorten(key.text)}'{did_you_mean(key.text, known)}"
+        self.book.problems.add("E010", key.mark, what, f"known: {quoted_list(known)}; a further agent needs type:")
+        return []
+
+    def _new(self, key: Scalar, entry: Entry) -> list[str]:
+        type_ = read_name(entry.value, self.book.problems, "type")
+        name = read_name(key, self.book.problems, "agent")
+        known = self.book.catalogue.types
+        if type_ is None or name is None:
+            return []
+        if type_.text not in known:
+            what = f"no agent type is called '{shorten(type_.text)}'{did_you_mean(type_.text, known)}"
+            self.book.problems.add("E020", type_.mark, what, f"types: {quoted_list(known)}")
+            return []
+        human = known[type_.text].human
+        self.agents[name.text] = ScenarioAgent(name.text, type_.text, Place(0.0, 0.0), human)
+        return [name.text]
+
+    def _change(self, id_: str, keys: Mapping[str, Entry], *, alone: bool, mark: Mark) -> None:
+        agent, problems = self.agents[id_], self.book.problems
+        changes: dict[str, Any] = {}
+        for key in ("battery", "payload"):
+            if key in keys and agent.human:
+                problems.add("E008", keys[key].key.mark, f"'{id_}' is a person: only drones have '{key}'")
+        if "walk" in keys and not agent.human:
+            problems.add("E008", keys["walk"].key.mark, f"'{id_}' is no person: only people walk")
+        if "battery" in keys:
+            changes["battery"] = self.book.quantity(keys, "battery", "percent", 100.0)
+            if not 0.0 <= changes["battery"] <= 100.0:
+                problems.add("E062", keys["battery"].value.mark, "'battery' must lie between 0 % and 100 %")
+        if "payload" in keys:
+            changes["payload_kg"] = self.book.quantity(keys, "payload", "mass", 0.0)
+        if "walk" in keys:
+            way = [self.book.point(node) for node in read_listing(keys["walk"].value, problems, "walk") or ()]
+            changes["walk"] = tuple(p if isinstance(p, Place) else p.ground for p in way if p is not None)
+        if "at" in keys:
+            node = keys["at"].value
+            if not alone:
+                problems.add("E018", node.mark, "several agents fit this role: name the one that is there")
+                return
+            at = self.book.point(node)
+            changes |= {"at": at} if at is not None else {}
+            if isinstance(node, Scalar) and node.text in self.book.site.ports and agent.home is None:
+                changes["home"] = self.book.site.ports[node.text].at
+        elif id_ not in self.book.site.agents:
+            problems.add("E008", mark, f"'{id_}' is not of the site: it needs 'at'", "add at:")
+        self.agents[id_] = replace(agent, **changes)
+
+
+def standing(book: Book) -> dict[str, ScenarioAgent]:
+    """Return the site's agents as they begin: machines at their ports, people at the site's places in turn."""
+    site, found = book.site, dict[str, ScenarioAgent]()
+    places: Sequence[Place] = list(site.places.values()) or [Place(20.0, -20.0)]
+    people = 0
+    for agent in site.agents.values():
+        kind = book.catalogue.types.get(agent.type)
+        if kind is None:
+            continue
+        if kind.human:
+            found[agent.id] = ScenarioAgent(agent.id, agent.type, places[people % len(places)], True)
+            people += 1
+        elif agent.home in site.ports:
+            home = site.ports[agent.home].at
+            found[agent.id] = ScenarioAgent(agent.id, agent.type, home, False, home=home)
+    return found

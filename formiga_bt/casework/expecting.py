@@ -1,0 +1,84 @@
+"""Reads what a case expects."""
+
+from collections.abc import Mapping
+from typing import cast, get_args
+
+from formiga_bt.casework.cases import GAP, Expect, Standing
+from formiga_bt.casework.options import EXPECT
+from formiga_bt.casework.rules import read_order
+from formiga_bt.lang.document import Entry, Listing
+from formiga_bt.lang.model import Task
+from formiga_bt.lang.reading import (
+    did_you_mean,
+    quoted_list,
+    read_keys,
+    read_listing,
+    read_mapping,
+    read_name,
+    read_text,
+    read_word,
+    read_words,
+    shorten,
+)
+from formiga_bt.lang.scenario.book import Book
+
+
+def read_expect(book: Book, task: Task) -> Expect | None:
+    """Return what a case expects, or None if it does not say it."""
+    entry = book.keys.get("expect")
+    mapping = read_mapping(entry.value, book.problems, "expect") if entry is not None else None
+    if mapping is None:
+        return None
+    keys = read_keys(mapping, EXPECT, book.problems, "expect")
+    code = read_name(keys["code"].value, book.problems, "code") if "code" in keys else None
+    status = book.word(keys, "status", EXPECT[0].values, "succeeded")
+    if code is not None and status == "succeeded":
+        book.problems.add("E008", keys["code"].key.mark, "a task that succeeds has no code", "say status: failed")
+    return Expect(
+        mapping.mark,
+        status,  # type: ignore[arg-type]  # one of its words
+        code.text if code is not None else None,
+        _actions(book, task, keys),
+        _end_state(book, task, keys),
+        book.duration(keys, "max_time", 0.0) if "max_time" in keys else None,
+        book.whole(keys, "answers_asked", 0, least=0) if "answers_asked" in keys else None,
+        _notices(book, keys),
+        book.whole(keys, "crashes", 0, least=0),
+    )
+
+
+def _actions(book: Book, task: Task, keys: Mapping[str, Entry]) -> tuple[str, ...] | None:
+    if "actions" not in keys:
+        return None
+    found = []
+    for at in read_words(keys["actions"].value, book.problems, "actions"):
+        if at.text == GAP or read_order(book, task, at, "actions") is not None:
+            found.append(at.text)
+    return tuple(found)
+
+
+def _end_state(book: Book, task: Task, keys: Mapping[str, Entry]) -> dict[str, Standing]:
+    mapping = read_mapping(keys["end_state"].value, book.problems, "end_state") if "end_state" in keys else None
+    machines = [name for name, type_ in book.types.items() if not book.catalogue.types[type_].human]
+    roles = [r.name for r in task.roles.values() if not all(book.catalogue.types[t].human for t in r.types)]
+    known = [*roles, *machines]
+    found: dict[str, Standing] = {}
+    for one in mapping.entries if mapping is not None else ():
+        if one.key.text not in known:
+            text = (
+                f"no machine and no role of one is called '{shorten(one.key.text)}'{did_you_mean(one.key.text, known)}"
+            )
+            book.problems.add("E010", one.key.mark, text, f"known: {quoted_list(known)}")
+        word = read_word(one.value, book.problems, one.key.text, get_args(Standing))
+        if word:
+            found[one.key.text] = cast(Standing, word)
+    return found
+
+
+def _notices(book: Book, keys: Mapping[str, Entry]) -> tuple[str, ...] | None:
+    if "notices" not in keys:
+        return None
+    node = keys["notices"].value
+    items = node.items if isinstance(node, Listing) else read_listing(node, book.problems, "notices")
+    texts = [read_text(item, book.problems, "notices") for item in items or ()]
+    return tuple(text.text for text in texts if text is not None)

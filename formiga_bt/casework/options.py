@@ -1,0 +1,56 @@
+"""The keys of a test file and of its parts."""
+
+from typing import Final
+
+from formiga_bt.lang.kinds import Option
+
+FILE: Final = (
+    Option("formiga_test", "value", "Version of the format.", type="int", required=True),
+    Option("task", "text", "The task's file, beside this one or of the library.", required=True),
+    Option("site", "text", "The site's file; without it the demo site."),
+    Option("cases", "value", "What is tried.", required=True),
+)
+CASE: Final = (
+    Option("name", "text", "What is tried, in words.", required=True),
+    Option("params", "map", "The task's parameters."),
+    Option("profile", "text", "A profile whose values hold for parameters that are not given."),
+    Option("agents", "map", "What differs from the site, by agent or role: battery, at, absent."),
+    Option("answers", "value", "How questions are answered, and what becomes of goals."),
+    Option("faults", "value", "What goes wrong, and when; as in a scenario."),
+    Option("orders", "value", "What people order, and when; as in a scenario."),
+    Option("abort_at", "value", "When the task is aborted.", type="duration"),
+    Option("expect", "options", "What must have come.", required=True),
+)
+AGENT: Final = (
+    Option("type", "name", "Of an agent that the site does not list."),
+    Option("at", "value", "Where it begins: a port, a place, a point."),
+    Option("battery", "value", "Its charge (100 %).", type="percent"),
+    Option("payload", "value", "What a drone carries (0 kg).", type="mass"),
+    Option("walk", "value", "The way a person walks from the beginning: places."),
+    Option("absent", "flag", "It is not there (false)."),
+)
+ANSWER: Final = (
+    Option("ask", "text", "Which question: its number, or a part of its text.", required=True),
+    Option("answer", "text", "What is answered."),
+    Option("never", "flag", "It is never answered (false)."),
+    Option("after", "value", "How long it takes (3 s).", type="duration"),
+)
+GOAL: Final = (
+    Option("do", "action", "Whose goals: role.Action, or agent.Action.", required=True),
+    Option("nth", "value", "Which of these goals of the case; without it each.", type="int"),
+    Option("fail", "name", "It fails on the way with this code."),
+    Option("reject", "name", "It is refused with this code."),
+    Option("result", "map", "It ends well with this result, and nothing else happens."),
+    Option("after", "value", "How long until then (1 s); alone: how late it begins.", type="duration"),
+)
+EXPECT: Final = (
+    Option("status", "word", "How it ends (succeeded).", values=("succeeded", "failed", "canceled")),
+    Option("code", "name", "The reason code of its end."),
+    Option("actions", "words", "The goals sent, in order; .. stands for any others."),
+    Option("end_state", "map", "How machines are then, by role or agent."),
+    Option("max_time", "value", "The longest it may take.", type="duration"),
+    Option("answers_asked", "value", "How many questions its asks put.", type="int"),
+    Option("notices", "value", "A part of the text of each notice, in order."),
+    Option("crashes", "value", "How many crashes (0).", type="int"),
+)
+STANDINGS: Final = ("grounded", "airborne", "at_port", "parked_away", "quarantined")

@@ -1,0 +1,202 @@
+"""Reads test files (`formiga_test: 1`): every problem located, all of them at once.
+
+formiga_test: 1
+task: pick_up.yaml
+cases:
+  - name: the picker is ready
+    params: {target: north_field, user: picker_1}
+    answers: [{ask: loaded, answer: loaded, after: 5 s}]
+    expect: {status: succeeded, end_state: {drone: at_port}}
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from formiga_bt.casework.agents import CaseAgents
+from formiga_bt.casework.cases import Case, CaseFile
+from formiga_bt.casework.expecting import read_expect
+from formiga_bt.casework.options import CASE, FILE
+from formiga_bt.casework.rules import read_rules
+from formiga_bt.clock import micros
+from formiga_bt.diagnostics import Diagnostic, Mark, in_order
+from formiga_bt.lang.document import Entry, Mapping_, Scalar, parse
+from formiga_bt.lang.loader import load_site, load_task
+from formiga_bt.lang.model import Catalogue, Site, Task
+from formiga_bt.lang.profiles import load_profile, profile_file, unknown_profile
+from formiga_bt.lang.reading import (
+    Problems,
+    did_you_mean,
+    quoted_list,
+    read_keys,
+    read_listing,
+    read_mapping,
+    read_text,
+    shorten,
+)
+from formiga_bt.lang.scenario.book import Book
+from formiga_bt.lang.scenario.entries import ScenarioOrder
+from formiga_bt.lang.scenario.faults import read_faults
+from formiga_bt.lang.scenario.orders import read_orders
+from formiga_bt.lang.scenario.requests import read_params
+from formiga_bt.packaged import folder
+
+DEMO_SITE = "demo-site.yaml"
+
+
+@dataclass(frozen=True, slots=True)
+class LoadedCases:
+    """What became of a test file; `cases` is None if there is any error."""
+
+    cases: CaseFile | None
+    diagnostics: list[Diagnostic]
+    sources: Mapping[str, str] = field(default_factory=dict)
+
+
+def load_cases(path: Path, *, catalogue: Catalogue, library: Sequence[Path] | None = None) -> LoadedCases:
+    """Read and check a test file, its task and its site.
+
+    Args:
+        path: of the file.
+        catalogue: agent types and actions.
+        library: the folders where tasks and sites are looked up that are not beside the file; None = the packaged trees.
+    """
+    file = str(path)
+    try:
+        text = path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        return LoadedCases(None, [Diagnostic("E008", Mark(file, 1, 1), f"the file cannot be read: {error}")])
+    folders = (path.parent, *((folder("trees"),) if library is None else library))
+    reader = _Reader(file, text, catalogue, folders)
+    found = reader.read()
+    errors = reader.problems.has_errors()
+    return LoadedCases(None if errors else found, in_order(reader.problems.found), reader.sources)
+
+
+class _Reader:
+    """Reads one test file."""
+
+    def __init__(self, file: str, text: str, catalogue: Catalogue, folders: Sequence[Path]) -> None:
+        self.problems = Problems()
+        self.sources = {file: text}
+        self._file = file
+        self._text = text
+        self._catalogue = catalogue
+        self._folders = folders
+
+    def read(self) -> CaseFile | None:
+        """Return what the file says, as far as it can be read."""
+        node, found = parse(self._text, self._file)
+        self.problems.extend(found)
+        if node is None and not found:
+            self.problems.add("E008", Mark(self._file, 1, 1), "the file is empty", "begin with: formiga_test: 1")
+        root = read_mapping(node, self.problems, "test") if node is not None else None
+        if root is None:
+            return None
+        keys = read_keys(root, FILE, self.problems, "a test file")
+        self._check_version(keys)
+        site = self._site(keys)
+        task = self._task(keys, site) if site is not None else None
+        if site is None or task is None:
+            return None
+        with self.problems.within(task.name):
+            cases = self._cases(keys, task, site)
+        return CaseFile(self._file, task, site, self._catalogue, tuple(cases))
+
+    def _check_version(self, keys: Mapping[str, Entry]) -> None:
+        at = read_text(keys["formiga_test"].value, self.problems, "formiga_test") if "formiga_test" in keys else None
+        if at is not None and at.text != "1":
+            text = f"these tests need version {shorten(at.text)}, this program knows 1"
+            self.problems.add("E007", at.mark, text, "write formiga_test: 1")
+
+    def _site(self, keys: Mapping[str, Entry]) -> Site | None:
+        at = read_text(keys["site"].value, self.problems, "site") if "site" in keys else None
+        if "site" in keys and at is None:
+            return None
+        name = at.text if at is not None else DEMO_SITE
+        path = self._look_up(at, name, "site file", "*site*.yaml")
+        if path is None:
+            return None
+        site, found, sources = load_site(path, self._catalogue)
+        self.problems.extend(found)
+        self.sources.update(sources)
+        return site
+
+    def _task(self, keys: Mapping[str, Entry], site: Site) -> Task | None:
+        at = read_text(keys["task"].value, self.problems, "task") if "task" in keys else None
+        path = self._look_up(at, at.text, "task file", "*.yaml") if at is not None else None
+        if path is None:
+            return None
+        loaded = load_task(path, catalogue=self._catalogue, site=site)
+        self.problems.extend(problem for problem in loaded.diagnostics if problem.severity == "error")
+        self.sources.update(loaded.sources)
+        return loaded.task
+
+    def _look_up(self, at: Scalar | None, name: str, what: str, pattern: str) -> Path | None:
+        path = next((place / name for place in self._folders if name and _is_file(place / name)), None)
+        if path is None:
+            mark = at.mark if at is not None else Mark(self._file, 1, 1)
+            known = sorted({p.name for p in self._folders[0].glob(pattern) if not p.name.endswith(".test.yaml")})
+            text = f"no {what} '{shorten(name)}'{did_you_mean(name, known)}"
+            help_ = f"files here: {quoted_list(known[:8])}" if known else "a path relative to this file"
+            self.problems.add("E008", mark, text, help_)
+        return path
+
+    def _cases(self, keys: Mapping[str, Entry], task: Task, site: Site) -> list[Case]:
+        nodes = read_listing(keys["cases"].value, self.problems, "cases") if "cases" in keys else ()
+        if nodes is not None and not nodes and "cases" in keys:
+            self.problems.add("E044", keys["cases"].value.mark, "'cases' is an empty list")
+        found: list[Case] = []
+        for node in nodes or ():
+            mapping = read_mapping(node, self.problems, "case")
+            case = self._case(mapping, task, site) if mapping is not None else None
+            if case is not None and any(case.name == other.name for other in found):
+                self.problems.add("E018", case.mark, f"there is a case '{shorten(case.name)}' already")
+            if case is not None:
+                found.append(case)
+        return found
+
+    def _case(self, mapping: Mapping_, task: Task, site: Site) -> Case | None:
+        keys = read_keys(mapping, CASE, self.problems, "a case")
+        name = read_text(keys["name"].value, self.problems, "name") if "name" in keys else None
+        with self.problems.within(shorten(name.text) if name is not None else "case"):
+            book = Book(self.problems, self.sources, keys, self._catalogue, site, self._folders)
+            agents = CaseAgents(book, task).read()
+            params = self._params(book, task, keys, mapping.mark)
+            answers, goals = read_rules(book, task)
+            faults = sorted(read_faults(book), key=lambda fault: fault.at)
+            orders = sorted([*read_orders(book, [task.name]), *_abort(book, task)], key=lambda order: order.at)
+            expect = read_expect(book, task)
+        if name is None or expect is None:
+            return None
+        return Case(name.text, name.mark, params, tuple(agents), expect, answers, goals, tuple(faults), tuple(orders))
+
+    def _params(self, book: Book, task: Task, keys: Mapping[str, Entry], mark: Mark) -> dict[str, Any]:
+        entry = keys.get("params")
+        at = read_text(keys["profile"].value, self.problems, "profile") if "profile" in keys else None
+        if at is not None:
+            path = profile_file(at.text, self._folders[:1])
+            if path is None:
+                self.problems.add("E010", at.mark, unknown_profile(at.text, self._folders[:1]))
+                return {}
+            loaded = load_profile(path)
+            self.problems.extend(loaded.diagnostics)
+            self.sources.update(loaded.sources)
+            if loaded.profile is not None:
+                written = read_mapping(entry.value, self.problems, "params") if entry is not None else None
+                entry = Entry(keys["profile"].key, loaded.profile.filled(task, written, mark))
+        return read_params(book, task, entry, mark)
+
+
+def _abort(book: Book, task: Task) -> list[ScenarioOrder]:
+    if "abort_at" not in book.keys:
+        return []
+    return [ScenarioOrder(micros(book.duration(book.keys, "abort_at", 0.0)), "abort", task.name, "task")]
+
+
+def _is_file(path: Path) -> bool:
+    try:
+        return path.is_file()
+    except (OSError, ValueError):
+        return False
