@@ -41,7 +41,7 @@ ACTION: Final = (
     Option("help", "text", "A line for people."),
 )
 
-_FIELD: Final = tuple(
+FIELD: Final = tuple(
     o for o in PARAM if o.name in ("type", "default", "optional", "values", "of", "min", "max", "help")
 )
 
@@ -103,7 +103,7 @@ def _field(entry: Entry, problems: Problems) -> FieldSpec:
     name, node = entry.key.text, entry.value
     if not isinstance(node, Mapping_) or node.get("list") is not None:
         return FieldSpec(name, read_type(node, problems))
-    keys = read_keys(node, _FIELD, problems, f"field '{name}'")
+    keys = read_keys(node, FIELD, problems, f"field '{name}'")
     of = read_type(keys["type"].value, problems) if "type" in keys else ANY
     if "values" in keys:
         of = Type("enum", values=tuple(w.text for w in read_words(keys["values"].value, problems, "values")))

@@ -63,25 +63,25 @@ SITE: Final = (
     Option("mode", "word", "Whether unlisted agents are admitted.", values=("simulation", "real")),
 )
 
-_BASE: Final = (
+BASE: Final = (
     Option("lat", "value", "Latitude, degrees.", required=True),
     Option("lng", "value", "Longitude, degrees.", required=True),
     Option("ground_msl", "value", "Height of its ground over the sea.", type="distance"),
 )
-_PORT: Final = (
+PORT: Final = (
     Option("at", "value", "Its place.", required=True),
     Option("waiting", "value", "Where to wait when it is taken."),
 )
-_TERRAIN: Final = (
+TERRAIN: Final = (
     Option("flat", "flag", "Whether the ground is flat."),
     Option("file", "text", "An ESRI ASCII grid of heights over the sea, in metres east and north of the base."),
     Option("relief", "value", "How much it may rise or fall, or the file be wrong by.", type="distance"),
 )
-_PILOT: Final = (
+PILOT: Final = (
     Option("id", "name", "The pilot.", required=True),
     Option("max_airborne", "value", "Machines in the air at once (1).", type="int"),
 )
-_AGENT: Final = (
+AGENT: Final = (
     Option("type", "name", "Its type.", required=True),
     Option("home", "name", "Its own port."),
 )
@@ -219,7 +219,7 @@ class _SiteReader:
             self.problems.add("E044", node.mark, "'pilots' is an empty list", "such as: [{id: anna, max_airborne: 3}]")
         for item in items or ():
             mapping = read_mapping(item, self.problems, "pilots")
-            keys = read_keys(mapping, _PILOT, self.problems, "a pilot") if mapping is not None else {}
+            keys = read_keys(mapping, PILOT, self.problems, "a pilot") if mapping is not None else {}
             at = read_name(keys["id"].value, self.problems, "id") if "id" in keys else None
             most = (
                 read_number(keys["max_airborne"].value, self.problems, "max_airborne") if "max_airborne" in keys else 1
@@ -246,7 +246,7 @@ class _SiteReader:
 
     def _base(self) -> tuple[float, float, float]:
         mapping = read_mapping(self.keys["base"].value, self.problems, "base") if "base" in self.keys else None
-        keys = read_keys(mapping, _BASE, self.problems, "base") if mapping is not None else {}
+        keys = read_keys(mapping, BASE, self.problems, "base") if mapping is not None else {}
         msl = (
             read_quantity(keys["ground_msl"].value, self.problems, "ground_msl", "distance")
             if "ground_msl" in keys
@@ -375,7 +375,7 @@ class _SiteReader:
     def _port(self, entry: Entry) -> Port | None:
         name = entry.key.text
         mapping = read_mapping(entry.value, self.problems, name)
-        keys = read_keys(mapping, _PORT, self.problems, f"port '{name}'") if mapping is not None else {}
+        keys = read_keys(mapping, PORT, self.problems, f"port '{name}'") if mapping is not None else {}
         at = self._point(keys["at"].value, "at") if "at" in keys else None
         waiting = self._point(keys["waiting"].value, "waiting", height=True) if "waiting" in keys else None
         if at is None:
@@ -388,7 +388,7 @@ class _SiteReader:
     def _terrain(self) -> tuple[HeightGrid | None, float]:
         """Return the heights of the ground (None = flat) and how far the ground may be off, metres."""
         mapping = read_mapping(self.keys["terrain"].value, self.problems, "terrain") if "terrain" in self.keys else None
-        keys = read_keys(mapping, _TERRAIN, self.problems, "terrain") if mapping is not None else {}
+        keys = read_keys(mapping, TERRAIN, self.problems, "terrain") if mapping is not None else {}
         relief = read_quantity(keys["relief"].value, self.problems, "relief", "distance") if "relief" in keys else 0.0
         if relief is not None and relief < 0:
             self.problems.add("E062", keys["relief"].value.mark, "'relief' must be at least 0 m")
@@ -433,7 +433,7 @@ class _SiteReader:
         for entry in self._entries("agents"):
             name = entry.key.text
             mapping = read_mapping(entry.value, self.problems, name)
-            keys = read_keys(mapping, _AGENT, self.problems, f"agent '{name}'") if mapping is not None else {}
+            keys = read_keys(mapping, AGENT, self.problems, f"agent '{name}'") if mapping is not None else {}
             of = read_text(keys["type"].value, self.problems, "type") if "type" in keys else None
             home = read_text(keys["home"].value, self.problems, "home") if "home" in keys else None
             if home is not None:
