@@ -211,6 +211,7 @@ def test_hold_all_stops_everything_and_grants_nothing(fly: Fly) -> None:
     assert {a for a, o in rehearsal.engine.state.orders.items() if o.stop == "hold"} == {
         "lwd_1",
         "lwd_2",
+        "lwd_3",
         "hwd_1",
         "hwd_2",
     }

@@ -83,6 +83,8 @@ class Requests:
         if self._files is None:
             self._files = {}
             for path in (p for place in self.book.folders for p in sorted(place.glob("*.yaml"))):
+                if path.name.endswith(".test.yaml"):
+                    continue  # it names its task too
                 try:
                     line = _TASK_LINE.search(path.read_text(encoding="utf-8"))
                 except (OSError, UnicodeDecodeError):

@@ -33,7 +33,7 @@ class TestDemoSite:
     def test_every_drone_has_a_port_of_its_own(self, demo_site: Site) -> None:
         homes = [agent.home for agent in demo_site.agents.values() if agent.type in ("lwd", "hwd")]
 
-        assert len(homes) == len(set(homes)) == 4
+        assert len(homes) == len(set(homes)) == 5
         assert demo_site.people == {"watchers": ("watcher_1",)}
         assert demo_site.layers_m == (60.0, 75.0, 90.0)
 
