@@ -252,7 +252,7 @@ def unknown_key(key: Scalar, known: Iterable[str], problems: Problems, owner: st
     meant = key_for(key.text, names)
     guess = f"; did you mean '{meant}'?" if meant else ""
     help_ = ADVICE.get(key.text, "" if meant else f"options: {quoted_list(names)}")
-    by_table = KEY_SYNONYMS.get(key.text) == meant and key.text not in BY_HAND
-    fix = fix_word(key, meant) if meant and (by_table or is_sure(key.text, meant, names)) else None
+    sure = meant and (KEY_SYNONYMS.get(key.text) == meant or is_sure(key.text, meant, names))
+    fix = fix_word(key, meant) if sure and key.text not in BY_HAND else None
     problems.add("E004", key.mark, f"{owner} has no option '{shorten(key.text)}'{guess}", help_, fix)
     return meant

@@ -222,8 +222,9 @@ def _fix_kind(node: Mapping_, key: Scalar, meant: str) -> Fix | None:
     if key.text == "wait_while" and isinstance(value, Scalar) and value.exact and not value.quoted and value.text:
         span = Mark(key.mark.file, key.mark.line, key.mark.col, value.mark.end_line, value.mark.end_col)
         return Fix(span, f"wait_until: not ({value.text})")
-    by_table = KIND_SYNONYMS.get(key.text) == meant and key.text not in BY_HAND
-    return Fix(key.mark, meant) if by_table or is_sure(key.text, meant, KINDS) else None
+    if key.text in BY_HAND:
+        return None
+    return Fix(key.mark, meant) if KIND_SYNONYMS.get(key.text) == meant or is_sure(key.text, meant, KINDS) else None
 
 
 # --- modifiers ---------------------------------------------------------------------------------------------------
@@ -295,7 +296,8 @@ def _read_retry(body: Body, entry: Entry) -> Retry | None:
     if isinstance(node, Scalar):
         mend = f"{{attempts: {node.text or 3}}}"
         what = f"'retry' must be a mapping, this is {what_is(node)}"
-        body.problems.add("E008", node.mark, what, f"write {mend}", Fix(node.mark, mend) if node.text else None)
+        fix = Fix(node.mark, mend) if node.text and entry.key.text == "retry" else None
+        body.problems.add("E008", node.mark, what, f"write {mend}", fix)
         return None
     mapping = read_mapping(node, body.problems, "retry")
     if mapping is None:

@@ -116,7 +116,7 @@ ADVICE: Final[Mapping[str, str]] = MappingProxyType(
 """Help for the words whose mend is more than one word."""
 
 
-BY_HAND: Final = frozenset({"wait_while", "until", "do_while", "repeat_until", "race", "retries", "break", "forever"})
+BY_HAND: Final = frozenset({"wait_while", "until", "do_while", "repeat_until", "race", "retries", "forever"})
 """Synonyms whose mend is more than another word in their place: they are named, and no fix is offered for the word alone."""
 
 _DIGITS: Final = re.compile(r"\d+")
