@@ -162,8 +162,8 @@ class Orders:
                 self._settle(order)
         elif order.stop == "cut":
             self._cut(agent, order)
-        elif agent.landed == "grounded" and busy:
-            return  # rotors may be starting: the end of that goal tells
+        elif busy and (agent.landed == "grounded" or order.stop == "land"):
+            return  # rotors may be starting; where it comes to stand is known when that goal has ended
         elif agent.landed == "grounded" and (order.stop == "land" or self._fleet.at_port(agent)):
             self._settle(order)
         elif self._recovered_by_its_task(agent, order):

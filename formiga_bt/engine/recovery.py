@@ -200,10 +200,15 @@ class Recovery:
         if power is not None and agent.battery is not None:
             reach = reach_m(agent.battery - KEEP_PCT, agent.position, power, agent.wind or CALM, agent.payload_kg)
         others = [a for a in core.state.agents.values() if a.id != agent.id and a.position is not None]
-        people = [a.position.ground for a in others if a.human and a.position is not None]
-        taken = [a.position.ground for a in others if not a.human and a.landed == "grounded" and a.position is not None]
+        standing = [a for a in others if not a.human and a.landed == "grounded"]
+        keep_clear = [
+            a for a in others if a not in standing
+        ]  # people, and machines in the air: nobody lands through one
+        legs = [goal.leg for goal in core.state.goals.values() if goal.leg is not None and goal.agent != agent.id]
+        clear_of = [a.position.ground for a in keep_clear if a.position] + [end.ground for _, end in legs]
+        taken = [a.position.ground for a in standing if a.position is not None]
         return safe_landing_spot(
-            agent.position.ground, people, taken, core.airspace, core.rules(agent, agent.task), min(reach, SHIFT_M)
+            agent.position.ground, clear_of, taken, core.airspace, core.rules(agent, agent.task), min(reach, SHIFT_M)
         )
 
     def abandon(self, task_id: str, one: Recovering) -> None:
@@ -228,6 +233,7 @@ class Recovery:
                 self._tasks.stop(task_id, section)
                 core.emit(ch.ScopePut(task_id, section, None))
                 self._set(task_id, replace(one, state="failed"))
+        self.proceed(task_id)
 
     def proceed(self, task_id: str) -> None:
         """End the task once nothing is under way."""
