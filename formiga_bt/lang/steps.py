@@ -104,7 +104,7 @@ def read_steps(body: Body, node: Node, label: str, key: str) -> tuple[Step, ...]
         step = read_step(body, item, f"{label}[{index}]")
         if step is not None:
             found.append(step)
-    body.tell(Mark(node.mark.file, node.mark.end_line, node.mark.end_col))
+    body.tell(Mark(node.mark.file, node.mark.end_line + 1, node.mark.col))
     return tuple(found)
 
 
