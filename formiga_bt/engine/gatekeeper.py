@@ -12,7 +12,7 @@ from formiga_bt.engine.inputs import SendGoal
 from formiga_bt.engine.ports import ClearancePort
 from formiga_bt.engine.records import GoalRecord
 from formiga_bt.engine.room import BUSY, Room
-from formiga_bt.safety.gate import Go, Hold, Refuse, Verdict, judge
+from formiga_bt.safety.gate import Go, Hold, Refuse, Verdict, judge, may_go_again
 from formiga_bt.transport.messages import to_wire
 
 TTL_BEATS = 10
@@ -113,6 +113,10 @@ class Gatekeeper:
             link_silence_s=None if agent.human else self._core.rules(agent, goal.task).link_silence_s,
             task=goal.task,
         )
+
+    def may_resend(self, goal: GoalRecord) -> bool:
+        """Return whether a goal that its agent never had may go now as it is: who commands, and the word it carries."""
+        return may_go_again(self.view.ask(goal), goal.clearance, self._core.now)
 
     def resend(self, goal: GoalRecord) -> None:
         """Send a goal again that its agent never had, under the same id."""

@@ -229,15 +229,23 @@ class Goals:
             )
 
     def _on_unknown(self, goal: GoalRecord) -> None:
-        # The agent never had it: a cancel is done with, a goal is sent again under the same id.
+        # The agent never had it: a cancel is done with, a goal is sent again under the same id, if it still may go.
         if goal.cancel_why == STOPPED:
             self.interrupt(goal.id, STOPPED)
         elif goal.cancel_asked:
             self.end(goal.id, "canceled")
-        elif goal.state == "sent":
+        elif goal.state == "sent" and self._gate.may_resend(goal):
             self._gate.resend(goal)
+        elif goal.state == "sent":
+            self._back_to_the_gate(goal)
         else:
             self.end(goal.id, "in_doubt")
+
+    def _back_to_the_gate(self, goal: GoalRecord) -> None:
+        core = self._core
+        self._free_agent(goal)
+        core.set_wall(f"accept|{goal.id}", None)
+        core.put_goal(goal.id, state="gated", code="unreachable", leg=None, area=None)
 
     def end(
         self, goal_id: str, state: str, code: str = "", text: str = "", result: dict[str, Any] | None = None
@@ -293,9 +301,7 @@ class Goals:
             return
         if failed.outcome == "unreachable":
             self._fleet.on_unreachable(goal.agent)  # else it would be sent again at once, for ever
-            self._free_agent(goal)
-            core.set_wall(f"accept|{goal.id}", None)
-            core.put_goal(goal.id, state="gated", code="unreachable", leg=None)
+            self._back_to_the_gate(goal)
         else:
             core.effect(QueryGoal(goal.agent, (goal.id,)))
 

@@ -152,6 +152,7 @@ class Tasks:
             if one.state in UNDER_WAY:
                 self.recovery.abandon(task_id, one)
         core.touch(task_id)
+        self.recovery.proceed(task_id)  # if it was between two tries, nothing has to drain
 
     def ordered_home(self, task_id: str) -> None:
         """An order on a machine of a task was carried out: its way home may go on."""

@@ -149,6 +149,14 @@ def _command(ask: Ask) -> Verdict | None:
     return None
 
 
+def may_go_again(ask: Ask, word: Clearance | None, now: Micros) -> bool:
+    """Return whether a goal that was sent and never arrived may be sent again as it is, with the word it carries."""
+    if ask.deposed or (not ask.human and _command(ask) is not None):
+        return False
+    fresh = word is not None and now - word.at <= CLEARANCE_LIFE_US
+    return ask.human or fresh or not needs_clearance(ask)
+
+
 def _spot(ask: Ask, traffic: Sequence[Traffic], min_spacing_m: float) -> Verdict | None:
     target = ask.target
     if target is None:
