@@ -184,9 +184,7 @@ class Command:
         for task_id in list(core.open):
             unhold(core, task_id, f"take-over:{agent.id}")
         self._orders.resume(agent, steps=how != "return" and agent.id not in core.state.orders)
-        if how != "return":
-            if agent.id not in core.state.orders and not agent.task and agent.landed != "grounded":
-                self._orders.stop(agent, "return", by, "engine", why="handback", strict=False)
+        self._orders.bring_home_if_idle(agent.id, by)
         self._tasks.poke_allocator()
 
     def _clear(self, agent: AgentRecord) -> None:

@@ -102,5 +102,3 @@ class Lockdowns:
             self._orders.withdraw(order)
             if task is None or task.section != "steps":
                 self._orders.resume(agent)
-            if agent.landed != "grounded" and task is None:
-                self._orders.stop(agent, "return", order.by, "engine", why="lockdown", strict=False)

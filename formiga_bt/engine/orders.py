@@ -133,7 +133,14 @@ class Orders:
             self._tasks.end_system(task.id)
         if not replaced:
             self._tasks.ordered_home(core.state.agents[order.agent].task)
+            self.bring_home_if_idle(order.agent, order.by)
         self._tasks.poke_allocator()
+
+    def bring_home_if_idle(self, agent_id: str, by: str) -> None:
+        """A machine in the air that belongs to nobody any more comes home: it never hovers with no task and no order."""
+        agent = self._core.state.agents[agent_id]
+        if not agent.task and agent.landed != "grounded" and agent_id not in self._core.state.orders:
+            self.stop(agent, "return", by, "engine", why="idle", strict=False)
 
     # -- carrying out --------------------------------------------------------------------------------------------
     def review(self, stale: Iterable[str]) -> None:
@@ -266,7 +273,7 @@ class Orders:
         """A machine was quarantined: no order of the kind stands on it; it comes home when it can."""
         order = self._core.state.orders.get(agent_id)
         if order is not None:
-            self.withdraw(order)
+            self.withdraw(order, replaced=True)
 
     # -- goals that wait -----------------------------------------------------------------------------------------
     def machines_of(self, task: TaskRecord) -> list[AgentRecord]:
