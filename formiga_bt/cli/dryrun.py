@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from formiga_bt.cli.inputs import UnusableFile, World, read_task, read_world
-from formiga_bt.cli.params import read_params
+from formiga_bt.cli.inputs import UnusableFile, World, read_task, read_world, shipped_task
+from formiga_bt.cli.params import ProfileOption, of_profile, read_params
 from formiga_bt.errors import FormigaError, TreeError
 from formiga_bt.packaged import folder
 
@@ -29,7 +29,7 @@ RULES = ("unsafe_starts", "low_flights")
 
 
 def command(
-    file: Annotated[Path, typer.Argument(help="Task file.", metavar="FILE")],
+    file: Annotated[Path, typer.Argument(help="Task file, or the name of a task that ships.", metavar="FILE")],
     param: Annotated[
         list[str] | None, typer.Option("--param", "-p", help="A parameter; may be repeated.", metavar="NAME=VALUE")
     ] = None,
@@ -47,6 +47,7 @@ def command(
             help="What a person answers, one after another, for example picker_1=not_yet,loaded.", metavar="WHO=A,B"
         ),
     ] = None,
+    profile: ProfileOption = "",
     limit: Annotated[
         float, typer.Option(help="Give up after so many hours of virtual time.", metavar="HOURS", min=0.01)
     ] = 6.0,
@@ -58,8 +59,10 @@ def command(
     """
     here = Path("site.yaml")
     world = read_world(actions or (), site or (here if here.is_file() else folder("trees") / "demo-site.yaml"))
-    task, the_site = _checked(file, world)
-    values = _bound(task, read_params(param or []), the_site)
+    task, the_site = _checked(shipped_task(file), world)
+    given = read_params(param or [])
+    filled = of_profile(profile, task, given)
+    values = _bound(task, given | filled, the_site, f"; {profile} said {', '.join(filled)}" if filled else "")
     from formiga_bt.rehearsal import Rehearsal, fleet_of, simulated
     from formiga_bt.show.runlog import RunLog
 
@@ -144,14 +147,15 @@ def _checked(file: Path, world: World) -> "tuple[Task, Site]":
     return read.task, world.site
 
 
-def _bound(task: "Task", raw: dict[str, str], site: "Site") -> dict[str, Any]:
+def _bound(task: "Task", raw: dict[str, str], site: "Site", note: str = "") -> dict[str, Any]:
     from formiga_bt.diagnostics import render
     from formiga_bt.lang.binding import bind_params
+    from formiga_bt.rehearsal import START
 
-    values, problems, sources = bind_params(task, raw, site)
+    values, problems, sources = bind_params(task, raw, site, START)
     if problems:
         texts = [render(problem, sources) for problem in problems]
-        raise FormigaError("\n\n".join([*texts, f"{task.name} was not started"]))
+        raise FormigaError("\n\n".join([*texts, f"{task.name} was not started{note}"]))
     return values
 
 

@@ -59,7 +59,8 @@ class TaskEnv:
             case "site":
                 site = core.site
                 ports = {port.name: port.at for port in site.ports.values()}
-                return {"name": site.name, "ports": ports, "places": dict(site.places), "regions": dict(site.regions)}
+                names = {"ports": ports, "places": dict(site.places), "regions": dict(site.regions)}
+                return {"name": site.name, "timezone": site.timezone, **names}
             case "error" if self._error is not None:
                 e = self._error
                 return {"code": e.code, "reason": e.reason, "step": e.step, "agent": e.agent}

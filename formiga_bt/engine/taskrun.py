@@ -130,7 +130,7 @@ class TaskRun:
             self.unwatch(path)
             for key in keys:
                 self._core.board.watch(key, f"{self.task_id}|{path}")
-        if old is None or old.conditions != conditions:
+        if old is None or old.conditions != conditions or any(0 < at <= self.now for at in old.instants):
             instants = tuple(instant(env) for cond in conditions for instant in cond.deadlines)
         else:
             instants = old.instants

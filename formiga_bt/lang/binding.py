@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from difflib import get_close_matches
 from typing import Any, Final
 
+from formiga_bt.clock import Micros
 from formiga_bt.diagnostics import Diagnostic, Mark
 from formiga_bt.geo import Frame, Place
 from formiga_bt.lang.document import parse
@@ -26,10 +27,11 @@ BASE: Final = Place(0.0, 0.0)
 
 
 class SiteEnv:
-    """What a value given from outside may read: `base`, `site`, and the site's frame."""
+    """What a value given from outside may read: `base`, `site`, and the site's frame; for `06:30`, which day it is."""
 
-    def __init__(self, site: Site) -> None:
+    def __init__(self, site: Site, now: Micros | None = None) -> None:
         self._site = site
+        self._now = now
         self._frame = Frame(site.lat, site.lng, site.ground_msl_m)
 
     def name(self, name: str) -> Value:
@@ -39,6 +41,8 @@ class SiteEnv:
                 return BASE
             case "site":
                 return names_of(self._site)
+            case "now" if self._now is not None:
+                return self._now
         raise Unset(f"'{name}' has no value here")
 
     def is_set(self, name: str) -> bool:
@@ -65,20 +69,23 @@ class SiteEnv:
 def names_of(site: Site) -> dict[str, Value]:
     """Return the value of `site`."""
     ports = {port.name: port.at for port in site.ports.values()}
-    return {"name": site.name, "ports": ports, "places": dict(site.places), "regions": dict(site.regions)}
+    names = {"ports": ports, "places": dict(site.places), "regions": dict(site.regions)}
+    return {"name": site.name, "timezone": site.timezone, **names}
 
 
-def run_outside(expr: Expr, site: Site, mark: Mark, what: str) -> tuple[Any, list[Diagnostic]]:
+def run_outside(
+    expr: Expr, site: Site, mark: Mark, what: str, now: Micros | None = None
+) -> tuple[Any, list[Diagnostic]]:
     """Return an expression's value where there is no task, or None and the reason why it has none."""
     try:
-        return expr.run(SiteEnv(site)), []
+        return expr.run(SiteEnv(site, now)), []
     except (Unset, UnknownState, EvalError, ArithmeticError, LookupError) as error:
         why = getattr(error, "reason", "") or str(error).strip("'\"") or type(error).__name__
         return None, [Diagnostic("E062", mark, f"'{what}' has no value: {why}", "write a value that can be computed")]
 
 
 def bind_params(
-    task: Task, raw: Mapping[str, str], site: Site
+    task: Task, raw: Mapping[str, str], site: Site, now: Micros | None = None
 ) -> tuple[dict[str, Any], list[Diagnostic], dict[str, str]]:
     """Return the values by parameter name, the problems, and the texts as sources for `diagnostics.render`.
 
@@ -86,6 +93,7 @@ def bind_params(
         task: the checked task.
         raw: texts by parameter name or alias.
         site: names places, and turns degrees into metres.
+        now: engine time, for times of today; without it a time needs its date.
     """
     by_name = {alias: p for p in task.params.values() for alias in (p.name, *p.aliases)}
     values: dict[str, Any] = {}
@@ -103,7 +111,7 @@ def bind_params(
             problems.append(Diagnostic("E018", Mark(file, 1, 1), text))
         else:
             given[param.name] = name
-            value, found = _read(param, text, file, site)
+            value, found = _read(param, text, file, site, now)
             problems += found
             if not found:
                 values[param.name] = value
@@ -111,16 +119,16 @@ def bind_params(
         if param.name in given:
             continue
         if param.default is not None:
-            problems += _default_outside(param, param.default, site)
+            problems += _default_outside(param, param.default, site, now)
         elif not param.optional:
             text = f"{task.name} needs the parameter '{param.name}' ({param.type})"
             problems.append(Diagnostic("E051", Mark(task.mark.file, param.mark.line, param.mark.col), text))
     return values, problems, sources
 
 
-def _default_outside(param: Param, default: Expr, site: Site) -> list[Diagnostic]:
+def _default_outside(param: Param, default: Expr, site: Site, now: Micros | None) -> list[Diagnostic]:
     """Return E063 for a default that lies outside; one that cannot be computed here is left to the engine."""
-    value, problems = run_outside(default, site, default.mark, param.name)
+    value, problems = run_outside(default, site, default.mark, param.name, now)
     return [] if problems else outside(param, value, site, default.mark)
 
 
@@ -131,7 +139,7 @@ def _unknown(task: Task, name: str, file: str, names: list[str]) -> Diagnostic:
     return Diagnostic("E010", Mark(file, 1, 1), f"{task.name} has no parameter '{name}'{hint}", f"parameters: {known}")
 
 
-def _read(param: Param, text: str, file: str, site: Site) -> tuple[Any, list[Diagnostic]]:
+def _read(param: Param, text: str, file: str, site: Site, now: Micros | None) -> tuple[Any, list[Diagnostic]]:
     if param.type.name == "text":
         return text, []  # as it is: what a person types is no YAML
     degrees = _LAT_LNG.fullmatch(text) if param.type.name == "place" else None
@@ -144,12 +152,12 @@ def _read(param: Param, text: str, file: str, site: Site) -> tuple[Any, list[Dia
     expr, problems = compile_value(node, Scope({}, site=site, built_ins=OUTSIDE), param.type)
     if problems:
         return None, problems
-    value, problems = run_outside(expr, site, node.mark, param.name)
+    value, problems = run_outside(expr, site, node.mark, param.name, now)
     if problems:
         return None, problems
     if param.type.name == "agent" and isinstance(value, str):
         value = AgentRef(value)
-    return value, [*_out_of_range(param, value, site, file, text), *outside(param, value, site, node.mark)]
+    return value, [*_out_of_range(param, value, site, file, text, now), *outside(param, value, site, node.mark)]
 
 
 def below_zero(param: Param, value: Any) -> bool:
@@ -166,14 +174,14 @@ def outside(param: Param, value: Any, site: Site, mark: Mark) -> list[Diagnostic
     return []
 
 
-def _out_of_range(param: Param, value: Any, site: Site, file: str, raw: str) -> list[Diagnostic]:
+def _out_of_range(param: Param, value: Any, site: Site, file: str, raw: str, now: Micros | None) -> list[Diagnostic]:
     if below_zero(param, value):
         text = f"'{param.name}' is a duration, it cannot be below 0 s"
         return [Diagnostic("E062", Mark(file, 1, 1, 1, len(raw) + 1), text)]
     for bound, word, beyond in ((param.min, "least", -1), (param.max, "most", 1)):
         if bound is None or not isinstance(value, int | float):
             continue
-        limit, problems = run_outside(bound, site, bound.mark, f"the limit of {param.name}")
+        limit, problems = run_outside(bound, site, bound.mark, f"the limit of {param.name}", now)
         if problems:
             return problems
         if (value - limit) * beyond > 0:

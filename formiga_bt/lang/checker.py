@@ -10,6 +10,7 @@ from types import MappingProxyType
 from typing import Final
 
 from formiga_bt.lang.calls import Bound, bind
+from formiga_bt.lang.daytime import TODAY
 from formiga_bt.lang.model import Read
 from formiga_bt.lang.operands import Operands
 from formiga_bt.lang.operators import (
@@ -226,6 +227,12 @@ class Checker(Operands):
             self.wrong(part, why)
             return self.poison(node, reads_of(parts))
         run = call_code(bound.helper.run, [arg.run for arg in bound.args], needs_env=bound.helper.needs_env)
+        first = bound.args[0] if bound.args else None
+        why_not = bound.helper.refuses(first.const) if bound.helper.refuses and first and first.is_const else ""
+        if why_not:
+            return self.bad(node.args[0] if node.args else node, "E013", why_not, reads=reads_of(parts))
+        if bound.helper.daily and not poisoned(*bound.args):
+            return self.part(node, bound.returns, run, (*reads_of(bound.args), TODAY))
         return self.made(node, bound.returns, run, bound.args, pure=not bound.helper.needs_env)
 
     def _unknown_helper(self, node: ast.Call, name: str, reads: tuple[Read, ...]) -> Typed:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any, Final
 
-from formiga_bt.lang import region_shapes, shapes
+from formiga_bt.lang import daytime, region_shapes, shapes
 from formiga_bt.lang.model import EvalError
 from formiga_bt.lang.types import (
     ANGLE,
@@ -23,6 +23,8 @@ from formiga_bt.lang.types import (
     PLACE,
     POSITION,
     REGION,
+    TEXT,
+    TIME,
     Type,
     list_of,
 )
@@ -55,6 +57,10 @@ class Helper:
     run: Callable[..., Any]
     help: str
     needs_env: bool = False
+    daily: bool = False
+    """Its value depends on the day of `now`."""
+    refuses: Callable[[Any], str] | None = None
+    """Tells why a constant first argument is none, or ""."""
 
     @property
     def signature(self) -> str:
@@ -190,5 +196,14 @@ _NUMBERS: Final = (
     Helper("reverse", (_ITEMS,), list_of(ITEM), lambda items: items[::-1], "the list backwards"),
 )  # fmt: skip
 
-STANDARD: Final = Helpers((*_POINTS, *_REGIONS, *_NUMBERS))
+_TIMES: Final = (
+    Helper("today", (Arg("at", TEXT),), TIME, daytime.today, "this time of today, such as '06:30', in the site's time zone",
+           needs_env=True, daily=True, refuses=daytime.why_no_time_of_day),
+    Helper("sunrise", (Arg("place", PLACE),), TIME, daytime.sunrise, "when the sun rises there today",
+           needs_env=True, daily=True),
+    Helper("sunset", (Arg("place", PLACE),), TIME, daytime.sunset, "when the sun sets there today",
+           needs_env=True, daily=True),
+)  # fmt: skip
+
+STANDARD: Final = Helpers((*_POINTS, *_REGIONS, *_NUMBERS, *_TIMES))
 """The helpers of the language."""

@@ -3,7 +3,8 @@
 A live condition is watched, never polled: what it reads wakes it, and for `now` it must be known beforehand when that will
 be. So `now` may only stand in a comparison in which it counts once, and the rest must not change while the condition is
 watched (`now > t`, `now - t0 > 5 min`); all else is E068. The instant is found with the comparison's own code, so that it
-is exact to the microsecond however the numbers are rounded. Called by `expressions` for conditions compiled as live.
+is exact to the microsecond however the numbers are rounded. What depends on the day is looked at at each midnight. Called by
+`expressions` for conditions compiled as live.
 """
 
 import ast
@@ -11,6 +12,7 @@ from collections.abc import Callable, Iterable, Iterator
 from typing import Any, Final
 
 from formiga_bt.clock import SECOND, Micros
+from formiga_bt.lang.daytime import TODAY, next_midnight
 from formiga_bt.lang.model import Env, EvalError, Read, UnknownState, Unset
 from formiga_bt.lang.parts import NOW, Compared, Parts
 from formiga_bt.lang.tokens import Parsed
@@ -32,6 +34,7 @@ def deadlines(checker: Parts, reads: Iterable[Read], volatile: frozenset[str]) -
         reads: what the condition reads.
         volatile: names that may be written while the condition is watched.
     """
+    reads = tuple(reads)
     parsed, report = checker.parsed, checker.problems.report
     for node in _strays(parsed.root, parsed):
         start, end = parsed.span(node)
@@ -49,7 +52,15 @@ def deadlines(checker: Parts, reads: Iterable[Read], volatile: frozenset[str]) -
             report("E068", compared.left.start, compared.right.end, why, _SUCH_AS)
         else:
             found.append(_instant(compared, _slope(compared, parsed) or 1))
-    return tuple(found)
+    return (*found, _midnight) if TODAY in reads else tuple(found)
+
+
+def _midnight(env: Env) -> Micros:
+    """Return when `today(..)`, `sunrise(..)` and `sunset(..)` are those of another day."""
+    try:
+        return next_midnight(env)
+    except EvalError:
+        return 0
 
 
 def _refused(compared: Compared, parsed: Parsed, volatile: frozenset[str]) -> str:

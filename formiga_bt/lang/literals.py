@@ -13,6 +13,7 @@ from typing import Any, Final
 from formiga_bt.clock import micros
 from formiga_bt.diagnostics import Diagnostic, Fix
 from formiga_bt.geo import Place
+from formiga_bt.lang.daytime import TODAY, time_of_day, today
 from formiga_bt.lang.document import Node, Scalar
 from formiga_bt.lang.expressions import compile_expr, poison
 from formiga_bt.lang.model import Env, EvalError, Expr, Read
@@ -161,9 +162,8 @@ def _agent(node: Scalar, scope: Scope, expected: Type, what: str) -> Result:
 
 def _time(node: Scalar, scope: Scope, expected: Type, what: str) -> Result:
     text = node.text.strip()
-    if re.fullmatch(r"\d{1,2}:\d{2}(:\d{2})?", text):
-        said = f"{due(what, expected)}; a time of day needs its date and zone"
-        return refuse(node, "E013", said, f"for example 2026-08-20T{text:0>5}+03:00")
+    if time_of_day(text) is not None:
+        return Expr(node.text, expected, node.mark, lambda env: today(env, text), (TODAY,)), []
     try:
         instant = datetime.fromisoformat(text)
     except ValueError:
@@ -271,7 +271,7 @@ EXAMPLES: Final[Mapping[str, str]] = MappingProxyType(
         "position": "for example ${above(target, 60 m)}",
         "place": "{lat, lng}, {east, north}, a place of the site, or ${...}",
         "region": "a list of at least three places, a region of the site, or ${...}",
-        "time": "for example 2026-08-20T06:30+03:00",
+        "time": "for example 06:30 (today), or 2026-08-20T06:30+03:00",
         "list": "a list: [a, b], or ${...}",
     }
 )

@@ -575,6 +575,8 @@ class Site:
     lat: float
     lng: float
     ground_msl_m: float = 0.0
+    timezone: str = "UTC"
+    """IANA name: what `06:30` and the day of `today('06:30')` are reckoned in."""
     ports: Mapping[str, Port] = field(default_factory=dict)
     places: Mapping[str, Any] = field(default_factory=dict)
     regions: Mapping[str, Any] = field(default_factory=dict)

@@ -8,6 +8,7 @@ import hashlib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
+from zoneinfo import ZoneInfo, ZoneInfoNotFoundError, available_timezones
 
 from formiga_bt.diagnostics import Diagnostic, Mark, in_order
 from formiga_bt.geo import Frame, Place, Position, Region, mm
@@ -36,12 +37,13 @@ from formiga_bt.lang.reading import (
     what_is,
 )
 from formiga_bt.lang.site_checks import Written, check_whole, machines
-from formiga_bt.lang.synonyms import surely
+from formiga_bt.lang.synonyms import nearest, surely
 
 SITE: Final = (
     Option("formiga_site", "value", "Version of the site format.", type="int", required=True),
     Option("name", "name", "The site's name.", required=True),
     Option("base", "options", "The base station: lat, lng, ground_msl.", required=True),
+    Option("timezone", "word", "Its IANA time zone, such as Europe/Helsinki (UTC)."),
     Option("ports", "map", "Landing ports: {at, waiting}."),
     Option("places", "map", "Named places."),
     Option("regions", "map", "Named regions: lists of places."),
@@ -160,6 +162,7 @@ class _SiteReader:
             self.lat,
             self.lng,
             self.msl,
+            timezone=self._timezone(),
             ports=ports,
             places={
                 one: place for one, entry in self._named.items() if (place := self._place_named(one, entry)) is not None
@@ -196,6 +199,19 @@ class _SiteReader:
 
     def _word(self, key: str, words: tuple[str, ...]) -> str:
         return read_word(self.keys[key].value, self.problems, key, words) if key in self.keys else ""
+
+    def _timezone(self) -> str:
+        at = read_text(self.keys["timezone"].value, self.problems, "timezone") if "timezone" in self.keys else None
+        if at is None:
+            return "UTC"
+        try:
+            return ZoneInfo(at.text).key
+        except (ZoneInfoNotFoundError, ValueError, OSError):
+            known = sorted(available_timezones())
+            meant = nearest(at.text, known)
+            what = f"there is no time zone '{shorten(at.text)}'{did_you_mean(at.text, known)}"
+            self.problems.add("E008", at.mark, what, "an IANA name, such as Europe/Helsinki", fix_word(at, meant))
+            return "UTC"
 
     def _mode(self, pilots: Mapping[str, int]) -> str:
         mode = self._word("mode", ("simulation", "real"))

@@ -144,7 +144,7 @@ class Orders:
                 f"{hint}tasks: {', '.join(sorted(self._tasks)) or 'none'}",
             )
         raw = {key: text_of(value) for key, value in params.items() if value is not None}
-        values, problems, sources = bind_params(task, raw, self._site)
+        values, problems, sources = bind_params(task, raw, self._site, self._driver.now())
         if problems:
             first = problems[0]
             raise Refused(

@@ -105,6 +105,9 @@ class Writer:
                 "now - t5 > 3 s",
                 "now > t5 and now < t9",
                 "now > t9 or flag",
+                "now > today('13:46:45')",
+                "now < today('13:46:49') + 1 s",
+                "now > sunrise(base) and now < today('13:46:48')",
             ]
         return str(self.pick(*conds))
 

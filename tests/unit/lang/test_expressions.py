@@ -455,7 +455,7 @@ def test_a_region_is_a_list_of_places():
         ("{lat: 95, lng: 22}", PLACE, "", ("E062", "lat lies between -90 and 90")),
         ("{lat: 60, lon: 22}", PLACE, "", ("E004", "a place has no 'lon'; did you mean 'lng'?")),
         ("[1, 2]", DISTANCE, "", ("E013", "expected a distance, this is a list")),
-        ("06:30", TIME, "", ("E013", "expected a time; a time of day needs its date and zone")),
+        ("25:30", TIME, "", ("E016", "expected a time, got the text '25:30'")),
         ("2026-08-20T06:30", TIME, "", ("E013", "the time '2026-08-20T06:30' needs a zone")),
     ],
 )

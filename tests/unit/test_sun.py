@@ -5,7 +5,7 @@ from datetime import UTC, datetime
 import pytest
 
 from formiga_bt.safety.airspace import Airspace
-from formiga_bt.safety.sun import sun_elevation_deg, sun_is_up
+from formiga_bt.sun import daylight, sun_elevation_deg, sun_is_up
 from tests.unit.safety.grounds import site
 
 
@@ -32,6 +32,17 @@ def test_sunrise_and_sunset_are_right_to_a_few_minutes(lat: float, lng: float, r
 def test_beyond_the_polar_circle_the_sun_stays_up_in_june_and_down_in_december() -> None:
     assert all(sun_is_up(69.0, 25.7, us(2025, 6, 21, hour)) for hour in range(24))
     assert not any(sun_is_up(69.0, 25.7, us(2025, 12, 21, hour)) for hour in range(24))
+
+
+def test_daylight_is_between_the_two_instants_and_nowhere_else() -> None:
+    noon = us(2025, 9, 1, 10)
+    rise, fall = daylight(66.5, 25.7, noon, (0, 1))
+
+    second = 1_000_000
+    assert [sun_is_up(66.5, 25.7, rise + by) for by in (-second, second)] == [False, True]
+    assert [sun_is_up(66.5, 25.7, fall + by) for by in (-second, second)] == [True, False]
+    assert rise < noon < fall
+    assert rise % second == fall % second == 0
 
 
 def test_at_noon_of_an_equinox_the_sun_stands_in_the_zenith_of_the_equator() -> None:

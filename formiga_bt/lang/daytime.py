@@ -1,0 +1,93 @@
+"""Times of the day: `06:30`, `today('06:30')`, `sunrise(base)`, `sunset(base)`, on the civil day of `now` in the site's zone.
+
+Pure functions of the environment; registered as helpers in `helpers`. Their value jumps at midnight, so a live condition that
+reads one is looked at then (`instants`); between two midnights it is constant.
+"""
+
+import re
+from datetime import UTC, datetime, time, timedelta
+from typing import Final
+from zoneinfo import ZoneInfo
+
+from formiga_bt.clock import SECOND, Micros
+from formiga_bt.geo import Place
+from formiga_bt.lang.model import Env, EvalError, Read, Unset
+from formiga_bt.sun import daylight
+
+TODAY: Final = Read("today")
+"""What an expression reads that depends on the day of `now`, and on nothing else of it."""
+
+_EPOCH: Final = datetime(1970, 1, 1, tzinfo=UTC)
+_CLOCK: Final = re.compile(r"(\d{1,2}):(\d{2})(?::(\d{2}))?", re.ASCII)
+
+
+def time_of_day(text: str) -> time | None:
+    """Return the time that a text such as `6:30` or `21:05:30` is, or None."""
+    found = _CLOCK.fullmatch(text.strip())
+    if found is None:
+        return None
+    hour, minute, second = (int(part or 0) for part in found.groups())
+    return time(hour, minute, second) if hour < 24 and minute < 60 and second < 60 else None
+
+
+def why_no_time_of_day(text: object) -> str:
+    """Return why a text is no time of the day, or ""."""
+    return "" if time_of_day(str(text)) is not None else f"'{text}' is no time of the day, such as '06:30'"
+
+
+def today(env: Env, text: str) -> Micros:
+    """Return this time of the day, on the day of `now`."""
+    at = time_of_day(text)
+    if at is None:
+        raise EvalError(why_no_time_of_day(text))
+    noon = _noon(env)
+    return _micros(noon.replace(hour=at.hour, minute=at.minute, second=at.second))
+
+
+def sunrise(env: Env, place: Place) -> Micros:
+    """Return when the sun rises at a place: midnight where it stays up all day, its highest point where it stays down."""
+    return _light(env, place)[0]
+
+
+def sunset(env: Env, place: Place) -> Micros:
+    """Return when the sun sets at a place: the next midnight where it stays up all day, its highest point where it stays down."""
+    return _light(env, place)[1]
+
+
+def next_midnight(env: Env) -> Micros:
+    """Return when the day of `now` is over."""
+    return _micros(_start(_noon(env) + timedelta(days=1)))
+
+
+def _light(env: Env, place: Place) -> tuple[Micros, Micros]:
+    noon = _noon(env)
+    day = _micros(_start(noon)), _micros(_start(noon + timedelta(days=1)))
+    return daylight(*env.lat_lng(place), _micros(noon), day)
+
+
+def _noon(env: Env) -> datetime:
+    """Return twelve o'clock of the day of `now` in the site's time zone."""
+    try:
+        now = env.name("now")
+    except Unset:
+        raise EvalError("which day today is will only be known when it runs; write the date, too") from None
+    assert isinstance(now, int), "`now` is an integer of microseconds"
+    here = (_EPOCH + timedelta(microseconds=now)).astimezone(_zone(env))
+    return here.replace(hour=12, minute=0, second=0, microsecond=0, fold=0)
+
+
+def _zone(env: Env) -> ZoneInfo:
+    try:
+        site = env.name("site")
+    except Unset:
+        site = {}
+    name = site.get("timezone", "UTC") if isinstance(site, dict) else "UTC"
+    return ZoneInfo(str(name))
+
+
+def _start(noon: datetime) -> datetime:
+    return noon.replace(hour=0)
+
+
+def _micros(at: datetime) -> Micros:
+    return round((at - _EPOCH).total_seconds()) * SECOND
