@@ -36,9 +36,10 @@ def _need_pct(flight: GateFlight, power: Power, area: Area | None, ground: Airsp
     landing = flight.lands_at is not None
     if end is not None and not landing:
         most = home(end, flight.grounded)
-    for a, b in flight.ways:
+    last = len(flight.ways) - 1
+    for i, (a, b) in enumerate(flight.ways):
         spent, end = spent + way_pct(a, b, power, wind, payload, speed), b
-        if not landing:
+        if not landing and i < last:  # from the last end, it is reckoned below
             most = max(most, spent + home(b, False))
     spent += hover_pct(power.landing_s if landing else flight.hover_s, power, payload)
     if area is not None and end is not None:

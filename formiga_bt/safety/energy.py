@@ -160,9 +160,10 @@ def home_pct(
         home_up_m: the ground at its port over the base's ground.
         grounded: it stands, and must take off first unless it is home.
     """
-    landing = hover_pct(power.landing_s, power, payload_kg)
+    load = power.payload_pct_kg_s * payload_kg if payload_kg > 0.0 else 0.0
+    landing = power.landing_s * (power.hover_pct_s + load)
     if home is None:
-        down = _upright_pct(min(here.up_m, home_up_m) - here.up_m, power, payload_kg)
+        down = _upright_pct(min(here.up_m, home_up_m) - here.up_m, power, load)
         return 0.0 if grounded else down + landing
     east, north = home.east_m - here.east_m, home.north_m - here.north_m
     way = math.hypot(east, north)
@@ -170,18 +171,19 @@ def home_pct(
         return 0.0
     across = 0.0
     if way > 0.0:
-        over_ground = ground_speed_m_s(east, north, power.speed_m_s, wind)
+        over_ground = power.speed_m_s if wind is CALM else ground_speed_m_s(east, north, power.speed_m_s, wind)
         if over_ground <= 0.0:
             return math.inf
-        across = way / over_ground * (power.cruise_pct_s + power.payload_pct_kg_s * max(0.0, payload_kg))
-    to_layer = _upright_pct(layer_m - here.up_m, power, payload_kg)
-    return to_layer + across + _upright_pct(home_up_m - layer_m, power, payload_kg) + landing
+        across = way / over_ground * (power.cruise_pct_s + load)
+    to_layer = _upright_pct(layer_m - here.up_m, power, load)
+    return to_layer + across + _upright_pct(home_up_m - layer_m, power, load) + landing
 
 
-def _upright_pct(rise_m: float, power: Power, payload_kg: float) -> float:
-    """Return the points of charge for going straight up, or down where `rise_m` is below 0."""
-    drain = power.climb_pct_s if rise_m > 0.0 else power.cruise_pct_s
-    return abs(rise_m) / power.climb_m_s * (drain + power.payload_pct_kg_s * max(0.0, payload_kg))
+def _upright_pct(rise_m: float, power: Power, load: float) -> float:
+    """Return the points of charge for going straight up, or down where `rise_m` is below 0; `load` = more points a second."""
+    if rise_m > 0.0:
+        return rise_m / power.climb_m_s * (power.climb_pct_s + load)
+    return -rise_m / power.climb_m_s * (power.cruise_pct_s + load)
 
 
 def reach_m(
