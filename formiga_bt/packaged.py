@@ -1,13 +1,13 @@
-"""Where the files that ship with formiga_bt lie: the action catalogue and the task library.
+"""Where the files that ship with formiga_bt lie: the action catalogue, the task library, the pages of codes.
 
-In a checkout they are the folders `actions/` and `trees/` beside the package, in an installed wheel they lie inside it
+In a checkout they are the folders `actions/`, `trees/` and `docs/` beside the package, in an installed wheel they lie inside it
 (`formiga_bt/_data`). Used by the command line and by whoever needs the default catalogue.
 """
 
 from pathlib import Path
 from typing import Literal
 
-Folder = Literal["actions", "trees"]
+Folder = Literal["actions", "trees", "docs"]
 
 _PACKAGE = Path(__file__).resolve().parent
 
