@@ -37,7 +37,7 @@ def judge(case: Case, came: Came) -> list[Differs]:
         *_standings(case, came),
         *_safety(case, came),
     ]
-    found += [Differs("answers", "", text) for text in (*came.unused, *came.no_option)]
+    found += [Differs("answers", "", text) for text in (*came.unused, *came.no_use)]
     return found + [Differs("orders", "", text) for text in came.refused_orders]
 
 
@@ -67,9 +67,7 @@ def _actions(case: Case, came: Came) -> Iterator[Differs]:
     wanted = case.expect.actions
     if wanted is None or fits(wanted, came.sent):
         return
-    yield Differs(
-        "actions", str(len([w for w in wanted if w != GAP])), str(len(came.sent)), tuple(diff(wanted, came.sent))
-    )
+    yield Differs("actions", "", "not as expected (- expected, + came)", tuple(diff(wanted, came.sent)))
 
 
 def is_it(word: str, sent: Sent) -> bool:

@@ -28,8 +28,8 @@ class Used:
 
     rules: set[int] = field(default_factory=set)
     """Places of the rules that counted: answers first, then goals."""
-    no_option: list[str] = field(default_factory=list)
-    """Answers that a question did not offer, in words."""
+    no_use: list[str] = field(default_factory=list)
+    """Why a rule could not do what it says, in words: an answer that was no option, a goal that ended too early."""
 
 
 class Mocks:
@@ -72,7 +72,7 @@ class Mocks:
         rule = self._said[number]
         options = [str(option) for option in request.fields.get("options", ())]
         if rule is not None and rule.answer and rule.answer not in options:
-            self.used.no_option.append(f"'{rule.answer}' is no answer to {number}: {', '.join(options)}")
+            self.used.no_use.append(f"'{rule.answer}' is no answer to {number}: {', '.join(options)}")
             return None
         return rule
 
@@ -175,16 +175,20 @@ class _StandIn:
         refused = body.start(request)
         if not refused:
             at = self._mocks.scheduler.now() + micros(rule.after_s)
-            self._mocks.scheduler.call_at(at, lambda: self._break_off(request, rule.code))
+            self._mocks.scheduler.call_at(at, lambda: self._break_off(request, rule))
         return refused
 
-    def _break_off(self, request: GoalRequest, code: str) -> None:
+    def _break_off(self, request: GoalRequest, rule: GoalRule) -> None:
         """Let a drone stop and hover (or stand) where it is, with what it did a failure."""
         side = self._agent.side
-        if side is not None and side.state_of(request.goal_id) not in TERMINAL:
-            self._agent.body.stop()
-            self._agent.body.report()
-            side.finish(request.goal_id, "failed", code=code)
+        if side is None:
+            return
+        if side.state_of(request.goal_id) in TERMINAL:
+            self._mocks.used.no_use.append(f"line {rule.mark.line}: {rule.told} had ended before it could fail")
+            return
+        self._agent.body.stop()
+        self._agent.body.report()
+        side.finish(request.goal_id, "failed", code=rule.code)
 
     def _begin(self, request: GoalRequest) -> None:
         self._held.pop(request.goal_id, None)

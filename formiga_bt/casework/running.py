@@ -56,7 +56,8 @@ class Came:
     verdict: Verdict
     unused: tuple[str, ...]
     """Rules of the case that never counted, in words."""
-    no_option: tuple[str, ...]
+    no_use: tuple[str, ...]
+    """Rules that could not do what they say, in words."""
     failed_at: Mark | None = None
     """Where in the tree the failure was."""
     refused_orders: tuple[str, ...] = ()
@@ -111,7 +112,7 @@ def _came(run: VirtualRun, story: "_Story", mocks: Mocks, *, in_time: bool) -> C
         dict(story.roles),
         run.verdict(),
         tuple(unused),
-        tuple(mocks.used.no_option),
+        tuple(mocks.used.no_use),
         story.mark_of(task.failure.step) if task is not None and task.failure is not None else None,
         tuple(f"{order.order} {order.target} was refused: {why}" for _, order, why in played.orders if why),
     )

@@ -165,6 +165,23 @@ def site_file(site: Path) -> Path:
     return folder("trees") / "demo-site.yaml" if is_demo(site) else site
 
 
+def shipped_task(path: Path) -> Path:
+    """Return the file of a task that ships, if a path is no file here but such a task's name, for example `Circle`."""
+    if path.exists() or not path.name.isidentifier() or path.parent != Path():
+        return path
+    return shipped_tasks().get(path.name, path)
+
+
+def shipped_tasks() -> dict[str, Path]:
+    """Return the files of the tasks that ship, by the name of the task."""
+    found: dict[str, Path] = {}
+    for path in find_tasks([folder("trees")]).tasks:
+        for line in path.read_text(encoding="utf-8").splitlines():
+            if line.startswith("task:"):
+                found[line.removeprefix("task:").partition("#")[0].strip()] = path
+    return found
+
+
 def read_task(path: Path, world: World) -> Read:
     """Read and check one task file against `world`."""
     from formiga_bt.lang.loader import load_task

@@ -5,11 +5,26 @@ the language reads, any other file its text.
 """
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
 
 from formiga_bt.cli.inputs import UnusableFile
+from formiga_bt.errors import TreeError
+
+if TYPE_CHECKING:
+    from formiga_bt.lang.model import Task
+    from formiga_bt.lang.profiles import Profile
+
+ProfileOption = Annotated[
+    str,
+    typer.Option(
+        help="Values for parameters that are not given: a profile's name, for example paper-code, or its file.",
+        metavar="NAME",
+    ),
+]
 
 LIMIT = 1_000_000
 """Bytes of a file."""
@@ -30,6 +45,39 @@ def read_params(words: Sequence[str]) -> dict[str, str]:
             raise UnusableFile(f"'{name.strip()}' is given twice")
         found[name.strip()] = of_file(Path(value[1:])) if value.startswith("@") else value
     return found
+
+
+def of_profile(word: str, task: "Task", given: Iterable[str]) -> dict[str, str]:
+    """Return what a profile says of the parameters of a task that are not given, under whatever alias.
+
+    Raises:
+        UnusableFile: there is no such profile.
+        TreeError: its file has errors.
+    """
+    return _profile(word).fill(task, given) if word else {}
+
+
+def of_profile_by_name(word: str, task: str, given: Iterable[str]) -> dict[str, str]:
+    """Return the same for a task of which only the name is known: the parameters not given under the profile's names.
+
+    Raises:
+        UnusableFile: there is no such profile.
+        TreeError: its file has errors.
+    """
+    taken = set(given)
+    return {name: text for name, text in _profile(word).texts(task).items() if name not in taken} if word else {}
+
+
+def _profile(word: str) -> "Profile":
+    from formiga_bt.lang.profiles import load_profile, profile_file, unknown_profile
+
+    path = profile_file(word, (Path(),))
+    if path is None:
+        raise UnusableFile(f"--profile: {unknown_profile(word, (Path(),))}")
+    loaded = load_profile(path)
+    if loaded.profile is None:
+        raise TreeError(f"{path} is no usable profile", loaded.diagnostics)
+    return loaded.profile
 
 
 def of_file(path: Path) -> str:

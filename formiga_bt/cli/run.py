@@ -21,7 +21,7 @@ from formiga_bt.cli.client import (
     user,
 )
 from formiga_bt.cli.inbox import answer_command
-from formiga_bt.cli.params import read_params
+from formiga_bt.cli.params import ProfileOption, of_profile_by_name, read_params
 from formiga_bt.cli.why import OVER, in_words
 
 WHY_AFTER_S = 5.0
@@ -38,6 +38,7 @@ def command(
         ),
     ] = None,
     priority: Annotated[str, typer.Option(help="low, medium or high. Default: the task's own.")] = "",
+    profile: ProfileOption = "",
     follow: Annotated[bool, typer.Option("--follow", "-f", help="Watch it to its end.")] = False,
     as_json: JsonOption = False,
     site: SiteOption = None,
@@ -48,6 +49,7 @@ def command(
     aborts the task and waits until its machines are home; a second one stops watching.
     """
     params = read_params(param or [])
+    params |= of_profile_by_name(profile, task, params)
     client = connect(site)
     body = {"task": task, "params": params, "priority": _priority(priority), "requester": user()}
     task_id = client.post("/v1/tasks", body, key=uuid.uuid4().hex)["id"]
