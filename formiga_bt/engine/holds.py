@@ -15,6 +15,7 @@ def hold(core: Core, task_id: str, cause: str) -> None:
     stood = clock_stands(task)
     if not stood and not cause.startswith("clearance:"):
         core.pause_deadlines(task_id)
+        core.put_task(task_id, stood_since=core.now)
     core.put_task(task_id, held=(*core.task(task_id).held, cause))
 
 
@@ -26,5 +27,7 @@ def unhold(core: Core, task_id: str, cause: str) -> None:
     stood = clock_stands(task)
     task = core.put_task(task_id, held=tuple(c for c in task.held if c != cause))
     if stood and not clock_stands(task):
+        since = core.now if task.stood_since is None else task.stood_since
+        core.put_task(task_id, stood_us=task.stood_us + core.now - since, stood_since=None)
         core.resume_deadlines(task_id)
     core.stale.add(EVERYTHING)

@@ -159,6 +159,9 @@ class TaskRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
     abort_now: bool = False
     held: tuple[str, ...] = ()
     """Causes of HELD: operator, clearance:<agent>, take-over:<agent>, lockdown, resume."""
+    stood_us: Micros = 0
+    """For how long its clock has stood still by now, without the present stand."""
+    stood_since: Micros | None = None
     paused: dict[str, Micros] = {}
     """Deadlines that stand still while held: what is left of each."""
     roles: dict[str, tuple[str, ...]] = {}

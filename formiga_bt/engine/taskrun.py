@@ -51,6 +51,13 @@ class TaskRun:
         """Return the instant of the step."""
         return self._core.now
 
+    @property
+    def clock(self) -> Micros:
+        """Return the task's own time, which stands still while it is held."""
+        task = self._core.task(self.task_id)
+        standing = 0 if task.stood_since is None else self.now - task.stood_since
+        return self.now - task.stood_us - standing
+
     def spend(self) -> None:
         """Count a visit against this input's budget."""
         if self._spent_seq != self._core.state.seq:

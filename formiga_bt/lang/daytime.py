@@ -45,12 +45,12 @@ def today(env: Env, text: str) -> Micros:
 
 
 def sunrise(env: Env, place: Place) -> Micros:
-    """Return when the sun rises at a place: midnight where it stays up all day, its highest point where it stays down."""
+    """Return when the sun rises at a place: midnight where it stays up, its highest point where it stays down."""
     return _light(env, place)[0]
 
 
 def sunset(env: Env, place: Place) -> Micros:
-    """Return when the sun sets at a place: the next midnight where it stays up all day, its highest point where it stays down."""
+    """Return when the sun sets at a place: the next midnight where it stays up, its highest point where it stays down."""
     return _light(env, place)[1]
 
 

@@ -49,6 +49,8 @@ def read_repeat(read: Readers, body: Body, keys: Keys) -> Part | None:
         times = how.get("times")
         sure_of_one = times is None or times.is_const
         leave(body, [*outs, body.flow, *([] if sure_of_one else [entry])])
+    elif "max" in part:
+        leave(body, [*outs, body.flow])
     elif outs:
         leave(body, outs)
     elif body.bounded:

@@ -70,7 +70,7 @@ class Rounds(Chain):
     def rounds(self, run: Run) -> Status:
         """Run rounds from the one whose number is set, until one waits."""
         while self.more() and self.may_start(run):
-            self.state = replace(self.state, round_at=run.now, waiting=False)
+            self.state = replace(self.state, round_at=run.clock, waiting=False)
             self.breaking = False
             run.spend()
             status = self.start_chain(run)
@@ -99,11 +99,11 @@ class Rounds(Chain):
         start = self.state.round_at + self.state.every_us
         if self.state.over_at is not None:
             start = min(start, self.state.over_at)
-        if not self.state.every_us or start <= run.now:
+        if not self.state.every_us or start <= run.clock:
             return False
         self.state = replace(self.state, waiting=True)
         self.remember(run, self.state)
-        run.set_deadline(self.key, start)
+        run.set_deadline(self.key, run.now + start - run.clock)
         return True
 
     def conclude(self, run: Run) -> Status:  # noqa: ARG002
@@ -160,7 +160,7 @@ class LoopNode(Rounds):
         step, env = self.step, run.env(self.scope, self.error_here())
         self.state = LoopMem(
             1,
-            over_at=run.now + micros(step.duration.run(env)) if step.duration else None,
+            over_at=run.clock + micros(step.duration.run(env)) if step.duration else None,
             times=int(step.times.run(env)) if step.times else None,
             every_us=micros(step.every.run(env)) if step.every else 0,
             most=int(step.max.run(env)) if step.max else None,
@@ -174,7 +174,7 @@ class LoopNode(Rounds):
 
     def may_start(self, run: Run) -> bool:
         """Return whether the duration and the `while` condition allow another round."""
-        if self.state.over_at is not None and run.now >= self.state.over_at:
+        if self.state.over_at is not None and run.clock >= self.state.over_at:
             return False
         return self.step.cond is None or bool(self.step.cond.run(run.env(self.scope, self.error_here())))
 

@@ -131,9 +131,9 @@ class LoopMem(Struct, frozen=True, tag="loop", tag_field="mem"):
     ran: bool = False
     waiting: bool = False
     round_at: Micros = 0
-    """When this round started."""
+    """When this round started, by the task's clock, which stands still while it is held."""
     over_at: Micros | None = None
-    """`repeat: 30 min`: no round starts from here on."""
+    """`repeat: 30 min`: no round starts from here on, by the task's clock."""
     times: int | None = None
     every_us: Micros = 0
     most: int | None = None

@@ -145,6 +145,11 @@ class Run(Protocol):
         """Return the instant of the input being handled, engine time."""
         ...
 
+    @property
+    def clock(self) -> Micros:
+        """Return the task's own time: like `now`, but it stands still while the task is held."""
+        ...
+
     def spend(self) -> None:
         """Count one visited node.
 

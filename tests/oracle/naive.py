@@ -645,7 +645,7 @@ class NaiveTrees:
         assert isinstance(step, model.Loop)
         if fresh:
             env = self._env(at)
-            mem["over"] = self.host.now + micros(step.duration.run(env)) if step.duration else None
+            mem["over"] = self.host.clock + micros(step.duration.run(env)) if step.duration else None
             counts = [int(expr.run(env)) for expr in (step.times, step.max) if expr is not None]
             mem["most"] = min(counts) if counts else None
             mem["every"] = micros(step.every.run(env)) if step.every else 0
@@ -662,7 +662,7 @@ class NaiveTrees:
             if not mem["running"]:
                 if not self._another_round(at, mem):
                     return self._end_of_loop(at, mem, left=False)
-                mem.update(running=True, began=self.host.now, index=0, ran=False)
+                mem.update(running=True, began=self.host.clock, index=0, ran=False)
                 self.host.spend()
             done = self._in_order(self._children(at, mem), mem)
             if done is None:
@@ -683,9 +683,9 @@ class NaiveTrees:
             start = mem["began"] + mem.get("every", 0)
             if mem.get("over") is not None:
                 start = min(start, mem["over"])
-            if mem.get("every") and start > self.host.now:
+            if mem.get("every") and start > self.host.clock:
                 mem["waiting"] = True
-                self.host.set_deadline(at.key, start)
+                self.host.set_deadline(at.key, self.host.now + start - self.host.clock)
 
     def _counted_out(self, at: At, mem: dict[str, Any]) -> bool:
         most = len(mem["items"]) if isinstance(at.step, model.For) else mem["most"]
@@ -699,7 +699,7 @@ class NaiveTrees:
                 self.host.set_var(at.scope, name, value)
             return True
         assert isinstance(at.step, model.Loop)
-        if mem["over"] is not None and self.host.now >= mem["over"]:
+        if mem["over"] is not None and self.host.clock >= mem["over"]:
             return False
         return at.step.cond is None or bool(at.step.cond.run(self._env(at)))
 

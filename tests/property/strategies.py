@@ -450,7 +450,7 @@ def deed(dice: Random) -> Deed:
     )
 
 
-FAULTS = ("abort", "abort", "now", "abandon", "kill", "freeze", "take_over", "take_over", "clear")
+FAULTS = ("abort", "abort", "now", "abandon", "kill", "freeze", "take_over", "take_over", "clear", "hold")
 NEWS = ("low", "low", "full", "pulse", "pulse", "rise", "sink", "drift")
 
 
@@ -459,8 +459,10 @@ def events(dice: Random) -> list[Event]:
     found = [Event(dice.randint(2, 30) / 2, dice.choice(NEWS), dice.choice(CARTS)) for _ in range(dice.randint(0, 6))]
     for _ in range(dice.choice((0, 0, 1, 2, 3))):
         what, at, whom = dice.choice(FAULTS), dice.randint(0, 60) / 2, dice.choice(CARTS)
+        if what == "hold":
+            whom = "Random0-1"
         found.append(Event(at, what, whom))
-        back = {"kill": "restart", "freeze": "thaw", "take_over": "hand_back"}.get(what)
+        back = {"hold": "continue", "kill": "restart", "freeze": "thaw", "take_over": "hand_back"}.get(what)
         if back and dice.random() < 0.5:
             found.append(Event(at + dice.choice([0.0, 1.0, 4.0, 18.0, 40.0]), back, whom))
     return found

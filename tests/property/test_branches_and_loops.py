@@ -309,6 +309,22 @@ CASES: dict[str, Case] = {
         [{"repeat": "5 s", "every": "3 s", "steps": [say("round")]}, say("end")],
         {}, [], "SUCCEEDED", "", ["1 round", "4 round", "6 end"],
     ),
+    "repeat: forever with max ends well after so many rounds": (
+        [{"repeat": "forever", "every": "1 s", "max": 2, "steps": [say("round")], "timeout": "9 s"}, say("end")],
+        {}, [], "SUCCEEDED", "", ["1 round", "2 round", "2 end"],
+    ),
+    "repeat: its duration stands still while the task is held, within a round too": (
+        [{"repeat": "6 s", "steps": [say("round"), ONE]}, say("end")],
+        {"c1": [Deed(after=4.0)] * 3},
+        [Event(2.0, "hold", "Edge-1"), Event(22.0, "continue", "Edge-1")],
+        "SUCCEEDED", "", ["1 round", "26 round", "30 end"],
+    ),
+    "repeat: every stands still while the task is held, within a round too": (
+        [{"repeat": 2, "every": "8 s", "steps": [say("round"), ONE]}, say("end")],
+        {"c1": [Deed(after=4.0)] * 3},
+        [Event(2.0, "hold", "Edge-1"), Event(22.0, "continue", "Edge-1")],
+        "SUCCEEDED", "", ["1 round", "29 round", "33 end"],
+    ),
     "repeat: max is a bound, not a check": (
         [{"repeat": 9, "every": "1 s", "max": 2, "steps": [say("round")]}, say("end")],
         {}, [], "SUCCEEDED", "", ["1 round", "2 round", "2 end"],

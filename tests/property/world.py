@@ -338,6 +338,8 @@ class World:
                 self.scheduler.call_at(self.scheduler.now(), lambda: self._handback_end(event.whom))
             case "low" | "full" | "pulse" | "rise" | "sink" | "drift" if body is not None:
                 body.change(event.what)
+            case "hold" | "continue":
+                self.driver.feed(inp.Operator(event.what, event.whom, "ann"))
             case "clear":
                 self.driver.feed(inp.Operator("clear", event.whom, "ann"))
 

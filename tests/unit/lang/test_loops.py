@@ -287,3 +287,8 @@ class TestEndsAndWaits:
 
 def test_a_check_of_a_percent_reads_as_written(codes: Codes) -> None:
     assert codes("  - while: one.battery > 0.5 %\n    steps: [{wait: 5 s}]\n") == [("W070", 1)]
+
+
+def test_forever_with_max_has_an_end(codes: Codes) -> None:
+    assert codes("  - repeat: forever\n    max: 3\n    timeout: 5 min\n    steps: [{wait: 5 s}]\n  - wait: 1 s\n") == []
+    assert codes("  - repeat: forever\n    max: 3\n    steps: [{wait: 5 s}]\n  - wait: 1 s\n") == []
