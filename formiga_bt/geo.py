@@ -21,14 +21,14 @@ def mm(metres: float) -> float:
     return round(metres, 3) + 0.0
 
 
-class Place(Struct, frozen=True, tag_field="is", tag="place"):
+class Place(Struct, frozen=True, gc=False, tag_field="is", tag="place"):
     """A point on the ground, metres east and north of the base station."""
 
     east_m: float
     north_m: float
 
 
-class Position(Struct, frozen=True, tag_field="is", tag="position"):
+class Position(Struct, frozen=True, gc=False, tag_field="is", tag="position"):
     """A point in space, metres east and north of the base station and up from the ground at the base."""
 
     east_m: float

@@ -12,7 +12,7 @@ from formiga_bt.geo import Place, Position, Region, horizontal_m
 from formiga_bt.safety.energy import Power
 from formiga_bt.safety.envelope import Breach, GateFlight, at_gate, ways_of
 from formiga_bt.safety.gate import AT_PORT_M, Ask
-from formiga_bt.safety.grid import Grid, grown
+from formiga_bt.safety.grid import Box, Grid, grown
 from formiga_bt.safety.traffic import GROUND_M, Area, Traffic, Way, traffic_of
 
 SUN_EVERY_US: Micros = 60 * SECOND
@@ -160,6 +160,13 @@ class GateView:
     def traffic(self, ask: Ask) -> list[Traffic]:
         """Return the machines that may be near a goal's way and spots, in the order of their admission."""
         self._refresh()
+        here, target = ask.position, ask.target
+        if here is not None and target is not None and ask.region is None:  # nearly all of them
+            west, east = (here.east_m, target.east_m) if here.east_m <= target.east_m else (target.east_m, here.east_m)
+            south, north = here.north_m, target.north_m
+            if south > north:
+                south, north = north, south
+            return self._near((west, east, south, north))
         points: list[Place | Position] = []
         if ask.position is not None:
             points.append(ask.position)
@@ -170,8 +177,10 @@ class GateView:
         if not points:
             return []
         easts, norths = [p.east_m for p in points], [p.north_m for p in points]
-        box = grown((min(easts), max(easts), min(norths), max(norths)), self._reach_m)
-        found = self._skies.near(box)
+        return self._near((min(easts), max(easts), min(norths), max(norths)))
+
+    def _near(self, box: Box) -> list[Traffic]:
+        found = self._skies.near(grown(box, self._reach_m))
         if len(found) > 1:
             found.sort(key=_order)
         return found

@@ -23,7 +23,7 @@ from formiga_bt.safety.energy import Wind
 from formiga_bt.safety.flights import Breach, FlightState, GateFlight, ways_of
 from formiga_bt.safety.rules import Rules
 from formiga_bt.safety.spots import safe_landing_spot
-from formiga_bt.safety.terrain import Found
+from formiga_bt.safety.terrain import Found, is_surely_fine
 from formiga_bt.safety.zones import Offence, Zone
 
 __all__ = ["Breach", "FlightState", "GateFlight", "at_gate", "in_flight", "safe_landing_spot", "ways_of"]
@@ -37,7 +37,7 @@ def at_gate(flight: GateFlight, ground: Airspace, rules: Rules) -> Breach | None
     moves = bool(flight.ways) or flight.region is not None
     if here is None and moves and not flight.rescue:
         return Breach("position", f"it is not known where {flight.agent} is")
-    if not all(_is_somewhere(end) for way in flight.ways for end in way):
+    if flight.ways and not all(map(_is_somewhere, [way[1] for way in flight.ways])):
         return Breach("position", f"{flight.agent} is to go nowhere: a coordinate of the way is no number")
     area = None
     if flight.region is not None and flight.region.corners:
@@ -45,7 +45,8 @@ def at_gate(flight: GateFlight, ground: Airspace, rules: Rules) -> Breach | None
         area = area_of(flight.region, flight.region_up_m if flight.region_up_m is not None else own, here)
         if not all(map(_is_somewhere, area.corners)):
             return Breach("position", f"{flight.agent} is to cover nothing: a coordinate of the area is no number")
-    for breach in _space(flight, area, ground, rules):
+    breach = _legs(flight, ground, rules) if area is None else next(_space(flight, area, ground, rules), None)
+    if breach is not None:
         return breach
     if flight.rescue or not (moves or flight.power is not None):
         return None
@@ -82,6 +83,17 @@ def in_flight(state: FlightState, ground: Airspace, rules: Rules) -> tuple[Breac
 
 def _is_somewhere(at: Position) -> bool:
     return math.isfinite(at.east_m + at.north_m + at.up_m)
+
+
+def _legs(flight: GateFlight, ground: Airspace, rules: Rules) -> Breach | None:
+    """Return what a goal that covers no area breaks of zones and heights, if anything: the common case, quickly answered."""
+    for a, b in flight.ways:
+        for zone in ground.zones:
+            if zone.is_offended(a, b):
+                return next(_space(flight, None, ground, rules), None)
+        if not is_surely_fine(ground.terrain, a, b, rules.terrain_clearance_m, rules.max_height_m):
+            return next(_space(flight, None, ground, rules), None)
+    return None
 
 
 def _space(flight: GateFlight, area: Area | None, ground: Airspace, rules: Rules) -> Iterator[Breach]:

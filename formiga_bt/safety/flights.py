@@ -29,7 +29,7 @@ class Breach(Struct, frozen=True):
         return f"envelope.{self.name}"
 
 
-class GateFlight(Struct, frozen=True, kw_only=True):
+class GateFlight(Struct, frozen=True, kw_only=True, gc=False):
     """What a goal would do, and with which machine."""
 
     agent: str

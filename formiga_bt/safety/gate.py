@@ -27,7 +27,7 @@ AT_PORT_M = 3.0
 """A machine this near to a port (horizontally) stands at it."""
 
 
-class Ask(Struct, frozen=True, kw_only=True):
+class Ask(Struct, frozen=True, kw_only=True, gc=False):
     """A goal that wants to leave, and what the gate must know of its agent."""
 
     agent: str
@@ -69,7 +69,7 @@ class Ask(Struct, frozen=True, kw_only=True):
     """It carries out the stop `land`, which waits for nobody."""
 
 
-class Go(Struct, frozen=True):
+class Go(Struct, frozen=True, gc=False):
     """Send it: it takes up `leg`, or `area` and the ways into it."""
 
     leg: Way | None = None

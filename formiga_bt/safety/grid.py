@@ -15,7 +15,7 @@ Box = tuple[float, float, float, float]
 NOWHERE: Box = (math.inf, -math.inf, math.inf, -math.inf)
 """Bounds that meet nothing."""
 
-CELL_M = 50.0
+CELL_M = 150.0
 FEW = 64
 """So many entries, or cells of a question, are not worth a walk over cells; one entry stands in at most so many cells."""
 

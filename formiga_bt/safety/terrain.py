@@ -147,6 +147,13 @@ class Found(Struct, frozen=True):
     """The ground there as it counts against the way; None = unknown."""
 
 
+def is_surely_fine(terrain: Terrain, a: Position, b: Position, need_m: float, most_m: float) -> bool:
+    """Return whether a way is so clear of the ground, and so low over it, that it need not be looked at closely."""
+    rough = terrain.rough_m(a, b)
+    low_m, high_m = (a.up_m, b.up_m) if a.up_m <= b.up_m else (b.up_m, a.up_m)
+    return rough is not None and low_m - rough[1] >= need_m and high_m - rough[0] <= most_m
+
+
 def too_low(terrain: Terrain, a: Position, b: Position, need_m: float) -> Found | None:
     """Return where the way from `a` to `b` first may be less than `need_m` over the ground."""
 

@@ -34,7 +34,7 @@ class Area(Struct, frozen=True):
     up_m: float
 
 
-class Traffic(Struct, frozen=True):
+class Traffic(Struct, frozen=True, gc=False):
     """Another machine: where it is, and what it takes up. Made by `traffic_of`."""
 
     agent: str
@@ -109,6 +109,12 @@ def traffic_of(
 
 def bounds(ways: Iterable[Way], area: Area | None = None) -> tuple[Box, float, float]:
     """Return the horizontal bounds, lowest and highest height of ways and an area; of none, bounds that meet nothing."""
+    if area is None and isinstance(ways, Sequence) and len(ways) == 1:  # nearly all of them
+        a, b = ways[0]
+        west, east = (a.east_m, b.east_m) if a.east_m <= b.east_m else (b.east_m, a.east_m)
+        south, north = (a.north_m, b.north_m) if a.north_m <= b.north_m else (b.north_m, a.north_m)
+        low, high = (a.up_m, b.up_m) if a.up_m <= b.up_m else (b.up_m, a.up_m)
+        return (west, east, south, north), low, high
     points = [(point.east_m, point.north_m, point.up_m) for way in ways for point in way]
     if area is not None:
         points += [(corner.east_m, corner.north_m, area.up_m) for corner in area.corners]

@@ -46,10 +46,13 @@ class Zone:
         of = self.outline.outside_m if self.keep_in else self.outline.inside_m
         return of(at.east_m, at.north_m)
 
+    def is_offended(self, a: Point, b: Point) -> bool:
+        """Return whether the straight way from `a` to `b` is anywhere where a machine must not be."""
+        return self.outline.is_left_by(a, b) if self.keep_in else self.outline.is_entered_by(a, b)
+
     def offence(self, a: Point, b: Point, *, rescue: bool = False) -> Offence | None:
         """Return how the straight way from `a` to `b` breaks the zone, or None if it may be flown."""
-        outline = self.outline
-        if not (outline.is_left_by(a, b) if self.keep_in else outline.is_entered_by(a, b)):
+        if not self.is_offended(a, b):
             return None
         return None if rescue and self._leads_out(a, b) else self._deepest(a, b)
 
