@@ -17,9 +17,11 @@ from formiga_bt.lang.scenario import load_scenario_text
 from formiga_bt.lang.site import load_site_text
 from formiga_bt.packaged import folder
 
-Kind = Literal["task", "library", "site", "scenario", "catalogue"]
+Kind = Literal["task", "library", "site", "scenario", "catalogue", "other"]
+"""`other`: a test, or a profile; no fixes are offered for them."""
 
 _SIGNS: Final[tuple[tuple[Kind, str], ...]] = (
+    ("other", "formiga_test|formiga_profile"),
     ("task", "task"),
     ("site", "formiga_site"),
     ("scenario", "scenario"),
@@ -58,6 +60,8 @@ def check_text(
         case "catalogue":
             others = [other for other in actions if other.resolve() != path.resolve()]
             return load_catalogue([*others, path], read=lambda one: text if one == path else read_file(one))[1]
+        case "other":
+            return []
         case "library":
             return _of_library(text, path, catalogue)
         case _:
