@@ -68,6 +68,11 @@ def load_cases(path: Path, *, catalogue: Catalogue, library: Sequence[Path] | No
     except (OSError, UnicodeDecodeError) as error:
         return LoadedCases(None, [Diagnostic("E008", Mark(file, 1, 1), f"the file cannot be read: {error}")])
     folders = (path.parent, *((folder("trees"),) if library is None else library))
+    return load_cases_text(text, file, catalogue=catalogue, folders=folders)
+
+
+def load_cases_text(text: str, file: str, *, catalogue: Catalogue, folders: Sequence[Path]) -> LoadedCases:
+    """Read the text of a test file; `file` is its name in marks, `folders` where its task and site are looked up."""
     reader = _Reader(file, text, catalogue, folders)
     found = reader.read()
     errors = reader.problems.has_errors()

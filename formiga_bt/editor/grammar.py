@@ -1,0 +1,249 @@
+"""What may stand at a position: the levels that `where` found, led through the tables of keys of the language.
+
+The tables are those that the checker reads (`lang.kinds` and its like for sites, catalogues and scenarios), so a new kind
+or option is completed and explained without a word here. Only what a map of free names holds is said here.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from types import MappingProxyType
+from typing import Final, Literal
+
+from formiga_bt.casework import options as tests
+from formiga_bt.lang import site
+from formiga_bt.lang.actions import ACTION, FIELD
+from formiga_bt.lang.catalogue import FILE, TYPE
+from formiga_bt.lang.kinds import KINDS, LIBRARY, MODIFIERS, PARAM, ROLE, SUBTREE, TASK, Kind, Option
+from formiga_bt.lang.scenario import options as scenario
+
+FileKind = Literal["task", "library", "site", "catalogue", "scenario", "test"]
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """A mapping with known keys, or a list of such mappings."""
+
+    owner: str
+    options: tuple[Option, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Names:
+    """A mapping with free keys; `what` says whose, `of` what stands behind each."""
+
+    what: str
+    of: "Schema | None" = None
+
+
+@dataclass(frozen=True, slots=True)
+class Steps:
+    """A list of steps."""
+
+
+@dataclass(frozen=True, slots=True)
+class Value:
+    """A value: that of an option, or one behind a free name of `names`."""
+
+    option: Option | None = None
+    names: str = ""
+
+
+Schema = Table | Names | Steps | Value
+
+
+@dataclass(frozen=True, slots=True)
+class Slot:
+    """What may stand at a position."""
+
+    schema: Schema | None
+    """In a key: of the mapping around it. In a value: of the value."""
+    step: Mapping[str, str] = field(default_factory=dict)
+    """The keys of the nearest step around, each with the scalar behind it."""
+    body: str = ""
+    """The subtree in whose definition the position is."""
+    section: str = ""
+    """The key at the left margin."""
+    in_list: bool = False
+    names: tuple[str, ...] = ()
+    """The free names (of a param, an agent type, ...) on the way, outermost first."""
+
+    @property
+    def kind(self) -> Kind | None:
+        """Return the kind of the nearest step around."""
+        return kind_of(self.step)
+
+
+_VARS: Final = Names("vars", Value(names="vars"))
+_PARAMS: Final = Names("params", Table("param", PARAM))
+_ROLES: Final = Names("agents", Table("role", ROLE))
+_SUBTREES: Final = Names("subtrees", Table("subtree", SUBTREE))
+_PLACE: Final = Value(Option("place", "value", "", type="place"))
+
+_INSIDE: Final[Mapping[tuple[str, str], Schema]] = MappingProxyType(
+    {
+        ("task", "params"): _PARAMS,
+        ("task", "vars"): _VARS,
+        ("task", "agents"): _ROLES,
+        ("task", "subtrees"): _SUBTREES,
+        ("library", "subtrees"): _SUBTREES,
+        ("subtree", "params"): _PARAMS,
+        ("catalogue", "types"): Names("types", Table("type", TYPE)),
+        ("catalogue", "actions"): Names("actions", Table("action", ACTION)),
+        ("action", "fields"): Names("fields", Table("field", FIELD)),
+        ("action", "result"): Names("fields", Table("field", FIELD)),
+        ("site", "base"): Table("base", site.BASE),
+        ("site", "ports"): Names("ports", Table("port", site.PORT)),
+        ("site", "places"): Names("places", _PLACE),
+        ("site", "terrain"): Table("terrain", site.TERRAIN),
+        ("site", "pilots"): Table("pilot", site.PILOT),
+        ("site", "agents"): Names("site agents", Table("site agent", site.AGENT)),
+        ("port", "at"): _PLACE,
+        ("port", "waiting"): _PLACE,
+        ("scenario", "agents"): Table("scenario agent", scenario.AGENT),
+        ("scenario", "tasks"): Table("scenario task", scenario.TASK),
+        ("scenario", "faults"): Table("fault", scenario.FAULT),
+        ("scenario", "orders"): Table("order", scenario.ORDER),
+        ("scenario", "wind"): Table("wind", scenario.WIND),
+        ("scenario agent", "person"): Table("person", scenario.PERSON),
+        ("person", "answers"): Table("answer", scenario.ANSWER),
+        ("test", "cases"): Table("case", tests.CASE),
+        ("case", "agents"): Names("case agents", Table("case agent", tests.AGENT)),
+        ("case", "answers"): Table("answer or goal", (*tests.ANSWER, *tests.GOAL)),
+        ("case", "faults"): Table("fault", scenario.FAULT),
+        ("case", "orders"): Table("order", scenario.ORDER),
+        ("case", "expect"): Table("expect", tests.EXPECT),
+    }
+)
+"""What the maps and lists of a table hold, where the table itself does not say it."""
+
+_MAPS: Final[Mapping[str, Schema]] = MappingProxyType(
+    {
+        "with": Names("with", Value(names="with")),
+        "set": Names("set", Value(names="set")),
+        "for": Names("for", Value(names="for")),
+        "cases": Names("cases", Steps()),
+        "with_agents": _ROLES,
+    }
+)
+"""The maps of steps."""
+
+ROOTS: Final[Mapping[FileKind, Table]] = MappingProxyType(
+    {
+        "task": Table("task", TASK),
+        "library": Table("library", LIBRARY),
+        "site": Table("site", site.SITE),
+        "catalogue": Table("catalogue", FILE),
+        "scenario": Table("scenario", scenario.SCENARIO),
+        "test": Table("test", tests.FILE),
+    }
+)
+
+
+def file_kind(lines: Sequence[str], name: str = "") -> FileKind:
+    """Return what a file is, by its keys at the left margin; a task, if nothing says otherwise."""
+    if name.endswith((".test.yaml", ".test.yml")):
+        return "test"
+    keys = {line.split(":", 1)[0].rstrip() for line in lines if line[:1].isalpha() and ":" in line}
+    if "task" in keys:
+        return "task"
+    for key, kind in (("formiga_site", "site"), ("scenario", "scenario")):
+        if key in keys:
+            return "site" if kind == "site" else "scenario"
+    if "formiga" in keys:
+        return "library" if "subtrees" in keys and "steps" not in keys else "task"
+    return "catalogue" if keys & {"types", "actions"} else "task"
+
+
+def kind_of(keys: Mapping[str, str] | Sequence[str]) -> Kind | None:
+    """Return the kind of a step with these keys, as the checker finds it."""
+    present = [key for key in keys if key in KINDS]
+    options = {option.name for key in present for option in KINDS[key].options}
+    kinds = [key for key in present if key not in options] or present
+    return KINDS[kinds[0]] if kinds else None
+
+
+def options_of(kind: Kind | None) -> tuple[Option, ...]:
+    """Return what a step of a kind may hold, its own key first; of an unknown kind only the modifiers."""
+    if kind is None:
+        return MODIFIERS
+    own = Option(kind.name, kind.form, kind.doc, kind.type, required=True, available=kind.available)
+    return (own, *kind.options, *MODIFIERS)
+
+
+def step_value(keys: Mapping[str, str] | Sequence[str], key: str) -> Schema | None:
+    """Return what stands behind a key of a step with these keys."""
+    option = next((one for one in options_of(kind_of(keys)) if one.name == key), None)
+    if option is None:
+        known = [kind for kind in KINDS.values() if kind.name == key]
+        option = options_of(known[0])[0] if known else None
+    return _of_option("step", option)
+
+
+def _of_option(owner: str, option: Option | None) -> Schema | None:
+    if option is None:
+        return None
+    inside = _INSIDE.get((owner, option.name))
+    if inside is not None:
+        return inside
+    if option.form == "steps":
+        return Steps()
+    if option.form == "options":
+        return Table(option.name, option.keys)
+    if option.form == "map" and owner == "step":
+        return _MAPS.get(option.name, Names(option.name))
+    return Value(option)
+
+
+def table_value(table: Table, key: str) -> Schema | None:
+    """Return what stands behind a key of a table."""
+    return _of_option(table.owner, next((one for one in table.options if one.name == key), None))
+
+
+def scalar_behind(schema: Schema | None) -> Schema | None:
+    """Return what a scalar is that stands where a mapping may: a param in its short form is its type."""
+    if isinstance(schema, Table) and schema.owner in ("param", "field"):
+        return Value(next(option for option in schema.options if option.name == "type"))
+    return schema
+
+
+class Walk:
+    """Leads from the root of a file inwards, a level at a time. Used for positions and for whole documents."""
+
+    def __init__(self, kind: FileKind) -> None:
+        self.slot = Slot(ROOTS[kind])
+        self._is_step = False
+
+    def into_list(self) -> None:
+        """Enter a list: its items are steps, mappings of a table, or values."""
+        self._is_step = isinstance(self.slot.schema, Steps)
+        self.slot = replace(self.slot, in_list=True)
+
+    def into_map(self, keys: Mapping[str, str]) -> None:
+        """Enter a mapping with these keys."""
+        schema = self.slot.schema
+        if self._is_step:
+            self.slot = replace(self.slot, step=keys)
+        elif isinstance(schema, Value) and schema.option is not None and schema.option.keys:
+            self.slot = replace(self.slot, schema=Table(schema.option.name, schema.option.keys))
+        self.slot = replace(self.slot, in_list=False)
+
+    @property
+    def is_step(self) -> bool:
+        """Return whether the mapping at hand is a step."""
+        return self._is_step
+
+    def behind(self, key: str, *, at_root: bool = False) -> None:
+        """Go behind a key of the mapping at hand."""
+        schema, names, body = self.slot.schema, self.slot.names, self.slot.body
+        inner: Schema | None = None
+        if self._is_step:
+            inner = step_value(self.slot.step, key)
+        elif isinstance(schema, Table):
+            inner = table_value(schema, key)
+        elif isinstance(schema, Names):
+            inner = schema.of
+            names = (*names, key)
+            body = key if schema.what == "subtrees" else body
+        self._is_step = False
+        section = key if at_root else self.slot.section
+        self.slot = replace(self.slot, schema=inner, names=names, body=body, section=section)

@@ -1,0 +1,206 @@
+"""The open files of an editor, what they are checked against, and what the last check of each saw.
+
+A file that is open is read from the editor, also where another file imports it. Everything here is data in, data out; the
+server decides when to check and in which thread.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Final
+
+from formiga_bt.diagnostics import Diagnostic, Mark
+from formiga_bt.editor.grammar import FileKind, file_kind
+from formiga_bt.editor.index import Index, build
+from formiga_bt.editor.seen import Seen
+from formiga_bt.lang.catalogue import load_catalogue
+from formiga_bt.lang.document import Mapping_, Scalar, parse
+from formiga_bt.lang.model import Catalogue, Param, Site
+from formiga_bt.lang.params import read_params
+from formiga_bt.lang.reading import Problems
+from formiga_bt.lang.scopes import World
+from formiga_bt.lang.site import load_site, load_site_text
+from formiga_bt.packaged import files as packaged_files
+from formiga_bt.packaged import folder
+
+SITE_FILE: Final = "site.yaml"
+"""A site of this name, in the folder of a file or above it, is the one that the file is checked against."""
+
+
+@dataclass(frozen=True, slots=True)
+class Signature:
+    """A subtree that a file may call."""
+
+    name: str
+    params: Mapping[str, Param]
+    path: Path
+    mark: Mark
+    imported: bool
+
+
+@dataclass(slots=True)
+class Document:
+    """A file as the editor has it."""
+
+    path: Path
+    text: str
+    version: int
+    lines: list[str] = field(default_factory=list)
+    kind: FileKind = "task"
+    diagnostics: tuple[Diagnostic, ...] = ()
+    checked: int = -1
+    """The version that `diagnostics` are of."""
+    seen: Seen = field(default_factory=Seen)
+    _index: Index | None = None
+    _good: Index = field(default_factory=Index)
+
+    def __post_init__(self) -> None:
+        self.lines = self.text.splitlines()
+        self.kind = file_kind(self.lines, self.path.name)
+
+    def index(self) -> Index | None:
+        """Return the names of this version; None where it is no YAML."""
+        if self._index is None:
+            root, _ = parse(self.text, str(self.path))
+            self._index = build(root, self.lines, self.kind)
+            if root is not None:
+                self._good = self._index
+        return self._index if self._index.root is not None else None
+
+    def last_index(self) -> Index:
+        """Return the names of this version, or of the last one that could be read."""
+        return self.index() or self._good
+
+    def last_known(self) -> Index:
+        """Return the names of the last version that was read, without reading the present one."""
+        return self._index if self._index is not None and self._index.root is not None else self._good
+
+    def changed(self, text: str, version: int) -> "Document":
+        """Return the document with another text; what is known of the last one is kept until the next check."""
+        after = Document(self.path, text, version, diagnostics=self.diagnostics, checked=self.checked, seen=self.seen)
+        after._good = self.last_known()
+        return after
+
+
+class Project:
+    """Open files, and the catalogue and sites that they are checked against.
+
+    Args:
+        actions: catalogue files; none = those that ship.
+        site: the site of all files; None = a `site.yaml` in the folder of a file or above it.
+        root: sites are not looked for above this folder.
+    """
+
+    def __init__(self, actions: Sequence[Path] = (), site: Path | None = None, root: Path | None = None) -> None:
+        self.actions = [path.resolve() for path in actions] or [path.resolve() for path in packaged_files("actions")]
+        self.site = site.resolve() if site is not None else None
+        self.root = root.resolve() if root is not None else None
+        self.open: dict[Path, Document] = {}
+        self._catalogue: tuple[object, Catalogue, tuple[Diagnostic, ...]] | None = None
+        self._sites: dict[Path, tuple[object, Site | None]] = {}
+        self._units: dict[Path, tuple[object, Index]] = {}
+
+    # --- files --------------------------------------------------------------------------------------------------
+
+    def read(self, path: Path) -> str:
+        """Return the text of a file: the editor's, where it is open."""
+        document = self.open.get(path.resolve())
+        return document.text if document is not None else path.read_text(encoding="utf-8")
+
+    def stamp(self, path: Path) -> object:
+        """Return what changes whenever the text of a file does."""
+        document = self.open.get(path.resolve())
+        if document is not None:
+            return ("open", document.version)
+        try:
+            return path.stat().st_mtime_ns
+        except OSError:
+            return None
+
+    def folders(self, path: Path) -> tuple[Path, ...]:
+        """Return the folders where imports of a file are looked up."""
+        return (path.parent, folder("trees"))
+
+    # --- the world ----------------------------------------------------------------------------------------------
+
+    def catalogue(self) -> Catalogue:
+        """Return the agent types and actions, read again when a file changed."""
+        stamps = tuple(self.stamp(path) for path in self.actions)
+        if self._catalogue is None or self._catalogue[0] != stamps:
+            found, problems, _ = load_catalogue(self.actions, read=self.read)
+            self._catalogue = (stamps, found, tuple(problems))
+        return self._catalogue[1]
+
+    def site_of(self, path: Path) -> Site | None:
+        """Return the site that a file is checked against, if there is a readable one."""
+        file = self.site or self._site_near(path)
+        if file is None:
+            return None
+        stamp = (self.stamp(file), self._catalogue[0] if self._catalogue else None)
+        known = self._sites.get(file)
+        if known is None or known[0] != stamp:
+            document = self.open.get(file)
+            catalogue = self.catalogue()
+            loaded = load_site_text(document.text, str(file), catalogue) if document else load_site(file, catalogue)
+            known = self._sites[file] = (stamp, loaded[0] or (known[1] if known else None))
+        return known[1]
+
+    def _site_near(self, path: Path) -> Path | None:
+        for place in path.parents:
+            if (place / SITE_FILE).is_file():
+                return place / SITE_FILE
+            if place == self.root or (place / ".git").exists():
+                break
+        return None
+
+    # --- subtrees -----------------------------------------------------------------------------------------------
+
+    def subtrees(self, document: Document) -> dict[str, Signature]:
+        """Return the subtrees that a file may call, by name."""
+        index = document.last_known() if document.last_known().root is not None else document.last_index()
+        found = self._signatures(index, document.path, imported=False)
+        for path in self.imports(document, index).values():
+            for name, signature in self._signatures(self._unit(path), path, imported=True).items():
+                found.setdefault(name, signature)
+        return found
+
+    def imports(self, document: Document, index: Index | None = None) -> dict[str, Path]:
+        """Return the files that a file imports, by the words that name them."""
+        index = index or document.last_known()
+        entry = index.root.get("imports") if isinstance(index.root, Mapping_) else None
+        items = getattr(entry.value, "items", ()) if entry is not None else ()
+        found = {}
+        for item in items:
+            path = self.locate(document.path, item.text) if isinstance(item, Scalar) else None
+            if path is not None:
+                found[item.text] = path
+        return found
+
+    def locate(self, path: Path, word: str) -> Path | None:
+        """Return the file that an import of `path` means, or None."""
+        if not word or "\0" in word or Path(word).is_absolute():
+            return None
+        return next((place / word for place in self.folders(path) if (place / word).is_file()), None)
+
+    def _unit(self, path: Path) -> Index:
+        document = self.open.get(path.resolve())
+        if document is not None:
+            return document.last_index()
+        stamp = self.stamp(path)
+        known = self._units.get(path)
+        if known is None or known[0] != stamp:
+            try:
+                text = self.read(path)
+            except (OSError, UnicodeDecodeError):
+                text = ""
+            known = self._units[path] = (stamp, build(parse(text, str(path))[0], text.splitlines(), "library"))
+        return known[1]
+
+    def _signatures(self, index: Index, path: Path, *, imported: bool) -> dict[str, Signature]:
+        world = World(self.catalogue(), None)
+        found = {}
+        for name, entry in index.subtrees().items():
+            params = entry.value.get("params") if isinstance(entry.value, Mapping_) else None
+            read = read_params(params.value, world, Problems()) if params is not None else {}
+            found[name] = Signature(name, read, path, entry.key.mark, imported)
+        return found
