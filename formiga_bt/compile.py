@@ -10,6 +10,7 @@ from formiga_bt.lang import model
 from formiga_bt.nodes.base import Node
 from formiga_bt.nodes.composites import CallNode, FallbackNode, IfNode, SequenceNode, SwitchNode
 from formiga_bt.nodes.decorators import IgnoreFailureNode, RetryNode, TimeoutNode, WhenNode
+from formiga_bt.nodes.extra import WithAgentsNode
 from formiga_bt.nodes.leaves import AskNode, DoNode, ReleaseNode, WaitNode, check_node, fail_node, notify_node, set_node
 from formiga_bt.nodes.live import GuardNode, ReactiveNode, WaitUntilNode
 from formiga_bt.nodes.loops import BreakIfNode, ForNode, LoopNode
@@ -79,6 +80,8 @@ def _compile_kind(step: model.Step) -> Node:
             return WaitUntilNode(step)
         case model.Guard():
             return GuardNode(step, [compile_step(s) for s in step.steps])
+        case model.WithAgents():
+            return WithAgentsNode(step, [compile_step(s) for s in step.steps])
         case model.Parallel():
             return ParallelNode(step, [compile_step(s) for s in step.steps])
         case model.Loop():

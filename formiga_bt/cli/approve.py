@@ -170,10 +170,11 @@ def _extent(site: "Site") -> str:
 
 def _limits(task: "Task", world: World) -> dict[str, str]:
     """Return the limits of each type of machine that a task may be granted: the strictest of type, site and task."""
+    from formiga_bt.lang.walk import all_roles
     from formiga_bt.safety.rules import rules_of
 
     assert world.site is not None
-    wanted = {t for role in task.roles.values() for t in role.types}
+    wanted = {t for role in all_roles(task) for t in role.types}
     found = {}
     for kind in world.catalogue.types.values():
         if not kind.human and (kind.name in wanted or wanted & set(kind.extends)):

@@ -16,7 +16,7 @@ from formiga_bt.engine.allocator.energy import Charge
 from formiga_bt.engine.allocator.filters import could_serve, hopeless, looked
 from formiga_bt.engine.allocator.policy import Decision, Policy
 from formiga_bt.engine.authority import Authority
-from formiga_bt.engine.core import Core, task_deadline
+from formiga_bt.engine.core import Core, node_deadline, task_deadline
 from formiga_bt.engine.env import TaskEnv
 from formiga_bt.engine.fleet import Fleet
 from formiga_bt.engine.preemption import Plan, Preemption
@@ -25,7 +25,7 @@ from formiga_bt.engine.taskmodel import CANNOT_COMPUTE
 from formiga_bt.engine.tasks import Tasks
 from formiga_bt.errors import TaskError
 from formiga_bt.geo import Place, Position
-from formiga_bt.lang.model import Role, Some, Unset
+from formiga_bt.lang.model import Env, Role, Some, Unset
 from formiga_bt.lang.types import AgentRef
 from formiga_bt.safety.energy import CALM
 
@@ -79,6 +79,20 @@ class Allocation:
             task=task.id, priority=task.priority, order=task.order, at=core.now, roles=roles, expires=expires
         )
 
+    def want(
+        self, task_id: str, node: str, roles: Mapping[str, Role], env: Env, but_not: tuple[str, ...] = ()
+    ) -> Request:
+        """Let a block of a running task wait for agents; return its request. Its `wait` is the node's own deadline."""
+        core = self._core
+        task = core.task(task_id)
+        wanted = tuple(
+            replace(self._role(role, env), but_not=but_not, rebind=role.if_lost == "rebind") for role in roles.values()
+        )
+        request = Request(task=f"{task_id}|{node}", priority=task.priority, order=task.order, at=core.now, roles=wanted)
+        core.emit(ch.RequestPut(request.task, request))
+        self.poke()
+        return request
+
     def enqueue(self, request: Request) -> None:
         """Let a request wait for agents."""
         core = self._core
@@ -90,7 +104,7 @@ class Allocation:
             core.set_deadline(task_deadline(request.task, "expires"), request.expires, request.task)
         self.poke()
 
-    def _role(self, role: Role, env: TaskEnv) -> RoleRequest:
+    def _role(self, role: Role, env: Env) -> RoleRequest:
         core = self._core
         types = tuple(
             t for t in core.catalogue.types if t in role.types or any(x in role.types for x in _line(core, t))
@@ -146,9 +160,12 @@ class Allocation:
             pilot, roles = self._authority.pilot(request), self._authority.trimmed(request, grant.roles)
             lists = frozenset(role.role for role in request.roles if role.is_list)
             core.emit(ch.RequestPut(grant.task, None))
-            core.put_task(grant.task, pilot=pilot)
-            self.assign(grant.task, roles)
-            self._tasks.granted(grant.task, roles, lists)
+            core.put_task(request.holder, pilot=pilot or core.task(request.holder).pilot)
+            self.assign(request.holder, roles)
+            if request.node:
+                self._tasks.granted_more(request, roles)
+            else:
+                self._tasks.granted(grant.task, roles, lists)
 
         self._answer_hopeless(requests, decision)
         for request in requests:
@@ -156,7 +173,7 @@ class Allocation:
                 self._preempt(core.state.requests[request.task], aside.plans.get(request.task))
                 if blocked.get(request.task, ("",))[0] == "no_pilot" and could_serve(request, agents):
                     for victim in self._authority.step_aside_for(request):
-                        self._tasks.restart(victim, "preempted", f"for {request.task}, which needs its pilot")
+                        self._tasks.restart(victim, "preempted", f"for {request.holder}, which needs its pilot")
 
     def _decide(self, requests: list[Request], agents: list[Candidate]) -> tuple[Decision, Preemption]:
         """Return the policy's decision, and whom the HIGH requests that get nothing ask to step aside."""
@@ -172,17 +189,17 @@ class Allocation:
         """Have the victims of a plan step aside; meanwhile the roles' `wait` stands still."""
         core = self._core
         for victim in plan.victims if plan is not None else ():
-            self._tasks.restart(victim, "preempted", f"for {request.task}")
+            self._tasks.restart(victim, "preempted", f"for {request.holder}")
         awaited = plan.awaited if plan is not None else {}
         if awaited == request.preempting:
             return
-        key = task_deadline(request.task, "wait")
+        key = wait_key(request)
         if not request.preempting and key in core.state.deadlines:
             request = replace(request, wait_left=core.state.deadlines[key].at - core.now)
             core.clear_deadline(key)
         elif not awaited and request.wait_left is not None:
             over = core.now + request.wait_left
-            core.set_deadline(key, over, request.task, pausable=True)
+            core.set_deadline(key, over, request.holder, pausable=True)
             roles = tuple(replace(role, wait_until=over if role.wait_until else None) for role in request.roles)
             request = replace(request, wait_left=None, roles=roles)
         core.emit(ch.RequestPut(request.task, replace(request, preempting=awaited)))
@@ -214,9 +231,10 @@ class Allocation:
             if not reason or request.task in granted:
                 continue
             if seen_all or core.now - request.at >= KNOWN_AFTER_US:
-                self._tasks.refuse(request.task, "no_agent", reason)
+                self._tasks.refuse_request(request, reason)
             else:
-                core.set_deadline(task_deadline(request.task, "hopeless"), request.at + KNOWN_AFTER_US, request.task)
+                key = task_deadline(request.task, "hopeless")
+                core.set_deadline(key, request.at + KNOWN_AFTER_US, request.holder)
 
     def assign(self, task_id: str, roles: Mapping[str, tuple[str, ...]]) -> None:
         """Mark the agents as the task's and give each machine a layer."""
@@ -298,6 +316,11 @@ class Allocation:
         )
 
 
+def wait_key(request: Request) -> str:
+    """Return the key of the deadline up to which a request waits."""
+    return node_deadline(request.holder, request.node) if request.node else task_deadline(request.task, "wait")
+
+
 def _beyond(some: Some) -> int:
     return (MOST_AGENTS if some.max is None else some.max) - some.min
 
@@ -306,7 +329,7 @@ def _line(core: Core, type_name: str) -> tuple[str, ...]:
     return core.catalogue.types[type_name].extends
 
 
-def _agent_id(expr: Any, env: TaskEnv) -> str:
+def _agent_id(expr: Any, env: Env) -> str:
     if expr is None:
         return ""
     try:
@@ -316,7 +339,7 @@ def _agent_id(expr: Any, env: TaskEnv) -> str:
     return value.id if isinstance(value, AgentRef) else str(value or "")
 
 
-def _places(expr: Any, env: TaskEnv) -> tuple[Place, ...]:
+def _places(expr: Any, env: Env) -> tuple[Place, ...]:
     if expr is None:
         return ()
     try:

@@ -15,7 +15,7 @@ from collections.abc import Mapping, Sequence
 from typing import Final
 
 from formiga_bt.engine import changes as ch
-from formiga_bt.engine.core import Core
+from formiga_bt.engine.core import Core, clock_stands
 from formiga_bt.engine.inputs import Alarm, Approve, Duty, Submit
 from formiga_bt.engine.preemption import why_not_preemptible
 from formiga_bt.engine.records import PRIORITIES, Approval, Request
@@ -122,7 +122,9 @@ class Authority:
         locked = self._locked()
         if locked:
             return "lockdown", locked
-        task = core.task(request.task)
+        task = core.task(request.holder)
+        if request.node and clock_stands(task):
+            return "held", ", ".join(task.held)
         lack = self._lack(core.model(task), task.requester)
         if lack:
             return "not_approved", lack
@@ -185,7 +187,9 @@ class Authority:
         """Return the pilot on duty who takes the machines of a request: the one with the most room; "" = none has enough."""
         if not self._binds(request):
             return ""
-        rooms = [(self._room(pilot), pilot) for pilot in self._core.site.pilots if pilot in self._core.state.duty]
+        own = self._core.task(request.holder).pilot  # a task has one pilot, whatever it asks for later
+        duty = [pilot for pilot in self._core.site.pilots if pilot in self._core.state.duty and own in ("", pilot)]
+        rooms = [(self._room(pilot), pilot) for pilot in duty]
         fit = [(room, pilot) for room, pilot in rooms if room >= machines_of(request)]
         return max(fit, key=lambda one: one[0])[1] if fit else ""
 

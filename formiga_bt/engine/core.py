@@ -131,6 +131,9 @@ class Core:
         if old is None or any(getattr(old, name) != getattr(new, name) for name in GATE_READS):
             self.stale.add(new.id)
             self.moved[new.id] = None
+        task = self.state.tasks.get(new.task)
+        if task is not None and new.id in task.releasing:
+            self.touch(task.id)  # it may be down now: an order brings it home, too
 
     def _note_goal(self, goal: GoalRecord) -> None:
         if goal.state == "gated":

@@ -31,3 +31,7 @@ def unhold(core: Core, task_id: str, cause: str) -> None:
         core.put_task(task_id, stood_us=task.stood_us + core.now - since, stood_since=None)
         core.resume_deadlines(task_id)
     core.stale.add(EVERYTHING)
+    if "alloc" not in core.state.deadlines and any(
+        r.node and r.holder == task_id for r in core.state.requests.values()
+    ):
+        core.set_deadline("alloc", core.now)  # its blocks may have agents again

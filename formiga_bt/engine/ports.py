@@ -10,7 +10,7 @@ from typing import Any, Protocol
 
 from formiga_bt.engine.records import AgentRecord, GoalRecord, Request, TaskRecord
 from formiga_bt.geo import Place
-from formiga_bt.lang.model import Step
+from formiga_bt.lang.model import Env, Role, Step
 from formiga_bt.nodes.run import Failure, GoalOrder
 from formiga_bt.transport.messages import Clearance, GoalEvent
 
@@ -132,6 +132,12 @@ class AllocationPort(Protocol):
 
     def enqueue(self, request: Request) -> None:
         """Let a request wait for agents."""
+        ...
+
+    def want(
+        self, task_id: str, node: str, roles: Mapping[str, Role], env: Env, but_not: tuple[str, ...] = ()
+    ) -> Request:
+        """Let a block of a running task wait for agents."""
         ...
 
     def poke(self) -> None:

@@ -64,6 +64,7 @@ def may_rebind(core: Core, task: TaskRecord, agent_id: str) -> bool:
         return False
     roles = [name for name, agents in task.roles.items() if agent_id in agents]
     rebinds = any(name in model.roles and model.roles[name].if_lost == "rebind" for name in roles)
+    rebinds = rebinds or (bool(roles) and agent_id in task.rebinds)
     return rebinds and not _why_not(core, task, agent_id)
 
 

@@ -9,7 +9,7 @@ from msgspec import Struct
 
 from formiga_bt.clock import Micros
 from formiga_bt.geo import Place, Position
-from formiga_bt.nodes.run import Failure
+from formiga_bt.nodes.run import Failure, Served
 from formiga_bt.safety.traffic import Area
 from formiga_bt.transport.messages import Clearance, Control, Landed, PreflightCheck
 
@@ -97,6 +97,13 @@ class Recovering(Struct, frozen=True):
     drain: tuple[str, ...] = ()
     way: Literal["recover", "fetch", "land"] = "recover"
     """Which subtree of its type flies it."""
+    first: int = 1
+    """The number of the first try since it was last granted: blocks of one task may get a machine more than once."""
+
+    @property
+    def tries(self) -> int:
+        """Return the how-manieth try since then this is."""
+        return self.attempt - self.first + 1
 
 
 class Tidy(Struct, frozen=True, kw_only=True, omit_defaults=True):
@@ -166,8 +173,14 @@ class TaskRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
     """Deadlines that stand still while held: what is left of each."""
     roles: dict[str, tuple[str, ...]] = {}
     """Role -> agents that it holds now."""
+    served: dict[str, Served] = {}
+    """Node of a `with_agents` -> the allocator's answer to it, until the node takes it."""
+    rebinds: tuple[str, ...] = ()
+    """Agents that blocks got in roles with `if_lost: rebind`."""
     releasing: dict[str, str] = {}
     """Agents on their way back to the pool before the task ends -> the node that waits for it."""
+    release_after: dict[str, tuple[str, ...]] = {}
+    """Of those: what must end before one may go home: each `finally` inside the block that held it."""
     granted: tuple[str, ...] = ()
     """Every agent the task was granted, in order of grant."""
     recovering: tuple[Recovering, ...] = ()
@@ -299,6 +312,40 @@ class GoalRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
         return self.state in IN_FLIGHT
 
 
+RELEASE: Final = "release:"
+"""In a drain set, before an agent's id: its release."""
+
+
+class Leaving(Struct, frozen=True):
+    """A machine on its way back to the pool, with the shape of a goal: what a drain set waits for besides goals."""
+
+    agent: str
+    under_way: bool
+    code: str = ""
+    text: str = ""
+    repeatable: bool = True
+
+    @property
+    def id(self) -> str:
+        """Return its id in a drain set."""
+        return RELEASE + self.agent
+
+    @property
+    def state(self) -> str:
+        """Return the state of a goal that it is like."""
+        return "running" if self.under_way else "canceled"
+
+    @property
+    def result(self) -> dict[str, Any]:
+        """Return nothing."""
+        return {}
+
+    @property
+    def ended(self) -> bool:
+        """Return whether the task no longer holds the machine."""
+        return not self.under_way
+
+
 class Answer(Struct, frozen=True):
     """One person's answer."""
 
@@ -376,6 +423,7 @@ class Request(Struct, frozen=True, kw_only=True):
     """A waiting task as the allocator sees it (`/allocation/requests/<task>`): expressions are already values."""
 
     task: str
+    """Its id: the task's, or `<task>|<node key>` of a `with_agents`, whose task runs already."""
     priority: Priority
     order: int
     at: Micros
@@ -387,6 +435,16 @@ class Request(Struct, frozen=True, kw_only=True):
     """Tasks that step aside for it now -> the run that they end."""
     wait_left: Micros | None = None
     """What is left of the roles' `wait`, which stands still meanwhile."""
+
+    @property
+    def holder(self) -> str:
+        """Return the task that will hold the agents."""
+        return self.task.partition("|")[0]
+
+    @property
+    def node(self) -> str:
+        """Return the key of the `with_agents` that asks; "" = the task itself, before its first step."""
+        return self.task.partition("|")[2]
 
 
 class RoleRequest(Struct, frozen=True, kw_only=True):
@@ -407,6 +465,10 @@ class RoleRequest(Struct, frozen=True, kw_only=True):
     away: bool = False
     actions: tuple[str, ...] = ()
     wait_until: Micros | None = None
+    but_not: tuple[str, ...] = ()
+    """Agents that failed in an earlier attempt."""
+    rebind: bool = False
+    """Whether the task begins anew if the agent is lost (of a block; the model tells it of a task's own roles)."""
 
 
 class Verdict(Struct, frozen=True):

@@ -91,6 +91,9 @@ class Recovery:
             if agent.task == task_id:
                 if any(g.agent == agent_id and not g.ended for g in core.state.goals.values()):
                     continue
+                after = core.task(task_id).release_after.get(agent_id, ())
+                if any(tidy.id in after and not tidy.ended for tidy in core.task(task_id).tidying):
+                    continue  # a `finally` inside the block that had it may still command it
                 if self.is_under_way(task_id, agent_id):
                     continue
                 if agent.landed != "grounded" and core.agent_type(agent).recover is not None:
@@ -102,15 +105,16 @@ class Recovery:
             core.put_task(
                 task_id,
                 releasing={a: o for a, o in task.releasing.items() if a != agent_id},
+                release_after={a: o for a, o in task.release_after.items() if a != agent_id},
                 roles={role: tuple(a for a in agents if a != agent_id) for role, agents in task.roles.items()},
             )
             core.wake(task_id, owner)
 
     def _try_again(self, task_id: str, agent_id: str) -> None:
         """Bring home who is to be released; a way home that ended well but not on the ground counts as one that failed."""
-        last = max((r.attempt for r in self._core.task(task_id).recovering if r.agent == agent_id), default=0)
-        if last < TRIES:
-            self._try(task_id, agent_id, last + 1)
+        last = next((r for r in self._core.task(task_id).recovering if r.agent == agent_id), None)
+        if last is None or last.tries < TRIES:
+            self._try(task_id, agent_id, last.attempt + 1 if last is not None else 1)
         else:
             self._give_up(task_id, agent_id, "not_grounded")
 
@@ -124,7 +128,8 @@ class Recovery:
         way = self._way(core.task(task_id), agent) or "recover"
         subtree = self._subtree(agent_id, way)
         section = f"recover:{agent_id}#{attempt}"
-        self._set(task_id, Recovering(agent_id, attempt, "running", way=way))
+        first = next((r.first for r in core.task(task_id).recovering if r.agent == agent_id), 1)
+        self._set(task_id, Recovering(agent_id, attempt, "running", way=way, first=first))
         values: dict[str, Any] = {}
         for name, param in subtree.params.items():
             values[name] = AgentRef(agent_id) if param.type.name == "agent" else self.spot(agent)
@@ -159,12 +164,12 @@ class Recovery:
             self._note(task_id, f"{code}: {ended.failure.reason}")
             if not task.stop:
                 self._tasks.orders.no_way_home(agent_id, f"{code}: {ended.failure.reason}")
-        elif now.way == "fetch" and (code == "no_clearance" or now.attempt >= TRIES):
+        elif now.way == "fetch" and (code == "no_clearance" or now.tries >= TRIES):
             self._set(task_id, replace(now, state="failed"))  # it stands where it stood
             self._note(task_id, f"{code}: {ended.failure.reason}")
-        elif now.attempt < TRIES:
+        elif now.tries < TRIES:
             self._set(task_id, replace(now, state="waiting"))
-            at = core.now + PAUSES_US[now.attempt - 1]
+            at = core.now + PAUSES_US[now.tries - 1]
             core.set_deadline(f"tryagain|{task_id}|{agent_id}", at, task_id)
         else:
             self._set(task_id, replace(now, state="failed"))

@@ -99,6 +99,8 @@ def apply(state: EngineState, board: Blackboard, change: ch.Change) -> None:
             _set_or_drop(state.wall, key, after_us)
         case ch.RequestPut(task_id, request):
             _set_or_drop(state.requests, task_id, request)
+            if request is None and "|" in task_id:  # of a block: its explanation ends with its wait
+                state.explanations.pop(task_id, None)
             board.put(f"/allocation/requests/{task_id}", request)
         case ch.Granted(task_id, roles, _):
             board.put(f"/allocation/grants/{task_id}", roles)

@@ -9,14 +9,14 @@ from formiga_bt.engine.core import Core, node_deadline
 from formiga_bt.engine.env import TaskEnv
 from formiga_bt.engine.inputs import Notify
 from formiga_bt.engine.people import People
-from formiga_bt.engine.ports import GoalPort
-from formiga_bt.engine.records import GoalRecord, Question, Tidy
+from formiga_bt.engine.ports import AllocationPort, GoalPort
+from formiga_bt.engine.records import RELEASE, GoalRecord, Leaving, Question, Tidy
 from formiga_bt.engine.tidying import WORD, Tidies
 from formiga_bt.engine.treerun import CompiledTrees, TaskTrees, TreesFactory
 from formiga_bt.engine.watching import watch_keys
-from formiga_bt.lang.model import Expr
+from formiga_bt.lang.model import Env, Expr, Role
 from formiga_bt.nodes.memory import Mem
-from formiga_bt.nodes.run import AROUND, THROUGH, AskOrder, Failure, GoalOrder, Runaway, TidyOrder
+from formiga_bt.nodes.run import AROUND, THROUGH, AskOrder, Failure, GoalOrder, GoalView, Runaway, Served, TidyOrder
 
 BUDGET = 10_000
 """Nodes that a task may visit in one input."""
@@ -33,10 +33,19 @@ class Watched(NamedTuple):
 class TaskRun:
     """Implements `nodes.run.Run` for one task."""
 
-    def __init__(self, core: Core, goals: GoalPort, people: People, task_id: str, factory: TreesFactory) -> None:
+    def __init__(
+        self,
+        core: Core,
+        goals: GoalPort,
+        people: People,
+        allocation: AllocationPort,
+        task_id: str,
+        factory: TreesFactory,
+    ) -> None:
         self._core = core
         self._goals = goals
         self._people = people
+        self._allocation = allocation
         self.task_id = task_id
         self._fresh: dict[str, Mem | None] = {}
         self._spent = 0
@@ -156,9 +165,11 @@ class TaskRun:
         for key in watched.keys if watched else ():
             self._core.board.unwatch(key, f"{self.task_id}|{path}")
 
-    def release(self, agent: str, path: str) -> None:
+    def release(self, agent: str, path: str, after: tuple[str, ...] = ()) -> None:
         """Give an agent back."""
-        self._core.put_task(self.task_id, releasing={**self._core.task(self.task_id).releasing, agent: path})
+        task = self._core.task(self.task_id)
+        first = {**task.release_after, agent: after} if after else task.release_after
+        self._core.put_task(self.task_id, releasing={**task.releasing, agent: path}, release_after=first)
         self._core.touch(self.task_id)
 
     def is_released(self, agent: str) -> bool:
@@ -174,21 +185,24 @@ class TaskRun:
         """Order a goal."""
         return self._goals.order(self.task_id, order)
 
-    def goal(self, goal_id: str) -> GoalRecord | Tidy:
-        """Return a goal's record, or that of a `finally` in a drain set; both have the shape of a GoalView."""
+    def goal(self, goal_id: str) -> GoalView:
+        """Return what stands in a drain set: a goal's record, that of a `finally`, or a machine on its way to the pool."""
         found = self.find(goal_id)
         assert found is not None, f"no {goal_id}"
         return found
 
-    def find(self, goal_id: str) -> GoalRecord | Tidy | None:
+    def find(self, goal_id: str) -> GoalRecord | Tidy | Leaving | None:
         """Return what stands in a drain set, or None if it was dropped."""
+        if goal_id.startswith(RELEASE):
+            agent = goal_id.removeprefix(RELEASE)
+            return Leaving(agent, agent in self._core.task(self.task_id).releasing)
         return self.tidies.find(goal_id) if goal_id.startswith(WORD) else self._core.state.goals.get(goal_id)
 
     def drop_goal(self, goal_id: str) -> None:
         """Forget an ended goal, or an ended `finally`."""
         if goal_id.startswith(WORD):
             self.tidies.drop(goal_id)
-        else:
+        elif not goal_id.startswith(RELEASE):
             self._core.emit(ch.GoalDrop(goal_id))
 
     def tidy(self, order: TidyOrder, tree: Any = None) -> str:
@@ -200,11 +214,39 @@ class TaskRun:
         return self._goals.cancel(goal_id)
 
     def adopt(self, goal_id: str, owner: str) -> None:
-        """Change who is woken for a goal, or for a `finally`."""
+        """Change who is woken for a goal, for a `finally`, or for a release."""
         if goal_id.startswith(WORD):
             self.tidies.adopt(goal_id, owner)
-        else:
+        elif not goal_id.startswith(RELEASE):
             self._core.put_goal(goal_id, owner=owner)
+        elif not self.goal(goal_id).ended:
+            releasing = self._core.task(self.task_id).releasing
+            self._core.put_task(self.task_id, releasing={**releasing, goal_id.removeprefix(RELEASE): owner})
+
+    # -- agents of a block -----------------------------------------------------------------------------------------
+    def want_agents(self, path: str, roles: Mapping[str, Role], env: Env, but_not: tuple[str, ...]) -> Micros:
+        """Ask the allocator."""
+        request = self._allocation.want(self.task_id, path, roles, env, but_not)
+        return min(role.wait_until for role in request.roles if role.wait_until is not None)
+
+    def take_agents(self, path: str) -> Served | None:
+        """Return the allocator's answer, once."""
+        served = self._core.task(self.task_id).served
+        if path in served:
+            self._core.put_task(self.task_id, served={key: one for key, one in served.items() if key != path})
+        return served.get(path)
+
+    def withdraw_agents(self, path: str) -> tuple[str, ...]:
+        """Ask no more."""
+        served = self.take_agents(path)
+        key = f"{self.task_id}|{path}"
+        if key in self._core.state.requests:
+            self._core.emit(ch.RequestPut(key, None))
+        return tuple(agent for group in served.roles.values() for agent in group) if served is not None else ()
+
+    def leaving(self, agent: str) -> str:
+        """Return the id of a release in a drain set."""
+        return RELEASE + agent
 
     # -- people ----------------------------------------------------------------------------------------------------
     def ask(self, order: AskOrder) -> None:

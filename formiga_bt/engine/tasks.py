@@ -15,6 +15,8 @@ The parts run in this order, each after the goals of the former have drained; an
 from collections.abc import Mapping
 from typing import Final
 
+from msgspec.structs import replace
+
 from formiga_bt.clock import SECOND, Micros
 from formiga_bt.engine import changes as ch
 from formiga_bt.engine.core import Core, task_deadline
@@ -25,7 +27,7 @@ from formiga_bt.engine.inputs import Abort, Alarm, PublishState, Submit
 from formiga_bt.engine.people import People
 from formiga_bt.engine.ports import AllocationPort, OrderPort
 from formiga_bt.engine.preemption import may_rebind
-from formiga_bt.engine.records import Again, Stop, TaskRecord
+from formiga_bt.engine.records import Again, Request, Stop, TaskRecord
 from formiga_bt.engine.recovery import UNDER_WAY, Recovery
 from formiga_bt.engine.taskmodel import duration_us, root_values, section_steps
 from formiga_bt.engine.taskrun import TaskRun
@@ -34,7 +36,7 @@ from formiga_bt.engine.treerun import Ended, TreesFactory
 from formiga_bt.errors import TaskError
 from formiga_bt.lang.model import Step, Task
 from formiga_bt.lang.types import AgentRef
-from formiga_bt.nodes.run import Failure
+from formiga_bt.nodes.run import Failure, Served
 
 CLEANUP_US = 300 * SECOND
 """Default of cleanup_timeout."""
@@ -116,6 +118,37 @@ class Tasks:
             else:
                 core.set_deadline(task_deadline(task_id, "timeout"), core.now + after, task_id, pausable=True)
 
+    def granted_more(self, request: Request, roles: dict[str, tuple[str, ...]]) -> None:
+        """The allocator gave the agents that a block of a running task asked for: its node takes them."""
+        core = self._core
+        task = core.task(request.holder)
+        held = {**task.roles, **{role: (*task.roles.get(role, ()), *agents) for role, agents in roles.items()}}
+        granted = tuple(dict.fromkeys((*task.granted, *(agent for group in roles.values() for agent in group))))
+        anew = {agent for group in roles.values() for agent in group}
+        recovering = tuple(replace(r, first=r.attempt + 1) if r.agent in anew else r for r in task.recovering)
+        rebinds = [agent for role in request.roles if role.rebind for agent in roles[role.role]]
+        rebinds += [agent for agent in task.rebinds if not any(agent in agents for agents in roles.values())]
+        core.put_task(
+            task.id,
+            roles=held,
+            granted=granted,
+            rebinds=tuple(rebinds),
+            recovering=recovering,
+            served={**task.served, request.node: Served(roles)},
+        )
+        core.wake(task.id, request.node)
+
+    def refuse_request(self, request: Request, reason: str) -> None:
+        """No agent could ever serve a request: its task ends, or its node fails."""
+        core = self._core
+        if not request.node:
+            self.refuse(request.task, "no_agent", reason)
+            return
+        core.emit(ch.RequestPut(request.task, None))
+        task = core.task(request.holder)
+        core.put_task(task.id, served={**task.served, request.node: Served({}, reason)})
+        core.wake(task.id, request.node)
+
     def next_system_id(self, name: str) -> str:
         """Return the id that the next system task will have."""
         return f"{name}-{self._core.state.counters.get('task', 0) + 1}"
@@ -186,7 +219,9 @@ class Tasks:
         """Return the run of a task, made when it is first needed."""
         run = self.runs.get(task_id)
         if run is None:
-            run = self.runs[task_id] = TaskRun(self._core, self._goals, self._people, task_id, self._factory)
+            run = self.runs[task_id] = TaskRun(
+                self._core, self._goals, self._people, self.allocation, task_id, self._factory
+            )
         return run
 
     # -- one step --------------------------------------------------------------------------------------------------
@@ -468,7 +503,7 @@ class Tasks:
             self.run_of(task_id).tidies.cut()
             if not task.stopping:
                 self.stop(task_id, task.section)
-        elif what == "hopeless" and task.status == "PENDING":
+        elif what.endswith("hopeless") and (task.status == "PENDING" or "|" in what):
             self.allocation.look()
         elif what in ("wait", "expires") and task.status == "PENDING":
             code = "no_agent" if what == "wait" else "task_expired"

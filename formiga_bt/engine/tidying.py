@@ -22,9 +22,9 @@ from msgspec.structs import replace
 from formiga_bt.clock import SECOND
 from formiga_bt.engine import changes as ch
 from formiga_bt.engine.core import Core
-from formiga_bt.engine.records import GoalRecord, TaskRecord, Tidy
+from formiga_bt.engine.records import RELEASE, GoalRecord, TaskRecord, Tidy
 from formiga_bt.engine.treerun import Ended, TaskTrees
-from formiga_bt.lang.model import Call, For, Sequence, Step
+from formiga_bt.lang.model import Call, For, Sequence, Step, WithAgents
 from formiga_bt.lang.places import steps_around
 from formiga_bt.nodes.run import AROUND, THROUGH, TidyOrder
 
@@ -94,11 +94,13 @@ class Tidies:
         return steps_around(self._core.model(self._task), path)
 
     def _loop_names(self, path: str) -> list[str]:
-        """Return the names of the loops around that are unset when they are stopped."""
+        """Return the names of the loops and blocks around that are unset when they are stopped."""
         around = self._around(path)
         calls = [index for index, step in enumerate(around) if isinstance(step, Call)]
         loops = [step for step in around[calls[-1] + 1 if calls else 0 :] if isinstance(step, For)]
-        return [name for loop in loops for name in (*loop.lists, *([loop.collect] if loop.collect else ()))]
+        blocks = [step for step in around[calls[-1] + 1 if calls else 0 :] if isinstance(step, WithAgents)]
+        names = [name for loop in loops for name in (*loop.lists, *([loop.collect] if loop.collect else ()))]
+        return [*names, *(name for block in blocks for name in block.roles)]
 
     def _steps(self, tidy: Tidy) -> tuple[Step, ...]:
         step = self._around(tidy.path)[-1]
@@ -126,6 +128,8 @@ class Tidies:
 
     def _ended(self, drain: tuple[str, ...]) -> bool:
         goals = self._core.state.goals
+        if any(g.startswith(RELEASE) and g.removeprefix(RELEASE) in self._task.releasing for g in drain):
+            return False
         found: list[GoalRecord | Tidy | None] = [self.find(g) if g.startswith(WORD) else goals.get(g) for g in drain]
         return all(one is None or one.ended for one in found)
 

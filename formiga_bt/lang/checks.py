@@ -27,11 +27,12 @@ from formiga_bt.lang.model import (
     Task,
     Wait,
     WaitUntil,
+    WithAgents,
 )
 from formiga_bt.lang.reading import Problems
 from formiga_bt.lang.spacing import check_spacing
 from formiga_bt.lang.types import agent_type
-from formiga_bt.lang.walk import children, orders
+from formiga_bt.lang.walk import all_roles, children, orders, roles_inside
 from formiga_bt.units import format_quantity
 
 
@@ -40,6 +41,7 @@ def check_task(task: Task, catalogue: Catalogue, problems: Problems, *, min_spac
     checks = _Checks(catalogue, problems)
     types = {role.name: role.types for role in task.roles.values()}
     types |= {param.name: agent_type(param.type).of for param in task.params.values()}
+    types |= {role.name: role.types for role in all_roles(task)}
     sections = (
         ("steps", task.steps),
         ("on_failure", task.on_failure),
@@ -74,7 +76,7 @@ def can_succeed(step: Step) -> bool:
             return not step.otherwise or any(_all_can(branch) for branch in (step.then, step.otherwise))
         case Switch():
             return any(_all_can(branch) for branch in step.branches)
-        case Guard():
+        case Guard() | WithAgents():
             return _all_can(step.steps)
         case Parallel():
             can = [can_succeed(child) or child.when is not None for child in step.steps]
@@ -90,7 +92,7 @@ def _all_can(steps: tuple[Step, ...]) -> bool:
 def waits(step: Step) -> bool:
     """Return whether some path through a step takes time."""
     match step:
-        case Do() | Ask() | WaitUntil() | Release():
+        case Do() | Ask() | WaitUntil() | Release() | WithAgents():
             return True
         case Wait():
             return not step.duration.is_const or bool(step.duration.const)
@@ -111,6 +113,7 @@ class _Checks:
     def check_subtree(self, subtree: Subtree) -> None:
         """Check the body of a subtree; a question in it may be bounded by its caller."""
         types = {param.name: agent_type(param.type).of for param in subtree.params.values()}
+        types |= {role.name: role.types for role in roles_inside(subtree.steps)}
         with self.problems.outermost(subtree.name, "steps"):
             self.check(subtree.steps, bounded=False)
             check_contention(subtree.steps, types, self.catalogue, self.problems)
@@ -129,6 +132,12 @@ class _Checks:
                 if cleanup and isinstance(step, Loop) and step.forever:
                     what = "a section that tidies up cannot repeat forever"
                     self.problems.add("E065", step.mark, what, "such as: repeat: 3")
+                if cleanup and isinstance(step, WithAgents):
+                    what = "a section that tidies up cannot use with_agents"
+                    self.problems.add("E065", step.mark, what, "it has the agents that the task still holds")
+                if cleanup and isinstance(step, Call) and any(roles_inside(step.subtree.steps)):
+                    what = f"a section that tidies up cannot use with_agents, as {step.subtree.name} does"
+                    self.problems.add("E065", step.mark, what, "it has the agents that the task still holds")
                 inner = bounded or step.timeout is not None or (step.retry is not None and step.retry.attempt_timeout)
                 last = step.finally_ if isinstance(step, Sequence) else ()
                 self.check(children(step)[: -len(last) or None], bounded=bool(inner), cleanup=cleanup)

@@ -11,16 +11,12 @@ only a sure contradiction is reported.
 """
 
 from dataclasses import replace
-from typing import Final
 
 from formiga_bt.lang.flying import Interpreter
 from formiga_bt.lang.model import Catalogue, Role, Step, Subtree, Task
 from formiga_bt.lang.reading import Problems
-from formiga_bt.lang.sky import Ends, Place, Sky, Why, merge, start
+from formiga_bt.lang.sky import Ends, Place, Sky, Why, keys_of, start
 from formiga_bt.lang.types import agent_type
-
-_MOST_APART: Final = 8
-"""A longer list is followed as a whole."""
 
 
 def check_flight(task: Task, catalogue: Catalogue, problems: Problems, contended: frozenset[str] = frozenset()) -> None:
@@ -43,14 +39,15 @@ class _Flight(Interpreter):
         roles = {role.name: role.types for role in task.roles.values()}
         super().__init__(catalogue, problems, roles)
         self.task = task
+        self.has_return_home = "ReturnHome" in task.subtrees
         self.file = task.mark.file
 
     def check(self) -> None:
         """Interpret the subtrees, the steps and the cleanup sections."""
         for subtree in self.task.subtrees.values():
             self._check_subtree(subtree)
-        flying = [role for role in self.task.roles.values() if self._flies(role)]
-        sky: Sky = {key: start(role) for role in flying for key in _keys(role)}
+        flying = [role for role in self.task.roles.values() if self.flies(role)]
+        sky: Sky = {key: start(role) for role in flying for key in keys_of(role)}
         here = Place(self.file)
         with self.problems.within("steps"):
             ends = self._steps(self.task.steps, sky, here)
@@ -58,11 +55,6 @@ class _Flight(Interpreter):
             self._check_cleanup(name, steps, flying)
         self._check_cleanup("finally", self.task.finally_, flying)
         self._check_end(ends, flying, here)
-
-    def _flies(self, role: Role) -> bool:
-        known = [self.types[name] for name in role.types if name in self.types]
-        offered = {action for one in known for action in one.actions}
-        return any(self.actions[a].effect == "airborne" for a in offered if a in self.actions)
 
     def _check_subtree(self, subtree: Subtree) -> None:
         unknown: Sky = {
@@ -77,7 +69,7 @@ class _Flight(Interpreter):
             self.broken.add((subtree.mark.file, subtree.mark.line))
 
     def _check_cleanup(self, name: str, steps: tuple[Step, ...], flying: list[Role]) -> None:
-        unknown: Sky = {key: {"unknown": Why("", role.mark)} for role in flying for key in _keys(role)}
+        unknown: Sky = {key: {"unknown": Why("", role.mark)} for role in flying for key in keys_of(role)}
         with self.problems.within(name):
             self._steps(steps, unknown, Place(self.file, lenient=True))
 
@@ -87,31 +79,5 @@ class _Flight(Interpreter):
             after = self._steps(self.task.finally_, final, replace(here, silent=True))
             final = after.success if after.success is not None else after.failure
         for role in flying:
-            states = merge(final[key] for key in _keys(role)) if final is not None else {}
-            why = states.get("airborne") or states.get("unknown")
-            if why is not None and role.name not in self.reported:
-                path = f" ({why.path})" if why.path else ""
-                what = f"'{role.name}' can still be airborne when the task ends{path}"
-                each = f"{role.name}" if not role.is_list else "drone} for each drone of ${" + role.name
-                how = "bring it home:" if "ReturnHome" in self.task.subtrees else "import lib/flying.yaml and"
-                help_ = f"land it, or {how} call: ReturnHome with drone: ${{{each}}}"
-                self.problems.add("E031", why.mark, what, help_)
-            self._check_recover(role, ends.failure)
-
-    def _check_recover(self, role: Role, failure: Sky | None) -> None:
-        stranded = [name for name in role.types if name in self.types and self.types[name].recover is None]
-        states = merge(failure[key] for key in _keys(role)) if failure is not None else {}
-        why = states.get("airborne") or states.get("unknown")
-        if stranded and why is not None:
-            mark = why.failed or why.mark
-            what = f"a failure at line {mark.line} leaves '{role.name}' airborne: type {stranded[0]} has no recover"
-            self.problems.add("W032", mark, what, "give the type a recover subtree in the catalogue")
-
-
-def _keys(role: Role) -> tuple[str, ...]:
-    """Return the keys of a role's machines in a sky."""
-    if not role.is_list:
-        return (role.name,)
-    if role.count is None or role.count > _MOST_APART:
-        return (f"{role.name}[*]",)
-    return tuple(f"{role.name}[{index}]" for index in range(role.count))
+            self.check_brought_home(role, final, "when the task ends")
+            self.check_recover(role, ends.failure)

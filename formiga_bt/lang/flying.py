@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Final
 
+from formiga_bt.diagnostics import Mark
 from formiga_bt.lang.machines import Bound, back, commanded, is_filled, machines_of
 from formiga_bt.lang.model import (
     ActionSpec,
@@ -26,10 +27,12 @@ from formiga_bt.lang.model import (
     Loop,
     Parallel,
     Release,
+    Role,
     Sequence,
     Step,
     Switch,
     WaitUntil,
+    WithAgents,
 )
 from formiga_bt.lang.reading import Problems
 from formiga_bt.lang.sky import (
@@ -41,15 +44,17 @@ from formiga_bt.lang.sky import (
     Why,
     failing,
     join,
+    keys_of,
     line_of,
     merge,
     narrow,
     same,
     signature,
+    start,
 )
 from formiga_bt.lang.types import agent_type
 
-_MADE_OF_STEPS: Final = (Sequence, Fallback, If, Switch, Call, Parallel, Loop, For, Guard)
+_MADE_OF_STEPS: Final = (Sequence, Fallback, If, Switch, Call, Parallel, Loop, For, Guard, WithAgents)
 
 
 class Interpreter:
@@ -68,6 +73,10 @@ class Interpreter:
         self.roles = roles
         self.broken: set[tuple[str, int]] = set()
         """Subtrees with problems of their own: their callers are not told again."""
+        self.has_return_home = False
+        """The task sees a subtree ReturnHome: what a help tells."""
+        self.told: set[Mark] = set()
+        """Roles of blocks of which the end was reported."""
         self.reported: set[str] = set()
         """Roles with an E030: what follows from it is not reported."""
         self.contended: frozenset[str] = frozenset()
@@ -79,6 +88,34 @@ class Interpreter:
         self.rounds: dict[tuple[object, ...], tuple[Sky | None, Ends]] = {}
         self.calls: dict[tuple[object, ...], Ends] = {}
         """What was followed before, by place and states: how it ended."""
+
+    def flies(self, role: Role) -> bool:
+        """Return whether machines of a role may leave the ground."""
+        known = [self.types[name] for name in role.types if name in self.types]
+        offered = {action for one in known for action in one.actions}
+        return any(self.actions[a].effect == "airborne" for a in offered if a in self.actions)
+
+    def check_brought_home(self, role: Role, final: Sky | None, when: str) -> None:
+        """Report E031 if a machine of a role may still be in the air at the end of what it was granted for."""
+        states = merge(final[key] for key in keys_of(role)) if final is not None else {}
+        why = states.get("airborne") or states.get("unknown")
+        if why is None or role.name in self.reported:
+            return
+        path = f" ({why.path})" if why.path else ""
+        what = f"'{role.name}' can still be airborne {when}{path}"
+        each = f"{role.name}" if not role.is_list else "drone} for each drone of ${" + role.name
+        how = "bring it home:" if self.has_return_home else "import lib/flying.yaml and"
+        self.problems.add("E031", why.mark, what, f"land it, or {how} call: ReturnHome with drone: ${{{each}}}")
+
+    def check_recover(self, role: Role, failure: Sky | None) -> None:
+        """Report W032 if a failure may leave a machine of a role in the air whose type has no way home."""
+        stranded = [name for name in role.types if name in self.types and self.types[name].recover is None]
+        states = merge(failure[key] for key in keys_of(role)) if failure is not None else {}
+        why = states.get("airborne") or states.get("unknown")
+        if stranded and why is not None:
+            mark = why.failed or why.mark
+            what = f"a failure at line {mark.line} leaves '{role.name}' airborne: type {stranded[0]} has no recover"
+            self.problems.add("W032", mark, what, "give the type a recover subtree in the catalogue")
 
     def _steps(self, steps: tuple[Step, ...], sky: Sky, here: Place) -> Ends:
         """Interpret steps one after another."""
@@ -153,6 +190,8 @@ class Interpreter:
                 return self._guard(step, sky, here)
             case Release():
                 return self._release(step, sky, here)
+            case WithAgents():
+                return self._with_agents(step, sky, here)
             case _:
                 return Ends(sky, None)
 
@@ -335,6 +374,30 @@ class Interpreter:
             success, failure = join(success, failure), failing(join(success, failure), step.mark, here)
         return Ends(success, failure, None, back(sky, join(inside, end), loose))
 
+    def _with_agents(self, step: WithAgents, sky: Sky, here: Place) -> Ends:
+        """Interpret a block with machines of its own, which must be down at its end as those of a task at the task's."""
+        flying = [r for r in step.roles.values() if self.flies(r) and not any(key in sky for key in keys_of(r))]
+        own = {key: start(role) for role in flying for key in keys_of(role)}
+        outer, self.roles = self.roles, {**self.roles, **{role.name: role.types for role in step.roles.values()}}
+        if self.breaks:
+            self.breaks.append(None)
+        ends = self._steps(step.steps, {**sky, **own}, here)
+        broke = self.breaks.pop() if self.breaks else None
+        if not here.silent:
+            done = join(join(ends.success, ends.skipped), broke)
+            for role in [role for role in flying if role.mark not in self.told]:
+                before = len(self.problems.found)
+                self.check_brought_home(role, done, f"at the end of with_agents ({line_of(step.mark, here)})")
+                self.check_recover(role, ends.failure)
+                if len(self.problems.found) > before:
+                    self.told.add(role.mark)
+        self.roles = outer
+        if self.breaks:
+            self.breaks[-1] = join(self.breaks[-1], _without(broke, own))
+        nobody = failing(sky, step.mark, here)
+        failure = join(_without(ends.failure, own), nobody)
+        return Ends(_without(ends.success, own), failure, _without(ends.skipped, own), _without(ends.midway, own))
+
     def _release(self, step: Release, sky: Sky, here: Place) -> Ends:
         """Check that what may be in the air can be brought home; afterwards the machine is none of the task's."""
         name = step.who.name
@@ -403,3 +466,8 @@ class Interpreter:
             hint = f"add when: {'' if want == 'airborne' else 'not '}{role}.airborne"
         self.reported |= {role.partition("[")[0], *self.owners.get(role, ())}
         self.problems.add("E030", here.call or step.mark, what, hint)
+
+
+def _without(sky: Sky | None, own: Sky) -> Sky | None:
+    """Return a sky without the machines of a block that has ended."""
+    return None if sky is None else {key: states for key, states in sky.items() if key not in own}

@@ -206,7 +206,7 @@ _KINDS: Final = (
     ),
     Kind("break_if", "cond", "Leave the nearest loop with success."),
     Kind("guard", "cond", "Stop the steps and fail as soon as this is false.", (_STEPS,)),
-    Kind("with_agents", "map", "Extra agents for this block.", (_STEPS,), available=False),
+    Kind("with_agents", "map", "Extra agents for this block.", (_STEPS,)),
 )
 
 KINDS: Final[Mapping[str, Kind]] = MappingProxyType({kind.name: kind for kind in _KINDS})

@@ -26,6 +26,7 @@ from formiga_bt.lang.model import (
     Step,
     Switch,
     Task,
+    WithAgents,
 )
 from formiga_bt.lang.reading import Problems
 from formiga_bt.lang.walk import commands
@@ -64,6 +65,10 @@ class _Landings:
                     self.follow(step.finally_, dict(inner), names, call)
                 case Guard():
                     self.follow(step.steps, inner, names, call)
+                case WithAgents():
+                    self.follow(step.steps, inner, names, call)
+                    for role in step.roles:
+                        inner.pop(role, None)
                 case Loop() | For():
                     self._rounds(step, inner, names, call)
                 case If():

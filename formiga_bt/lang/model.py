@@ -371,6 +371,14 @@ class Switch(Step):
         return (*(case.steps for case in self.cases), *((self.default,) if self.default else ()))
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WithAgents(Step):
+    """Extra agents for its steps (segments `steps[i]`), given back at their end; the expressions of roles are read at entry."""
+
+    roles: "Mapping[str, Role]"
+    steps: tuple[Step, ...]
+
+
 @dataclass(frozen=True, slots=True)
 class Param:
     """A parameter of a task or subtree."""

@@ -50,7 +50,7 @@ def read_vars(body: Body, node: Node) -> dict[str, Expr]:
 
 def _may_define(body: Body, at: Scalar) -> bool:
     is_free(at, body.problems)
-    old = body.names.get(at.text)
+    old = body.names.get(at.text) or body.flow.saved.get(at.text)
     if old is not None:
         what = f"'{at.text}' is a {old.origin} already; first at line {old.mark.line}"
         body.problems.add("E018", at.mark, what, "choose another name")
@@ -90,17 +90,19 @@ def _reads(node: Node) -> set[str]:
 def _check_admission(body: Body, expr: Expr, key: str) -> None:
     """Report E027 for an expression that reads what is not known at admission."""
     for read in expr.reads:
-        if read.name == "now" or read.field or read.name in body.agents:
+        if read.name == "now" or read.field or read.name in body.agents or read.name in body.flow.saved:
             what = (
                 f"the field '{read.field}' of an agent"
                 if read.field
                 else "'now'"
                 if read.name == "now"
+                else f"'{read.name}', which a step saved"
+                if read.name in body.flow.saved
                 else f"the role '{read.name}'"
             )
-            if read.name in body.agents and body.names[read.name].origin == "param" and not read.field:
+            if read.name in body.agents and body.names[read.name].origin != "role" and not read.field:
                 continue
-            help_ = "it is computed at admission: it may read params, vars, base, site and task"
+            help_ = "it is read before any agent is held: it may read params, vars, base, site and task"
             body.problems.add("E027", expr.mark, f"'{key}' reads {what}", help_)
             return
 

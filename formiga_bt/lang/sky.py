@@ -56,6 +56,19 @@ class Place:
     outer: Mapping[str, str] | None = field(default=None, hash=False)
 
 
+_MOST_APART: Final = 8
+"""A longer list is followed as a whole."""
+
+
+def keys_of(role: Role) -> tuple[str, ...]:
+    """Return the keys of a role's machines in a sky."""
+    if not role.is_list:
+        return (role.name,)
+    if role.count is None or role.count > _MOST_APART:
+        return (f"{role.name}[*]",)
+    return tuple(f"{role.name}[{index}]" for index in range(role.count))
+
+
 def start(role: Role) -> States:
     """Return the states of a role's machine before the first step."""
     if not role.away:

@@ -11,7 +11,7 @@ from types import MappingProxyType
 from typing import Any, Final
 
 from formiga_bt.diagnostics import Fix, Mark
-from formiga_bt.lang import blocks, leaves, loops, moments, over_lists, switches
+from formiga_bt.lang import blocks, extra, leaves, loops, moments, over_lists, switches
 from formiga_bt.lang.blocks import Readers
 from formiga_bt.lang.document import Entry, Listing, Mapping_, Node, Scalar
 from formiga_bt.lang.expressions import narrows, narrows_when_false
@@ -39,6 +39,7 @@ from formiga_bt.lang.model import (
     Switch,
     Wait,
     WaitUntil,
+    WithAgents,
 )
 from formiga_bt.lang.reading import (
     is_empty,
@@ -54,6 +55,7 @@ from formiga_bt.lang.reading import (
 from formiga_bt.lang.scopes import Body, Flow, join
 from formiga_bt.lang.synonyms import ADVICE, BY_HAND, KIND_SYNONYMS, is_sure, kind_for
 from formiga_bt.lang.types import DURATION, INT, NUMBER
+from formiga_bt.lang.walk import roles_inside
 
 Keys = Mapping[str, Entry]
 _LOOPS: Final = ("while", "repeat", "for")
@@ -81,6 +83,7 @@ _CLASSES: Final[Mapping[str, type[Step]]] = MappingProxyType(
         "for": For,
         "break_if": BreakIf,
         "guard": Guard,
+        "with_agents": WithAgents,
     }
 )
 
@@ -257,7 +260,11 @@ def _read_modified(body: Body, keys: Keys, kind: Kind, seg: str) -> Step | None:
         skipped = body.flow.copy()
         skipped.sure, skipped.dead = entry.sure | narrows_when_false(when), False
         body.flow = join(body.flow, skipped)
-    return _CLASSES[kind.name](**common, **part)
+    step = _CLASSES[kind.name](**common, **part)
+    if step.retry is not None and step.retry.agent == "another" and not any(roles_inside((step,))):
+        what = "'agent: another' needs a with_agents inside: the agents of the task stay the same"
+        body.problems.add("E008", step.retry.mark, what, "put with_agents into the step that is retried")
+    return step
 
 
 def _check_retried(body: Body, entry: Flow, mark: Mark) -> None:
@@ -309,15 +316,12 @@ def _read_retry(body: Body, entry: Entry) -> Retry | None:
     if attempts.is_const and isinstance(attempts.const, int) and attempts.const < 1:
         body.problems.add("E008", attempts.mark, "'attempts' counts the first one, so it is at least 1")
     agent = read_word(keys["agent"].value, body.problems, "agent", ("same", "another")) if "agent" in keys else "same"
-    if agent == "another":
-        mark = keys["agent"].value.mark
-        body.problems.add("E008", mark, "'agent: another' is part of the language but not of this version yet")
     return Retry(
         attempts,
         body.span(keys["delay"].value, "delay") if "delay" in keys else None,
         body.value(keys["backoff"].value, NUMBER, "backoff") if "backoff" in keys else None,
         read_bound(body, keys["attempt_timeout"].value, "attempt_timeout") if "attempt_timeout" in keys else None,
-        "same",
+        "another" if agent == "another" else "same",
         entry.key.mark,
     )
 
@@ -346,5 +350,6 @@ _READERS: Final[Mapping[str, Callable[[Body, Keys], dict[str, Any] | None]]] = M
         "for": partial(over_lists.read_for, _INSIDE),
         "break_if": moments.read_break_if,
         "guard": partial(blocks.read_guard, _INSIDE),
+        "with_agents": partial(extra.read_with_agents, _INSIDE),
     }
 )

@@ -20,10 +20,13 @@ from formiga_bt.lang.model import (
     Loop,
     Parallel,
     Release,
+    Role,
     Sequence,
     Step,
     Subtree,
     Switch,
+    Task,
+    WithAgents,
 )
 
 _ITEM: Final = re.compile(r"([A-Za-z]\w*)\[(\d{1,4})\]")
@@ -38,7 +41,7 @@ def children(step: Step) -> tuple[Step, ...]:
     match step:
         case Sequence():
             return (*step.steps, *step.finally_)
-        case Fallback() | Parallel() | Loop() | For() | Guard():
+        case Fallback() | Parallel() | Loop() | For() | Guard() | WithAgents():
             return step.steps
         case If():
             return (*step.then, *step.otherwise)
@@ -88,8 +91,25 @@ def commands(step: Step, names: Names) -> Iterator[tuple[tuple[str, ...], Step]]
                 yield agents, step
     else:
         inside = {**names, **items_of(step, names)} if isinstance(step, For) else names
+        if isinstance(step, WithAgents):  # its own agents are nobody else's
+            inside = {**names, **dict.fromkeys(step.roles, ())}
         for child in children(step):
             yield from commands(child, inside)
+
+
+def roles_inside(steps: tuple[Step, ...]) -> Iterator[Role]:
+    """Iterate over the roles of every `with_agents` among the steps and in what they call."""
+    for step in steps:
+        if isinstance(step, WithAgents):
+            yield from step.roles.values()
+        yield from roles_inside(step.subtree.steps if isinstance(step, Call) else children(step))
+
+
+def all_roles(task: Task) -> Iterator[Role]:
+    """Iterate over every role of a task: those granted before its first step, and those of its blocks."""
+    yield from task.roles.values()
+    for steps in (task.steps, task.on_failure, task.on_abort, task.finally_):
+        yield from roles_inside(steps)
 
 
 def called_with(step: Call, names: Names) -> dict[str, tuple[str, ...]]:

@@ -6,6 +6,7 @@ word to the step's path, so that each has its own memory and deadline.
 
 from typing import ClassVar
 
+from msgspec.structs import replace
 from py_trees import decorators
 from py_trees.common import Status
 
@@ -14,7 +15,7 @@ from formiga_bt.lang import model
 from formiga_bt.nodes.base import FAILURE, RUNNING, SUCCESS, Node
 from formiga_bt.nodes.leaves import DoNode
 from formiga_bt.nodes.memory import Mem, PassMem, RetryMem, TimeoutMem
-from formiga_bt.nodes.run import Run
+from formiga_bt.nodes.run import Failure, Run
 
 
 class Modifier(Node, decorators.Decorator):
@@ -215,7 +216,7 @@ class RetryNode(Modifier):
 
     def _attempt(self, run: Run, number: int) -> Status:
         while True:
-            self.mem = RetryMem(self.mem.attempts, self.mem.delay_us, self.mem.backoff, number)
+            self.mem = replace(self.mem, attempt=number, waiting=False, had=())
             self.remember(run, self.mem)
             self.child.enter(run, f"{self.path}@{number}", self.scope)
             status = self.child_ended(run)
@@ -229,14 +230,37 @@ class RetryNode(Modifier):
         if child.status is not FAILURE:
             return self.same()
         assert child.failure is not None
-        if self.mem.attempt >= self.mem.attempts or not child.failure.retryable:
+        if self.mem.attempt >= self.mem.attempts or not self._may_again(child.failure):
             return self.same()
+        self._exclude(child.failure)
         delay = round(self.mem.delay_us * self.mem.backoff ** (self.mem.attempt - 1))
         if delay > 0:
-            self.mem = RetryMem(self.mem.attempts, self.mem.delay_us, self.mem.backoff, self.mem.attempt, waiting=True)
+            self.mem = replace(self.mem, waiting=True)
             self.remember(run, self.mem)
             run.set_deadline(self.key, run.now + delay)
         return RUNNING
+
+    @property
+    def takes_another(self) -> bool:
+        """Return whether the next attempt is made with other agents."""
+        assert self.step_model is not None
+        return self.step_model.retry is not None and self.step_model.retry.agent == "another"
+
+    def note_agents(self, run: Run, agents: tuple[str, ...]) -> None:
+        """Keep in mind who was granted to a block of this attempt."""
+        self.mem = replace(self.mem, had=tuple(dict.fromkeys((*self.mem.had, *agents))))
+        self.remember(run, self.mem)
+
+    def _may_again(self, failure: Failure) -> bool:
+        """Return whether a failure may be tried again: a lost agent's too, if another one takes its place."""
+        lost = failure.code == "agent_lost" and failure.agent in self.mem.had
+        return failure.retryable or (self.takes_another and lost)
+
+    def _exclude(self, failure: Failure) -> None:
+        """Leave out who failed; if the failure names none of the block's agents, all that it had."""
+        if self.takes_another:
+            culprits = (failure.agent,) if failure.agent in self.mem.had else self.mem.had
+            self.mem = replace(self.mem, failed=tuple(dict.fromkeys((*self.mem.failed, *culprits))))
 
     def on_proceed(self, run: Run) -> Status:
         """Start the next attempt when the delay is over, else visit the running one."""

@@ -3,7 +3,7 @@
 Kept in the task's state by instance path, written only through `Run.remember`; `Node.restore` rebuilds a tree from it.
 """
 
-from typing import Any
+from typing import Any, Literal
 
 from msgspec import Struct
 
@@ -85,6 +85,10 @@ class RetryMem(Struct, frozen=True, tag="retry", tag_field="mem"):
     backoff: float
     attempt: int = 1
     waiting: bool = False
+    had: tuple[str, ...] = ()
+    """With `agent: another`: the agents that inner `with_agents` got in this attempt,"""
+    failed: tuple[str, ...] = ()
+    """and those that failed in earlier ones."""
 
 
 class TidyMem(Struct, frozen=True, tag="tidy", tag_field="mem"):
@@ -145,7 +149,21 @@ class LoopMem(Struct, frozen=True, tag="loop", tag_field="mem"):
     failure: Any = None
 
 
+class WithMem(Struct, frozen=True, tag="with_agents", tag_field="mem"):
+    """A block with agents of its own: it waits for them, runs its steps with them, or waits until they are given back."""
+
+    state: Literal["waits", "runs", "releases"] = "waits"
+    agents: dict[str, tuple[str, ...]] = {}
+    """By role."""
+    index: int = 0
+    ran: bool = False
+    failure: Any = None
+    """What its steps had decided when it began to give back; likewise the next two."""
+    skipped: bool = False
+    breaking: bool = False
+
+
 Mem = (
     SequenceMem | FallbackMem | IfMem | SwitchMem | CallMem | DoMem | AskMem | WaitMem | PassMem | TimeoutMem | RetryMem
-    | TidyMem | LiveMem | GatherMem | ItemsMem | LoopMem
+    | TidyMem | LiveMem | GatherMem | ItemsMem | LoopMem | WithMem
 )  # fmt: skip

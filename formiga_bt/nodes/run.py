@@ -10,7 +10,7 @@ from typing import Any, Final, Literal, Protocol
 from msgspec import Struct
 
 from formiga_bt.clock import Micros
-from formiga_bt.lang.model import Env, Expr
+from formiga_bt.lang.model import Env, Expr, Role
 from formiga_bt.nodes.memory import Mem
 
 
@@ -92,6 +92,13 @@ class GoalOrder(Struct, frozen=True):
     fields: dict[str, Any]
     owner: str
     """Path of the node to wake when the goal changes."""
+
+
+class Served(Struct, frozen=True):
+    """The allocator's answer to a block that asked for agents: who they are, by role, or why there never will be any."""
+
+    roles: dict[str, tuple[str, ...]]
+    reason: str = ""
 
 
 class AskOrder(Struct, frozen=True):
@@ -202,7 +209,7 @@ class Run(Protocol):
         """Forget the watch of `path`, if there is one."""
         ...
 
-    def release(self, agent: str, path: str) -> None:
+    def release(self, agent: str, path: str, after: tuple[str, ...] = ()) -> None:
         """Give an agent back: when goal-free, brought home if airborne. The node at `path` is woken when it is done."""
         ...
 
@@ -259,6 +266,25 @@ class Run(Protocol):
 
     def notify(self, text: str, to: tuple[str, ...], severity: str, path: str) -> None:
         """Tell people something."""
+        ...
+
+    def want_agents(self, path: str, roles: Mapping[str, Role], env: Env, but_not: tuple[str, ...]) -> Micros:
+        """Ask the allocator for the agents of a block, none of `but_not`; return until when to wait for them.
+
+        The node at `path` is woken when there is an answer.
+        """
+        ...
+
+    def take_agents(self, path: str) -> Served | None:
+        """Return the answer, once; None = not yet."""
+        ...
+
+    def withdraw_agents(self, path: str) -> tuple[str, ...]:
+        """Ask no more; return the agents that were granted but not yet taken."""
+        ...
+
+    def leaving(self, agent: str) -> str:
+        """Return the id under which an agent that is being released stands in a drain set: its `goal` ends when it is free."""
         ...
 
     def open_scope(self, scope: str, values: Mapping[str, Any]) -> None:

@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping
 from typing import Final
 
 from formiga_bt.lang.model import ActionSpec, Call, Catalogue, Do, Expr, Site, Step, Task
-from formiga_bt.lang.walk import bare, children
+from formiga_bt.lang.walk import all_roles, bare, children
 
 TYPED: Final = 8
 """So many characters of the digest a person types."""
@@ -65,7 +65,7 @@ def lands_away(task: Task, catalogue: Catalogue) -> tuple[str, ...]:
     found: list[str] = []
     for steps in (task.steps, task.on_failure, task.on_abort, task.finally_):
         found += _away(steps, {}, "", catalogue)
-    types = {t for role in task.roles.values() for t in role.types}
+    types = {t for role in all_roles(task) for t in role.types}
     for kind in catalogue.types.values():
         recover = kind.recover
         if recover is not None and (kind.name in types or types & set(kind.extends)):

@@ -58,7 +58,12 @@ def _waiting(state: EngineState, task: TaskRecord, now: Micros) -> Iterator[Beca
     if ahead:
         names = ", ".join(r.task for r in sorted(ahead, key=_rank)[:3]) + (" ..." if len(ahead) > 3 else "")
         yield Because("queue", f"{len(ahead)} of the same or a higher priority wait before it ({names})")
-    verdicts = state.explanations.get(task.id)
+    yield from _asked(state, request, now)
+
+
+def _asked(state: EngineState, request: Request, now: Micros) -> Iterator[Because]:
+    """Tell how a request stands: its roles, who steps aside for it, and when it gives up."""
+    verdicts = state.explanations.get(request.task)
     if verdicts is None:
         yield Because("not_looked", "the allocator has not looked at it yet")
         return
@@ -113,6 +118,11 @@ def _running(
             yield Because(f"gate.{goal.code or 'open'}", f"{goal.agent}.{goal.action} {words}", agent=goal.agent)
         elif goal.in_flight:
             yield Because(f"goal.{goal.state}", _flight(goal, now), agent=goal.agent)
+    for request in state.requests.values():
+        if request.node and request.holder == task.id:
+            since = span(now - request.at)
+            yield Because("wants", f"{place(request.node, places)} waits for its agents since {since}")
+            yield from _asked(state, request, now)
     for question in state.questions.values():
         if question.task == task.id and question.reply is None:
             yield _question(state, question, now, desk)

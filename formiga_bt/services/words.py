@@ -12,6 +12,7 @@ VERDICTS: Final[Mapping[str, str]] = {
     "wrong_type": "is of another type ({detail})",
     "not_this_one": "is not the one asked for ({detail})",
     "no_action": "does not offer {detail}",
+    "failed_before": "failed in an earlier attempt",
     "not_admitted": "is not admitted: {detail}",
     "quarantined": "is quarantined: {detail}",
     "not_alive": "is not heard of ({detail})",
@@ -47,6 +48,7 @@ BLOCKED: Final[Mapping[str, str]] = {
     "lockdown": "{detail}",
     "not_approved": "it may not fly: {detail}",
     "no_pilot": "it has no pilot: {detail}",
+    "held": "the task is held ({detail})",
 }
 """What keeps a request from being granted whoever is free."""
 

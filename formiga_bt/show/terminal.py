@@ -113,6 +113,11 @@ def _var(name: str, expr: Expr) -> _Branch:
     return _Branch((Span(name, "agent"), Span(f" = {source(expr)}")), expr.mark)
 
 
+def _kinds(role: Role) -> str:
+    count = f"{_how_many(role)} x " if role.is_list else ""
+    return count + " or ".join(role.types)
+
+
 def _how_many(role: Role) -> str:
     if role.open is None:
         return str(role.count)
@@ -133,9 +138,7 @@ def _role(role: Role) -> _Branch:
         facts.append(f"if lost: {role.if_lost}")
     if role.away:
         facts.append("may be away")
-    count = f"{_how_many(role)} x " if role.is_list else ""
-    kind = count + " or ".join(role.types)
-    return _Branch((Span(role.name, "agent"), Span(f": {kind}"), Span(_bracket(facts), "dim")), role.mark)
+    return _Branch((Span(role.name, "agent"), Span(f": {_kinds(role)}"), Span(_bracket(facts), "dim")), role.mark)
 
 
 def _branch(step: Step, depth: int | None) -> _Branch:
@@ -217,6 +220,9 @@ def _label(step: Step) -> tuple[Span, ...]:
             spans = Span("switch ", "kind"), Span(source(step.on))
         case model.WaitUntil() | model.Guard() | model.BreakIf():
             spans = Span(f"{step.kind} ", "kind"), Span(source(step.cond))
+        case model.WithAgents():
+            who = ", ".join(f"{role.name}: {_kinds(role)}" for role in step.roles.values())
+            spans = Span("with_agents ", "kind"), Span(who, "agent")
         case model.Release():
             spans = Span("release ", "kind"), Span(step.who.name, "agent")
         case model.Loop():

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 from formiga_bt.clock import micros
 from formiga_bt.engine.treerun import Ended, TreeHost
 from formiga_bt.lang import model
+from formiga_bt.lang.types import AgentRef
 from formiga_bt.nodes.run import AskOrder, Failure, GoalOrder, GoalView, Runaway, TidyOrder
 
 
@@ -42,6 +43,8 @@ class At:
     error: Failure | None
     bound: str = ""
     """Key of the timeout around this very step."""
+    retries: tuple[str, ...] = ()
+    """Keys of the retries around it that want other agents each time."""
 
     @property
     def key(self) -> str:
@@ -50,7 +53,10 @@ class At:
     def inner(self, attempt: int = 0) -> "At":
         bound = self.key if self.words[0] == "timeout" else self.bound
         path = f"{self.path}@{attempt}" if attempt else self.path
-        return replace(self, words=self.words[1:], path=path, bound=bound)
+        retries = self.retries
+        if self.words[0] == "retry" and self.step.retry is not None and self.step.retry.agent == "another":
+            retries = (*retries, self.key)
+        return replace(self, words=self.words[1:], path=path, bound=bound, retries=retries)
 
 
 def modifiers(step: model.Step) -> tuple[str, ...]:
@@ -214,6 +220,8 @@ class NaiveTrees:
             goals = self._halt_child(self._children(at, mem), mem)
             if at.step.kind == "call":
                 self.host.close_scope(at.path)
+        elif isinstance(at.step, model.WithAgents):
+            goals = self._stop_block(at, mem)
         elif isinstance(at.step, model.Parallel) or (isinstance(at.step, model.For) and at.step.parallel):
             goals = self._stop_branches(at, mem)
         elif isinstance(at.step, model.Loop | model.For):
@@ -317,7 +325,7 @@ class NaiveTrees:
     def _tidy(self, at: At, mem: dict[str, Any]) -> list[At]:
         assert isinstance(at.step, model.Sequence)
         error = mem["ended"].failure or at.error
-        return [At(s, modifiers(s), f"{at.path}.{s.seg}", at.key, error) for s in at.step.finally_]
+        return [At(s, modifiers(s), f"{at.path}.{s.seg}", at.key, error, "", at.retries) for s in at.step.finally_]
 
     # -- stops -----------------------------------------------------------------------------------------------------------
     def _order_stop(self, at: At, mem: dict[str, Any], goals: list[str]) -> None:
@@ -351,6 +359,7 @@ class NaiveTrees:
             mem["delay"] = micros(retry.delay.run(env)) if retry.delay else 0
             mem["backoff"] = float(retry.backoff.run(env)) if retry.backoff else 1.0
             mem["attempt"], mem["waiting"] = 1, False
+            mem["had"], mem["culprits"] = (), ()
         while True:
             if mem["waiting"]:
                 if not host.is_due(at.key):
@@ -361,8 +370,12 @@ class NaiveTrees:
             done = self.visit(at.inner(mem["attempt"]))
             if done is None or done.failure is None:
                 return done
-            if mem["attempt"] >= mem["attempts"] or not done.failure.retryable:
+            had, named = mem["had"], done.failure.agent in mem["had"]
+            lost = retry.agent == "another" and done.failure.code == "agent_lost" and named
+            if mem["attempt"] >= mem["attempts"] or not (done.failure.retryable or lost):
                 return done
+            mem["had"] = ()
+            mem["culprits"] += (done.failure.agent,) if named else had
             delay = round(mem["delay"] * mem["backoff"] ** (mem["attempt"] - 1))
             if delay > 0:
                 mem["waiting"] = True
@@ -385,9 +398,9 @@ class NaiveTrees:
             steps = step.steps
             error = mem.get("failure") or (skipped_before(at) if mem.get("index") else error)
         else:
-            assert isinstance(step, model.Sequence | model.Guard)
+            assert isinstance(step, model.Sequence | model.Guard | model.WithAgents)
             steps = step.steps
-        return [At(s, modifiers(s), f"{at.path}{mid}.{s.seg}", scope, error) for s in steps]
+        return [At(s, modifiers(s), f"{at.path}{mid}.{s.seg}", scope, error, "", at.retries) for s in steps]
 
     def _in_order(self, children: list[At], mem: dict[str, Any], around: At | None = None) -> Done | None:
         while mem["index"] < len(children):
@@ -593,10 +606,10 @@ class NaiveTrees:
         step = at.step
         if isinstance(step, model.Parallel):
             one = step.steps[index]
-            return "", [At(one, modifiers(one), f"{at.path}.{one.seg}", at.scope, at.error)]
+            return "", [At(one, modifiers(one), f"{at.path}.{one.seg}", at.scope, at.error, "", at.retries)]
         assert isinstance(step, model.For)
         path = f"{at.path}.for#{index + 1}"
-        return path, [At(s, modifiers(s), f"{path}.{s.seg}", path, at.error) for s in step.steps]
+        return path, [At(s, modifiers(s), f"{path}.{s.seg}", path, at.error, "", at.retries) for s in step.steps]
 
     def _visit_branch(self, at: At, mem: dict[str, Any], index: int) -> None:
         key, steps = self._branch(at, index)
@@ -737,6 +750,57 @@ class NaiveTrees:
         for name in names:
             if name and (always or self.host.env(at.scope).is_set(name)):
                 self.host.set_var(at.scope, name, None)
+
+    # -- agents of a block -----------------------------------------------------------------------------------------------
+    def _with_agents(self, at: At, mem: dict[str, Any], fresh: bool) -> Done | None:
+        host, step = self.host, at.step
+        assert isinstance(step, model.WithAgents)
+        if fresh:
+            failed_before = [one for key in reversed(at.retries) for one in self.mem[key]["culprits"]]
+            without = tuple(dict.fromkeys(failed_before))
+            host.set_deadline(at.key, host.want_agents(at.key, step.roles, self._env(at), without))
+            return None
+        if "agents" not in mem:
+            served = host.take_agents(at.key)
+            if served is None:
+                if not host.is_due(at.key):
+                    return None
+                host.withdraw_agents(at.key)
+                return failed(at, "no_agent", "no fitting agents in time; see the explanation")
+            host.clear_deadline(at.key)
+            if served.reason:
+                return failed(at, "no_agent", served.reason, again=False)
+            mem["agents"] = tuple(dict.fromkeys(one for role in step.roles for one in served.roles[role]))
+            for name, role in step.roles.items():
+                refs = tuple(AgentRef(one) for one in served.roles[name])
+                host.set_var(at.scope, name, refs if role.is_list else refs[0])
+            for key in at.retries:
+                self.mem[key]["had"] = tuple(dict.fromkeys((*self.mem[key]["had"], *mem["agents"])))
+            mem.update(index=0, ran=False)
+        if "result" not in mem:
+            done = self._in_order(self._children(at, mem), mem)
+            if done is None:
+                return None
+            mem["result"] = done
+            self._unset(at, *step.roles, always=True)
+            self._give_back(at, mem["agents"])
+        return mem["result"] if all(host.is_released(one) for one in mem["agents"]) else None
+
+    def _give_back(self, at: At, agents: Sequence[str], after: Sequence[str] = ()) -> list[str]:
+        held = [one for one in agents if not self.host.is_released(one)]
+        for one in held:
+            self.host.release(one, at.key, tuple(after))
+        return [self.host.leaving(one) for one in held]
+
+    def _stop_block(self, at: At, mem: dict[str, Any]) -> list[str]:
+        assert isinstance(at.step, model.WithAgents)
+        if "agents" not in mem:
+            return self._give_back(at, self.host.withdraw_agents(at.key))
+        goals: list[str] = []
+        if "result" not in mem:
+            goals = self._halt_child(self._children(at, mem), mem)
+            self._unset(at, *at.step.roles, always=True)
+        return goals + self._give_back(at, mem["agents"], goals)
 
     def _call(self, at: At, mem: dict[str, Any], fresh: bool) -> Done | None:
         host, step = self.host, at.step

@@ -76,6 +76,11 @@ class Writer:
         self.gone: set[int] = set()
         """Saved names that a parallel `for` keeps to itself."""
         self.loops = 0
+        self.blocks = 0
+        """How many `with_agents` there are; none stands in another one."""
+        self.may_want = True
+        self.wanting: tuple[str, ...] = ()
+        """Subtrees with a `with_agents`."""
 
     def pick(self, *things: Any) -> Any:
         return self.dice.choice(things)
@@ -171,9 +176,10 @@ class Writer:
             "for",
             "for_all",
             "for_all",
+            *(["with_agents"] * 3 if self.may_want else []),
         )
         kind = self.pick(*(leaves if depth <= 0 else (*leaves, *blocks)))
-        if kind == "call" and not (self.subtrees and self.carts):
+        if kind == "call" and not (self.callable() and self.carts):
             kind = "wait"
         if (kind == "set" and not self.may_set) or (kind == "do" and not self.carts):
             kind = "wait"
@@ -196,6 +202,8 @@ class Writer:
                 retry["delay"] = self.dice.choice(SPANS)
                 if self.chance(40):
                     retry["backoff"] = 2
+            if '"with_agents"' in json.dumps(step) and self.chance(60):
+                retry["agent"] = "another"
             if not instant and self.chance(50):
                 retry["attempt_timeout"] = self.dice.choice(SPANS)
             step["retry"] = retry
@@ -276,7 +284,7 @@ class Writer:
 
     def _tidy(self, depth: int) -> dict[str, Any]:
         steps = self.steps(depth - 1)
-        return {"sequence": steps, "finally": self.within(depth - 1, may_leave=False)}
+        return {"sequence": steps, "finally": self.within(depth - 1, may_leave=False, may_want=False)}
 
     def _guard(self, depth: int) -> dict[str, Any]:
         return {"guard": self.live(), "steps": self.steps(depth - 1)}
@@ -362,6 +370,27 @@ class Writer:
             self.gone.discard(name)
         return step
 
+    def _with_agents(self, depth: int) -> dict[str, Any]:
+        self.blocks += 1
+        name, one = f"more{self.blocks}", f"lent{self.blocks}"
+        role: dict[str, Any] = {"type": "cart", "wait": self.dice.choice((*SPANS, "20 s"))}
+        if self.chance(20):
+            role["if_lost"] = "rebind"
+        if not self.chance(25):
+            use = {"do": f"{name}.{self.pick('Move', 'Haul', 'Home')}"}
+            steps = self.within(depth - 1, 3, carts=(*self.carts, name), may_want=False)
+            steps.insert(self.dice.randint(0, len(steps)), use)
+            return {"with_agents": {name: role}, "steps": steps}
+        role["count"] = self.pick(1, "all", {"min": 1, "max": 2}, 2)
+        inside = {"carts": (one,), "may_leave": False, "may_set": False, "may_want": False}
+        before = self.saved
+        steps = [{"do": f"{one}.Move"}, *self.within(depth - 1, 2, **inside)]
+        self.gone.update(range(before + 1, self.saved + 1))
+        return {
+            "with_agents": {name: role},
+            "steps": [{"for": {one: f"${{{name}}}"}, "mode": "parallel", "steps": steps}],
+        }
+
     def _if(self, depth: int) -> dict[str, Any]:
         step: dict[str, Any] = {"if": self.cond(), "then": self.steps(depth - 1, 2)}
         if self.chance(50):
@@ -379,8 +408,11 @@ class Writer:
             step["default"] = self.steps(depth - 1, 2)
         return step
 
+    def callable(self) -> tuple[str, ...]:
+        return tuple(name for name in self.subtrees if self.may_want or name not in self.wanting)
+
     def _call(self, depth: int) -> dict[str, Any]:
-        name = self.pick(*self.subtrees)
+        name = self.pick(*self.callable())
         args: dict[str, Any] = {"cart": f"${{{self.pick(*self.carts)}}}", "who": f"${{{self.pick(*self.people)}}}"}
         if self.chance(60):
             args["n"] = "${n + 1}"
@@ -394,9 +426,10 @@ def task_text(dice: Random, name: str = "Random") -> str:
     """Draw a task file."""
     subtrees: dict[str, Any] = {}
     hauling: tuple[str, ...] = ()
+    wanting: tuple[str, ...] = ()
     for index in range(dice.randint(0, 2)):
         inner = Writer(dice, ("cart",), ("who",), tuple(subtrees))
-        inner.hauling = hauling
+        inner.hauling, inner.wanting = hauling, wanting
         subtrees[f"Sub{index}"] = {
             "params": {
                 "cart": "agent",
@@ -409,8 +442,10 @@ def task_text(dice: Random, name: str = "Random") -> str:
         }
         if inner.hauls(subtrees[f"Sub{index}"]):
             hauling = (*hauling, f"Sub{index}")
+        if inner.blocks or any(f'"call": "{name}"' in json.dumps(subtrees[f"Sub{index}"]) for name in wanting):
+            wanting = (*wanting, f"Sub{index}")
     writer = Writer(dice, ("one", "two"), ("ann",), tuple(subtrees))
-    writer.hauling = hauling
+    writer.hauling, writer.wanting = hauling, wanting
     task: dict[str, Any] = {
         "formiga": 1,
         "task": name,
@@ -430,7 +465,7 @@ def task_text(dice: Random, name: str = "Random") -> str:
         task["steps"].append({"parallel": [{"release": writer.pick("one", "two")}, {"wait": dice.choice(SPANS)}]})
     for section in ("on_failure", "on_abort", "finally"):
         if writer.chance(45):
-            task[section] = writer.steps(1, 2)
+            task[section] = writer.within(1, 2, may_want=False)
     if writer.saved:
         task["finally"] = [*task.get("finally", ()), *writer.uses()]
     if subtrees:

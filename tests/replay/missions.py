@@ -130,6 +130,28 @@ steps:
 """
 
 
+RELIEF = """\
+formiga: 1
+task: Relief
+imports: [lib/flying.yaml]
+params: {to: place}
+agents:
+  drone: {type: hwd}
+steps:
+  - with_agents:
+      looker: {type: lwd, near: "${to}"}
+    retry: {attempts: 2, agent: another}              # the first is stopped in flight and comes home, another one goes
+    steps:
+      - call: FlyTo
+        with: {drone: "${looker}", to: "${to}", height: 40 m}
+        timeout: 20 s
+      - call: ReturnHome
+        with: {drone: "${looker}"}
+on_failure:
+  - notify: nobody looked
+"""
+
+
 class Recorded(msgspec.Struct):
     """One step as recorded: what went in, and the bytes of what came out."""
 
@@ -148,6 +170,7 @@ def world() -> tuple[Site, Catalogue, dict[str, Task]]:
     loaded = [load_task(folder("trees") / f"{name}.yaml", catalogue=catalogue, site=site) for name in SHIPPED]
     loaded.append(load_task_text(DETOUR, "detour.yaml", catalogue=catalogue, site=site))
     loaded.append(load_task_text(SURVEY, "survey.yaml", catalogue=catalogue, site=site))
+    loaded.append(load_task_text(RELIEF, "relief.yaml", catalogue=catalogue, site=site))
     tasks = [one.task for one in loaded]
     assert all(tasks), [str(d) for one in loaded for d in one.diagnostics]
     return site, catalogue, {task.name: task for task in tasks if task is not None}
@@ -227,6 +250,18 @@ def survey_aborted(flight: Rehearsal) -> None:
     assert flight.run_until_ended()
 
 
+def relief(flight: Rehearsal) -> None:
+    flight.submit("Relief", {"to": world()[0].places["west_field"]})
+    assert flight.run_until_ended()
+
+
+def relief_aborted(flight: Rehearsal) -> None:
+    task = flight.submit("Relief", {"to": world()[0].places["west_field"]})
+    flight.run_for(12)
+    flight.abort(task, by="watcher_1")
+    assert flight.run_until_ended()
+
+
 def explore_region(flight: Rehearsal) -> None:
     flight.submit("ExploreRegion", {"region": world()[0].regions["bog"]})
     assert flight.run_until_ended()
@@ -245,7 +280,7 @@ MISSIONS: dict[str, Callable[[Rehearsal], None]] = {
     mission.__name__: mission
     for mission in (
         move_task, pick_up, pick_up_beside_move_task, pick_up_aborted, detour, detour_aborted, detour_taken_over,
-        survey, survey_aborted, explore_region, watch_dogs,
+        survey, survey_aborted, relief, relief_aborted, explore_region, watch_dogs,
     )
 }  # fmt: skip
 

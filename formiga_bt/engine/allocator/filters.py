@@ -7,7 +7,7 @@ from formiga_bt.engine.allocator.candidate import Candidate
 from formiga_bt.engine.allocator.energy import short_of
 from formiga_bt.engine.records import Request, RoleRequest, Verdict
 
-FOR_EVER: Final = frozenset({"wrong_type", "not_this_one", "no_action", "not_admitted"})
+FOR_EVER: Final = frozenset({"wrong_type", "not_this_one", "no_action", "not_admitted", "failed_before"})
 """Refusals that waiting does not change."""
 
 
@@ -32,6 +32,8 @@ def refusal(agent: Candidate, role: RoleRequest) -> tuple[str, str] | None:
         return "wrong_type", agent.type
     if role.id and agent.id != role.id:
         return "not_this_one", role.id
+    if agent.id in role.but_not:
+        return "failed_before", ""
     missing = [action for action in role.actions if action not in agent.actions]
     if missing:
         return "no_action", missing[0]

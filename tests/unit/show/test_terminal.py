@@ -5,7 +5,23 @@ from typing import Any
 import pytest
 
 from formiga_bt.diagnostics import Mark
-from formiga_bt.lang.model import Ask, Call, Do, Expr, If, Param, Retry, Role, Step, Subtree, Task, Wait, Who
+from formiga_bt.lang.model import (
+    Ask,
+    Call,
+    Do,
+    Expr,
+    If,
+    Param,
+    Retry,
+    Role,
+    Some,
+    Step,
+    Subtree,
+    Task,
+    Wait,
+    Who,
+    WithAgents,
+)
 from formiga_bt.lang.types import ANY, DISTANCE, PLACE
 from formiga_bt.show.terminal import draw, source
 
@@ -16,6 +32,28 @@ def at(line: int, file: str = "trees/Fetch.yaml") -> Mark:
 
 def expr(text: str) -> Expr:
     return Expr(text, ANY, at(1), lambda _env: None)
+
+
+def block_with(role: Role) -> Task:
+    wait = Wait(kind="wait", seg="steps[0]", mark=at(9), duration=expr("5 s"))
+    block = WithAgents(kind="with_agents", seg="steps[0]", mark=at(7), roles={role.name: role}, steps=(wait,))
+    return Task("Look", at(2), (block,))
+
+
+@pytest.mark.parametrize(
+    ("role", "shown"),
+    [
+        (Role("relief", ("lwd",), at(8)), "with_agents relief: lwd"),
+        (Role("all_of", ("lwd",), at(8), open=Some()), "with_agents all_of: all x lwd"),
+        (Role("few", ("hwd", "lwd"), at(8), open=Some(1, 4)), "with_agents few: 1 to 4 x hwd or lwd"),
+        (Role("many", ("lwd",), at(8), open=Some(2)), "with_agents many: 2 or more x lwd"),
+    ],
+)
+def test_a_block_with_agents_of_its_own_tells_whom_it_asks_for(role: Role, shown: str) -> None:
+    lines = [line.plain() for line in draw(block_with(role), ascii_only=True)]
+
+    assert lines[2].startswith(f"`- {shown} ")
+    assert lines[3].lstrip().startswith("`- wait 5 s")
 
 
 def who(name: str) -> Who:

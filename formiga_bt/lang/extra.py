@@ -1,0 +1,42 @@
+"""Extra agents for a block: `with_agents`. Its roles are names of the block only.
+
+They are read like those of a task, but when the block is entered: what they are near to may read loop names too.
+"""
+
+from dataclasses import replace
+
+from formiga_bt.lang.blocks import Keys, Part, Readers
+from formiga_bt.lang.reading import read_mapping
+from formiga_bt.lang.roles import read_roles
+from formiga_bt.lang.scopes import Body
+
+
+def read_with_agents(read: Readers, body: Body, keys: Keys) -> Part | None:
+    """Read the roles, then the steps that may use them."""
+    node, mark = keys["with_agents"].value, keys["with_agents"].key.mark
+    mapping = read_mapping(node, body.problems, "with_agents")
+    if mapping is None:
+        return None
+    if not mapping.entries:
+        body.problems.add(
+            "E044", mapping.mark, "'with_agents' asks for nobody", "such as: with_agents: {relief: {type: lwd}}"
+        )
+    before = frozenset(body.agents)
+    outside = {
+        name: body.gone.pop(entry.key.text) for entry in mapping.entries if (name := entry.key.text) in body.gone
+    }
+    roles = read_roles(body, mapping)
+    steps = read.steps(body, keys["steps"].value, "steps", "steps") if "steps" in keys else ()
+    found = {}
+    for name, role in roles.items():
+        found[name] = replace(role, actions=tuple(body.needs.pop(name, ())))
+        if name not in body.used:
+            body.problems.add("W060", role.mark, f"role '{name}' is declared but never used", "remove it")
+    body.gone.update(outside)
+    for name in [name for name in body.agents if name not in before]:
+        del body.agents[name], body.names[name]
+        body.lists.pop(name, None)
+        body.flow.released.pop(name, None)
+        what = f"'{name}' is only held inside with_agents (line {mark.line})"
+        body.gone[name] = ("E023", what, "move the step into its steps")
+    return {"roles": found, "steps": steps}

@@ -1,0 +1,136 @@
+"""`with_agents`: steps with agents of their own, granted when the block is entered and given back at its end.
+
+It waits for the allocator, runs its steps, then releases: each machine is brought home if it is in the air, as `release` does,
+before the block ends. One that is stopped releases too; the machines on their way home join the drain of whoever stopped it.
+"""
+
+from collections.abc import Sequence
+from typing import ClassVar
+
+from py_trees.common import Status
+
+from formiga_bt.lang import model
+from formiga_bt.lang.types import AgentRef
+from formiga_bt.nodes.base import FAILURE, RUNNING, SUCCESS, Node
+from formiga_bt.nodes.composites import Chain, adopt_children
+from formiga_bt.nodes.decorators import RetryNode
+from formiga_bt.nodes.memory import Mem, WithMem
+from formiga_bt.nodes.run import Run
+
+
+class WithAgentsNode(Chain):
+    """`with_agents`: extra agents for a block."""
+
+    kind: ClassVar[str] = "with_agents"
+
+    def __init__(self, step: model.WithAgents, children: Sequence[Node]) -> None:
+        Node.__init__(self, step.title, step)
+        self.step = step
+        self.mem = WithMem()
+        adopt_children(self, children)
+
+    def memo(self) -> Mem:
+        """Return the memory."""
+        return WithMem("runs", self.mem.agents, self.index, self.ran)
+
+    def on_enter(self, run: Run) -> Status:
+        """Ask for the agents."""
+        self._keep(run, WithMem())
+        without = tuple(dict.fromkeys(agent for retry in self._retries() for agent in retry.mem.failed))
+        until = run.want_agents(self.key, self.step.roles, run.env(self.scope, self.error_here()), without)
+        run.set_deadline(self.key, until)
+        self.feedback_message = "waits for agents"
+        return RUNNING
+
+    def on_proceed(self, run: Run) -> Status:
+        """Take the agents, visit the steps, or look who is still on the way home."""
+        if self.mem.state == "waits":
+            return self._await(run)
+        if self.mem.state == "releases":
+            return self._released(run)
+        return self._ended(run, super().on_proceed(run))
+
+    def _await(self, run: Run) -> Status:
+        served = run.take_agents(self.key)
+        if served is None:
+            if not run.is_due(self.key):
+                return RUNNING
+            run.withdraw_agents(self.key)
+            return self.fail("no_agent", "no fitting agents in time; see the explanation")
+        run.clear_deadline(self.key)
+        if served.reason:
+            return self.fail("no_agent", served.reason, retryable=False)
+        self._keep(run, WithMem("runs", served.roles))
+        for name, role in self.step.roles.items():
+            refs = tuple(AgentRef(agent) for agent in served.roles[name])
+            run.set_var(self.scope, name, refs if role.is_list else refs[0])
+        for retry in self._retries():
+            retry.note_agents(run, self._agents())
+        return self._ended(run, self.start_chain(run))
+
+    def _ended(self, run: Run, status: Status) -> Status:
+        """Give the agents back once the steps have ended."""
+        if status is RUNNING:
+            return RUNNING
+        decided = WithMem("releases", self.mem.agents, 0, self.ran, self.failure, self.skipped, self.breaking)
+        self._keep(run, decided)
+        self._unset(run)
+        self._give_back(run)
+        self.failure, self.skipped, self.breaking = None, False, False
+        self.feedback_message = "gives its agents back"
+        return self._released(run)
+
+    def _give_back(self, run: Run, after: tuple[str, ...] = ()) -> tuple[str, ...]:
+        """Release who is still held, once `after` has ended; return them."""
+        held = tuple(agent for agent in self._agents() if not run.is_released(agent))
+        for agent in held:
+            run.release(agent, self.key, after)
+        return held
+
+    def _released(self, run: Run) -> Status:
+        if not all(run.is_released(agent) for agent in self._agents()):
+            return RUNNING
+        self.failure, self.skipped, self.breaking = self.mem.failure, self.mem.skipped, self.mem.breaking
+        return SUCCESS if self.failure is None else FAILURE
+
+    def on_halt(self, run: Run) -> list[str]:
+        """Stop the steps and give the agents back; whoever stops us waits for both."""
+        drained: list[str] = []
+        if self.mem.state == "waits":
+            granted = run.withdraw_agents(self.key)
+            for agent in granted:
+                run.release(agent, self.key)
+            return [run.leaving(agent) for agent in granted]
+        if self.mem.state == "runs":
+            drained = super().on_halt(run)
+            self._unset(run)
+        return [*drained, *(run.leaving(agent) for agent in self._give_back(run, tuple(drained)))]
+
+    def on_restore(self, run: Run, mem: Mem) -> None:
+        """Go on where it was."""
+        assert isinstance(mem, WithMem)
+        self.mem = mem
+        if mem.state == "runs":
+            self.restore_chain(run, mem.index, ran=mem.ran)
+
+    # -- parts ---------------------------------------------------------------------------------------------------------
+    def _keep(self, run: Run, mem: WithMem) -> None:
+        self.mem = mem
+        self.remember(run, mem)
+
+    def _agents(self) -> tuple[str, ...]:
+        return tuple(dict.fromkeys(agent for group in self.mem.agents.values() for agent in group))
+
+    def _unset(self, run: Run) -> None:
+        for name in self.step.roles:
+            run.set_var(self.scope, name, None)
+
+    def _retries(self) -> list[RetryNode]:
+        """Return the retries around this block that want another agent each time."""
+        found: list[RetryNode] = []
+        node = self.parent
+        while node is not None:
+            if isinstance(node, RetryNode) and node.takes_another:
+                found.append(node)
+            node = node.parent
+        return found
