@@ -203,3 +203,21 @@ def rendered(diagnostics: Iterable[Diagnostic], sources: Mapping[str, str] | Non
                 texts[name] = Path(name).read_text(encoding="utf-8")
         lines.append(render(diagnostic, texts))
     return lines
+
+
+def written(text: str, path: Path | None, *, force: bool) -> None:
+    """Write what a verb makes to a file, or to stdout if `path` is None.
+
+    Raises:
+        UnusableFile: the file cannot be written, or exists and `force` does not say to replace it.
+    """
+    if path is None:
+        print(text, end="")
+        return
+    try:
+        with path.open("w" if force else "x", encoding="utf-8") as stream:
+            stream.write(text)
+    except FileExistsError as error:
+        raise UnusableFile(f"{path} exists; to replace it say --force") from error
+    except OSError as error:
+        raise UnusableFile(f"cannot write {path}: {error.strerror or error}") from error

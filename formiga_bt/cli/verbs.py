@@ -32,6 +32,8 @@ _TABLE = (
     Verb("new", "new", "Make a task file to start from."),
     Verb("schema", "schema", "Print the JSON Schema for editors, or for language models."),
     Verb("show", "show", "Print a task as a tree."),
+    Verb("export", "export", "Write a task as XML of BehaviorTree.CPP."),
+    Verb("import", "import_", "Read an XML file of BehaviorTree.CPP as a task."),
     Verb("dryrun", "dryrun", "Run a task against simulated agents in virtual time."),
     Verb("test", "test", "Play the cases of test files on the virtual clock."),
     Verb("sim", "sim", "Play a scenario: a fleet, its tasks, and what goes wrong."),

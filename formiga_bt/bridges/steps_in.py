@@ -1,0 +1,630 @@
+"""Nodes of BehaviorTree.CPP to steps of a task file. Called by `btcpp_in` for each tree.
+
+A step is a mapping as `yaml_text` writes it. Helper nodes that our exporter made (`_formiga`) are folded back; all others
+are read for what they do. What has no counterpart is reported and stands as a TODO.
+"""
+
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Final
+
+from formiga_bt.bridges.elements import Element
+from formiga_bt.bridges.table import BTCPP, OWN, our_name
+from formiga_bt.bridges.values_in import Scope, clean, snake, unfold, words
+from formiga_bt.bridges.yaml_text import TODO, one_line
+
+Step = dict[str, Any]
+
+_RANK: Final[Mapping[str, int]] = {"retry": 1, "timeout": 2, "ignore_failure": 3, "when": 4}
+_PLACE: Final = re.compile(r"\s*\[[^\[\]]*:\d+\]$")
+_LOOKS_LIKE_CONDITION: Final = re.compile(r"(Is|Has|Are|Can|Check)[A-Z_].*|.*(OK|Ok|_ok)")
+_SILENT: Final = frozenset({"name", "ID", "_description", "_skipIf", "_uid", "_fullpath", "_autoremap"})
+_FEW: Final = 1000
+"""Attempts that stand for `num_attempts="-1"`."""
+
+
+@dataclass(slots=True)
+class Ports:
+    """What TreeNodesModel says of a node."""
+
+    category: str
+    outputs: set[str] = field(default_factory=set)
+
+
+class StepReader:
+    """Reads the nodes of one tree."""
+
+    def __init__(
+        self, scope: Scope, models: Mapping[str, Ports], call: "Callable[[Element, StepReader], Step]", *, is_task: bool
+    ) -> None:
+        self.scope, self.models, self.call, self.is_task = scope, models, call, is_task
+        self.vars: dict[str, Any] = {}
+        self.needs_robot = False
+
+    # -- lists and modifiers ------------------------------------------------------------------------------------------
+    def body(self, element: Element) -> list[Step]:
+        """Return the steps of a branch: those of a plain `Sequence`, else the one node."""
+        plain = element.tag == "Sequence" and not set(element.attrs) - {"_formiga"} and not element.get("_formiga")
+        return self.steps(element.children if plain else [element])
+
+    def steps(self, elements: Sequence[Element]) -> list[Step]:
+        """Return the steps of nodes; those that do nothing are left out, but an empty list gets a TODO."""
+        found = [step for element in elements for step in [self.step(element)] if step is not None]
+        return found or [self._todo(["nothing is done here"])]
+
+    def _todo(self, texts: list[str]) -> Step:
+        return {TODO: texts, "notify": "TODO: " + one_line(texts[0])}
+
+    def step(self, element: Element) -> Step | None:
+        """Return the step of a node with its modifiers; None = it does nothing."""
+        element = named(element)
+        step = self._kind(element)
+        if step is None:
+            return None
+        if element.tag in BTCPP or element.tag in OWN or step.get("do") or step.get("call"):
+            self._described(element, step)
+        return self._conditions(element, step)
+
+    @staticmethod
+    def _described(element: Element, step: Step) -> None:
+        if element.get("_formiga") in ("expect", "args", "copy", "pause", "switch", "set") or not element.attrs:
+            return
+        tag = next((key for key in step if key != TODO), "")
+        said = {}
+        if element.get("name") and element.get("name") != element.tag and "name" not in step:
+            said["name"] = one_line(element.get("name"))
+        note = _PLACE.sub("", element.get("_description"))
+        if note and "note" not in step:
+            said["note"] = note
+        if said:
+            rest = dict(step)
+            step.clear()
+            step.update({key: rest[key] for key in (TODO, tag) if key in rest})
+            step.update(said)
+            step.update({key: value for key, value in rest.items() if key not in step})
+
+    def _conditions(self, element: Element, step: Step) -> Step:
+        attrs, scope = element.attrs, self.scope
+        if element.get("_formiga_critical") == "true":
+            step["critical"] = "true"
+        if "_failureIf" in attrs:
+            cond = scope.expression(attrs["_failureIf"], element)
+            if cond is not None:
+                step = {"sequence": [{"check": negated(cond)}, step]}
+        if "_while" in attrs:
+            cond = scope.expression(attrs["_while"], element)
+            if cond is not None:
+                said = scope.report("X07", element, "'_while' skips when it ends; guard fails")
+                step = {TODO: [said], "guard": cond, "steps": [step]}
+        for key in ("_skipIf", "_successIf"):
+            if key in attrs:
+                step = self._when(element, key, step)
+        for key in ("_onSuccess", "_onFailure", "_onHalted", "_post"):
+            if key in attrs:
+                said = scope.report("X02", element, f"'{key}={attrs[key]}' has no counterpart", "write a step for it")
+                step.setdefault(TODO, []).append(said)
+        return step
+
+    def _when(self, element: Element, key: str, step: Step) -> Step:
+        code, scope = element.get(key), self.scope
+        said = element.get("_formiga_when")
+        if key == "_skipIf" and said and code.startswith("!(") and scope.unchanged(said, code[2:-1]):
+            return modified(step, "when", said)
+        cond = scope.expression(code, element)
+        if cond is None:
+            return step
+        if key == "_successIf":
+            step.setdefault(TODO, []).append(scope.report("X07", element, "'_successIf' succeeds; when skips"))
+        return modified(step, "when", negated(cond))
+
+    # -- conditions ---------------------------------------------------------------------------------------------------
+    def condition(self, element: Element) -> str | None:
+        """Return a node that only looks as an expression, or None if it is no such node."""
+        element = named(element)
+        tag = element.tag
+        if any(key in element.attrs for key in ("_skipIf", "_successIf", "_failureIf", "_while")):
+            return None
+        if tag == "ScriptCondition":
+            return self.scope.expression(element.get("code"), element, "cond")
+        if tag == "Expression":
+            return element.get("text")
+        if tag == "BlackboardCheckString":
+            value = element.get("expected") or element.get("value_B")
+            return f"{self.scope.entry(self.scope.pointer(element.get('value_A')) or 'value', element)} == '{value}'"
+        if tag == "Inverter" and len(element.children) == 1:
+            inner = self.condition(element.children[0])
+            return negated(inner) if inner is not None else None
+        if tag in ("Sequence", "ReactiveSequence", "Fallback", "ReactiveFallback") and element.children:
+            parts = [self.condition(child) if self._looks(child) else None for child in element.children]
+            word = " and " if "Sequence" in tag else " or "
+            return word.join(bracketed(part) for part in parts if part) if all(parts) else None
+        return self._named_condition(element) if self._is_condition(element) else None
+
+    def _looks(self, element: Element) -> bool:
+        """Return whether a node and all below it only look (asked first, so that nothing is reported twice)."""
+        element = named(element)
+        if element.tag in ("Sequence", "ReactiveSequence", "Fallback", "ReactiveFallback", "Inverter"):
+            return bool(element.children) and all(self._looks(child) for child in element.children)
+        return element.tag in ("ScriptCondition", "Expression", "BlackboardCheckString") or self._is_condition(element)
+
+    def _is_condition(self, element: Element) -> bool:
+        if element.tag in BTCPP or element.tag in OWN or element.children:
+            return False
+        known = self.models.get(element.tag)
+        if known is not None:
+            return known.category == "Condition"
+        return element.get("_category") == "Condition" or bool(_LOOKS_LIKE_CONDITION.fullmatch(element.tag))
+
+    def _named_condition(self, element: Element) -> str:
+        name = snake(element.tag)
+        if name not in self.scope.params:
+            said = self.scope.report(
+                "X06", element, f"the condition {element.tag} stands for code", f"replace '{name}' by an expression"
+            )
+            self.scope.params[name] = {TODO: [said], "type": "bool"}
+        return name
+
+    # -- kinds --------------------------------------------------------------------------------------------------------
+    def _kind(self, element: Element) -> Step | None:
+        marker = element.get("_formiga")
+        fold: Any = getattr(self, f"_fold_{marker}", None) if marker and element.children else None
+        if fold is not None:
+            folded = fold(element)
+            assert isinstance(folded, dict)
+            return folded
+        tag = element.tag
+        if tag in ("Sequence", "ReactiveSequence", "Fallback", "ReactiveFallback") and element.children:
+            return self._composite(element)
+        if self._looks(element):
+            cond = self.condition(element)
+            return self._check(element, cond) if cond is not None else self._todo(["a condition that cannot be read"])
+        read: Any = getattr(self, f"_node_{tag.lower()}", None) if tag in BTCPP or tag in OWN else None
+        if read is not None:
+            step = read(element)
+            assert step is None or isinstance(step, dict)
+            return step
+        return self._foreign(element)
+
+    def _check(self, element: Element, cond: str) -> Step:
+        message = element.get("_formiga_message")
+        return {"check": cond} | ({"message": message} if message else {})
+
+    def _composite(self, element: Element) -> Step:
+        kind = "sequence" if "Sequence" in element.tag else "fallback"
+        children = [c for c in element.children if c.get("_formiga") != "nothing_applied"]
+        step: Step = {kind: self.steps(children)}
+        if element.tag.startswith("Reactive"):
+            if all(self._looks(child) for child in children[:-1]):
+                step["reactive"] = "true"
+            else:
+                said = "a reactive node restarts what moves machines; here it is not reactive"
+                step[TODO] = [self.scope.report("X07", element, said, "use guard")]
+        return step
+
+    def _same_as_sequence(self, element: Element) -> Step:
+        kind = "sequence" if "Sequence" in element.tag else "fallback"
+        step: Step = {kind: self.steps(element.children)}
+        if "WithMemory" in element.tag or "Star" in element.tag:
+            said = "after a failure it begins with its first step, not with the one that failed"
+            step[TODO] = [self.scope.report("X07", element, said)]
+        return step
+
+    _node_sequencestar = _node_sequencewithmemory = _node_asyncsequence = _node_fallbackstar = _node_asyncfallback = (
+        _same_as_sequence
+    )
+    _node_sequence = _node_fallback = _node_reactivesequence = _node_reactivefallback = _same_as_sequence
+
+    def _child(self, element: Element) -> Step:
+        if len(element.children) != 1:
+            self.scope.report("X02", element, f"{element.tag} has {len(element.children)} children, not one")
+        steps = self.steps(element.children)
+        return steps[0] if len(steps) == 1 else {"sequence": steps}
+
+    def _node_parallel(self, element: Element) -> Step:
+        step: Step = {"parallel": self.steps(element.children)}
+        count = len(element.children)
+        success = _number(element.get("success_count") or element.get("success_threshold"), -1)
+        failure = _number(element.get("failure_count") or element.get("failure_threshold"), 1)
+        need = element.get("_formiga_need") or ("all" if success in (-1, count) else str(success))
+        need = need if need in ("all", "any") or need == str(success) else str(success)
+        if need != "all":
+            step["need"] = need
+        if element.get("_formiga_on_child_failure") != "finish":
+            step["on_child_failure"] = "cancel"
+        if need != "all" and failure not in (-1, count) and failure <= count - max(success, 1):
+            said = f"it failed after {failure} failures; here it fails when {need} cannot be reached"
+            step[TODO] = [self.scope.report("X07", element, said)]
+        return step
+
+    def _node_parallelall(self, element: Element) -> Step:
+        step: Step = {"parallel": self.steps(element.children)}
+        most = _number(element.get("max_failures"), 1)
+        if most != 1:
+            step["need"] = str(max(1, len(element.children) - max(0, most - 1)))
+            step[TODO] = [self.scope.report("X07", element, "here it ends as soon as enough have succeeded")]
+        return step
+
+    def _node_ifthenelse(self, element: Element) -> Step:
+        if len(element.children) not in (2, 3):
+            return self._foreign(element)
+        first, then, *other = element.children
+        cond = self.condition(first) if self._looks(first) else None
+        if cond is None:
+            said = self.scope.report("X07", element, "the condition does something; a failed 'then' runs 'else' too")
+            branches = [{"sequence": [*self.steps([first]), *self.body(then)]}]
+            return {TODO: [said], "fallback": [*branches, *(s for o in other for s in self.body(o))]}
+        step: Step = {"if": cond, "then": self.body(then)}
+        if not other:
+            step["else"] = [{"fail": "The condition does not hold."}]
+        elif not (other[0].tag == "AlwaysSuccess" and other[0].get("_skipIf") == "true"):
+            step["else"] = self.body(other[0])
+        return step
+
+    def _node_whiledoelse(self, element: Element) -> Step:
+        if len(element.children) not in (2, 3) or not self._looks(element.children[0]):
+            return self._foreign(element)
+        cond = self.condition(element.children[0])
+        if cond is None:
+            return self._todo(["a condition that cannot be read"])
+        said = self.scope.report("X07", element, "a condition that turns false fails here, and does not start 'else'")
+        guard: Step = {TODO: [said], "guard": cond, "steps": self.body(element.children[1])}
+        if len(element.children) == 2:
+            return guard
+        return {"if": cond, "then": [guard], "else": self.body(element.children[2])}
+
+    def _switch(self, element: Element, on: str = "", *, ours: bool = False) -> Step:
+        number = int(element.tag[-1])
+        on = on or unwrap(self.scope.value(element.get("variable"), element))
+        cases: dict[str, Any] = {}
+        for i, child in enumerate(element.children[:number], 1):
+            cases.setdefault(element.get(f"case_{i}"), self.body(child))
+        step: Step = {"switch": on, "cases": cases}
+        last = element.children[number] if len(element.children) > number else None
+        if last is not None and last.get("_formiga") == "more" and last.tag.startswith("Switch"):
+            more = self._switch(last, on, ours=ours)
+            cases.update(more["cases"])
+            if "default" in more:
+                step["default"] = more["default"]
+        elif last is not None and not (ours and last.tag == "AlwaysFailure" and not last.attrs):
+            step["default"] = self.body(last)
+        return step
+
+    _node_switch2 = _node_switch3 = _node_switch4 = _node_switch5 = _node_switch6 = _switch
+
+    def _node_inverter(self, element: Element) -> Step:
+        step = self._child(element)
+        said = self.scope.report("X02", element, "Inverter of an action has no counterpart", "say when this failed")
+        step.setdefault(TODO, []).append(said)
+        return step
+
+    def _node_retryuntilsuccessful(self, element: Element) -> Step:
+        step = self._child(element)
+        pause = step.pop("_pause", {})
+        attempts = self.scope.amount(element, "num_attempts", type_="int")
+        if attempts == "-1":
+            attempts = str(_FEW)
+            said = self.scope.report("X07", element, f"without end there, {_FEW} attempts here")
+            step.setdefault(TODO, []).append(said)
+        retry: dict[str, Any] = {"attempts": attempts, **pause}
+        if step.get("timeout") and not set(step) & {"retry", "when", "ignore_failure"}:
+            retry["attempt_timeout"] = step.pop("timeout")
+        if element.get("_formiga_agent"):
+            retry["agent"] = element.get("_formiga_agent")
+        return modified(step, "retry", retry)
+
+    _node_retryuntilsuccesful = _node_retryuntilsuccessful  # as version 3 spells it
+
+    def _node_timeout(self, element: Element) -> Step:
+        return modified(self._child(element), "timeout", self.scope.amount(element, "msec", "timeout"))
+
+    def _node_forcesuccess(self, element: Element) -> Step:
+        return modified(self._child(element), "ignore_failure", "true")
+
+    def _node_forcefailure(self, element: Element) -> Step:
+        step = modified(self._child(element), "ignore_failure", "true")
+        return {"sequence": [step, {"fail": "It fails in any case."}]}
+
+    def _node_repeat(self, element: Element) -> Step:
+        steps = [s for child in element.children for s in self.body(child)]
+        times = self.scope.amount(element, "num_cycles", type_="int")
+        return self._endless(element, steps) if times == "-1" else {"repeat": times, "steps": steps}
+
+    def _node_keeprunninguntilfailure(self, element: Element) -> Step:
+        return self._endless(element, [s for child in element.children for s in self.body(child)])
+
+    def _endless(self, element: Element, steps: list[Step]) -> Step:
+        said = self.scope.report("X07", element, "it repeats for ever", "say how long at most, or when it ends")
+        return {TODO: [said], "repeat": "1 d", "every": "1 s", "steps": steps}
+
+    def _node_delay(self, element: Element) -> Step:
+        return {"sequence": [{"wait": self.scope.amount(element, "delay_msec")}, self._child(element)]}
+
+    def _node_precondition(self, element: Element) -> Step:
+        cond = self.scope.expression(element.get("if"), element)
+        step = self._child(element)
+        if cond is None:
+            return step
+        if element.get("else", "FAILURE").upper() == "FAILURE":
+            return {"sequence": [{"check": cond}, step]}
+        if element.get("else").upper() != "SKIPPED":
+            said = self.scope.report("X07", element, f"else {element.get('else')}: here it is skipped")
+            step.setdefault(TODO, []).append(said)
+        return modified(step, "when", cond)
+
+    def _only_child(self, element: Element) -> Step:
+        step = self._child(element)
+        said = self.scope.report("X02", element, f"{element.tag} has no counterpart: its child is kept")
+        step.setdefault(TODO, []).append(said)
+        return step
+
+    _node_runonce = _node_skipunlessupdated = _node_waitvalueupdate = _only_child
+    _node_loopint = _node_loopbool = _node_loopdouble = _node_loopstring = _only_child
+
+    def _node_trycatch(self, element: Element) -> Step:
+        said = self.scope.report("X07", element, "TryCatch becomes a fallback")
+        return {TODO: [said], "fallback": self.steps(element.children)}
+
+    def _node_alwayssuccess(self, _element: Element) -> None:
+        return None
+
+    def _node_alwaysfailure(self, element: Element) -> Step:
+        step: Step = {"fail": unfold(element.get("_formiga_fail")) or element.get("name") or "It always fails here."}
+        return step | ({"code": element.get("_formiga_code")} if element.get("_formiga_code") else {})
+
+    def _node_sleep(self, element: Element) -> Step:
+        return {"wait": self.scope.amount(element, "msec", "wait")}
+
+    def _node_script(self, element: Element) -> Step:
+        pairs = self.scope.assignments(element)
+        if not pairs:
+            return self._todo([f"the script '{one_line(element.get('code'))}' has no counterpart"])
+        if not self.is_task:
+            said = self.scope.report("X02", element, "a subtree has no variables of its own", "use returns")
+            return self._todo([said])
+        for name, value in pairs:
+            self._declare(element, name, value)
+        return {"set": dict(pairs)}
+
+    _node_evaluate = _node_setblackboard = _node_script
+
+    def _declare(self, element: Element, name: str, value: Any) -> None:
+        if name in self.vars or name in self.scope.params:
+            return
+        self.scope.known.add(name)
+        constant = not (isinstance(value, str) and "${" in value)
+        self.vars[name] = value if constant else "0"
+        if not constant:
+            self.scope.report("X04", element, f"'{name}' needs a first value of its type", "give it one in vars")
+
+    def _node_unsetblackboard(self, element: Element) -> Step:
+        return self._todo([self.scope.report("X02", element, "nothing is ever unset here")])
+
+    def _node_subtree(self, element: Element) -> Step:
+        return self.call(element, self)
+
+    _node_subtreeplus = _node_subtree
+
+    # -- our own nodes ------------------------------------------------------------------------------------------------
+    def _node_ask(self, element: Element) -> Step:
+        step: Step = {"ask": self.scope.value(element.get("question"), element), "of": words(element.get("of"))}
+        if words(element.get("options")) != ["yes", "no"]:
+            step["options"] = words(element.get("options"))
+        if element.get("policy"):
+            step["policy"] = element.get("policy")
+        if element.get("clears"):
+            step["clears"] = {"role": element.get("clears"), "on": words(element.get("clears_on"))}
+        for key in ("escalate_after", "if_no_answer"):
+            if element.get(key):
+                step[key] = self.scope.value(element.get(key), element)
+        return self._saved(element, step)
+
+    def _saved(self, element: Element, step: Step) -> Step:
+        saved = self.outputs(element)
+        if saved and saved != "result":
+            step["save_as"] = saved
+        self.scope.saved = saved
+        return step
+
+    def outputs(self, element: Element) -> str:
+        """Return the name under which a node's outputs are saved, and learn their entries."""
+        known = self.models.get(element.tag)
+        ports = known.outputs if known is not None else set()
+        own = OWN.get(element.tag)
+        ports = ports | {port for port, way in own.ports.items() if way == "output"} if own is not None else ports
+        entries = {p: self.scope.pointer(element.get(p)) for p in ports if self.scope.pointer(element.get(p))}
+        if not entries:
+            return ""
+        bases = {e.removesuffix(f"_{p.removesuffix('_result')}") for p, e in entries.items()}
+        fits = all(e.endswith(f"_{p.removesuffix('_result')}") for p, e in entries.items())
+        base = bases.pop() if fits and len(bases) == 1 else f"{snake(element.tag)}_result"
+        for port, entry in entries.items():
+            self.scope.fields[entry] = f"{base}.{port.removesuffix('_result') if fits else clean(port)}"
+        self.scope.known.add(base)
+        return base
+
+    def _node_notify(self, element: Element) -> Step:
+        step: Step = {"notify": self.scope.value(element.get("text"), element)}
+        if element.get("to"):
+            step["to"] = words(element.get("to"))
+        return step | ({"severity": element.get("severity")} if element.get("severity") else {})
+
+    def _node_release(self, element: Element) -> Step:
+        return {"release": self.scope.pointer(element.get("agent"))}
+
+    def _node_waituntil(self, element: Element) -> Step:
+        return {"wait_until": element.get("cond")}
+
+    def _node_breakif(self, element: Element) -> Step:
+        return {"break_if": element.get("cond")}
+
+    def _node_when(self, element: Element) -> Step:
+        return modified(self._child(element), "when", element.get("cond"))
+
+    def _node_loop(self, element: Element) -> Step:
+        value = {key: self.scope.value(text, element) for key, text in element.attrs.items() if key[0] != "_"}
+        step: Step = {"while": element.get("while")} if element.get("while") else {}
+        if not step:
+            step["repeat"] = value.get("times") or value.get("duration") or "1"
+        step |= {key: value[key] for key in ("until", "every", "max") if key in value}
+        return step | {"steps": [s for child in element.children for s in self.body(child)]}
+
+    def _node_foreach(self, element: Element) -> Step:
+        lists: dict[str, Any] = {}
+        for key in element.attrs:
+            if key == "item" or key.startswith("item_"):
+                name = self.scope.pointer(element.get(key)) or "item"
+                lists[name] = self.scope.value(element.get("in" + key[4:]), element)
+                self.scope.known.add(name)
+        step: Step = {"for": lists}
+        for key in ("mode", "max_parallel", "need", "on_child_failure"):
+            if element.get(key):
+                step[key] = element.get(key)
+        if element.get("collect"):
+            step["collect"] = self.scope.pointer(element.get("collect"))
+            self.scope.known.add(step["collect"])
+        return step | {"steps": [s for child in element.children for s in self.body(child)]}
+
+    def _node_finally(self, element: Element) -> Step:
+        if len(element.children) != 2:
+            return self._foreign(element)
+        body, last = element.children
+        inner = (
+            self._composite(body) if body.tag in ("Sequence", "ReactiveSequence") else {"sequence": self.steps([body])}
+        )
+        return inner | {"finally": self.body(last)}
+
+    def _node_agents(self, element: Element) -> Step:
+        return self._todo([self.scope.report("X02", element, "agents are named in the file's head", "move them there")])
+
+    # -- helper nodes of our exporter ---------------------------------------------------------------------------------
+    def _fold_expect(self, element: Element) -> Step:
+        action, cond = element.children[0], element.children[-1]
+        step = self.step(action)
+        expect = self.condition(cond)
+        self.scope.saved = ""
+        if step is None or expect is None or len(element.children) != 2 or not step.keys() & {"do", "ask"}:
+            return {"sequence": self.steps(element.children)}
+        step["expect"] = expect
+        return step
+
+    def _fold_copy(self, element: Element) -> Step:
+        for child in element.children[:-1]:
+            for name, value in self.scope.assignments(child):
+                self.scope.copies[name] = value
+        return self._child(Element(element.tag, {}, element.children[-1:], line=element.line, col=element.col))
+
+    _fold_args = _fold_copy
+
+    def _fold_pause(self, element: Element) -> Step:
+        pause = element.children[-1]
+        if pause.get("_formiga") == "copy":
+            for name, value in self.scope.assignments(pause.children[0]):
+                self.scope.copies[name] = value
+            pause = pause.children[-1]
+        sleep = pause.children[0] if pause.tag == "ForceFailure" and pause.children else None
+        if sleep is None or sleep.tag != "Sleep" or len(element.children) != 2:
+            return self._same_as_sequence(element)
+        step = self._child(Element(element.tag, {}, element.children[:1], line=element.line, col=element.col))
+        retry = {"delay": self.scope.amount(sleep, "msec", "delay")}
+        if sleep.get("_formiga_backoff"):
+            retry["backoff"] = unfold(sleep.get("_formiga_backoff"))
+        step["_pause"] = retry
+        return step
+
+    def _fold_set(self, element: Element) -> Step:
+        merged: dict[str, Any] = {}
+        for child in element.children:
+            merged.update(self._node_script(child).get("set", {}))
+        return {"set": merged} if merged else self._todo(["nothing is assigned"])
+
+    def _fold_switch(self, element: Element) -> Step:
+        if len(element.children) != 2 or not element.children[1].tag.startswith("Switch"):
+            return self._same_as_sequence(element)
+        pairs = self.scope.assignments(element.children[0])
+        on = unwrap(pairs[0][1]) if pairs else ""
+        return self._switch(element.children[1], on, ours=True)
+
+    def _fold_guard(self, element: Element) -> Step:
+        cond = self.condition(element.children[0]) if len(element.children) == 2 else None
+        if cond is None:
+            return self._composite(element)
+        return {"guard": cond, "steps": self.body(element.children[1])}
+
+    # -- nodes of others ----------------------------------------------------------------------------------------------
+    def _foreign(self, element: Element) -> Step:
+        if len(element.children) == 1:
+            return self._only_child(element)
+        if element.children:
+            said = self.scope.report("X02", element, f"{element.tag} is not known: its children are run in order")
+            return {TODO: [said], "sequence": self.steps(element.children)}
+        return self._action(element)
+
+    def _action(self, element: Element) -> Step:
+        agent = self.scope.pointer(element.get("agent"))
+        todo: list[str] = []
+        if not agent:
+            agent = "robot"
+            self.needs_robot = True
+            self.scope.agents.add(agent)
+            self.scope.known.add(agent)
+            todo = [self.scope.report("X05", element, f"{element.tag} names no agent: it is given to 'robot'")]
+        known = self.models.get(element.tag)
+        outputs = known.outputs if known is not None else set()
+        saved = self.outputs(element)
+        fields = {
+            our_name(key): self.scope.value(text, element)
+            for key, text in element.attrs.items()
+            if key not in outputs and key not in _SILENT and key[0] != "_" and (key != "agent" or agent == "robot")
+        }
+        action = clean(element.tag)
+        if element.tag.startswith("Do") and (element.tag[2:] in BTCPP or element.tag[2:] in OWN):
+            action = element.tag[2:]
+        step: Step = ({TODO: todo} if todo else {}) | {"do": f"{agent}.{action}"}
+        if fields:
+            step["with"] = fields
+        if saved and saved != "result":
+            step["save_as"] = saved
+        self.scope.saved = saved
+        return step
+
+
+def named(element: Element) -> Element:
+    """Return a node with its own name as tag: `<Action ID="GoTo"/>` is `<GoTo/>`."""
+    if element.tag in ("Action", "Condition", "Control", "Decorator") and element.get("ID"):
+        attrs = {key: text for key, text in element.attrs.items() if key != "ID"} | {"_category": element.tag}
+        return Element(element.get("ID"), attrs, element.children, line=element.line, col=element.col)
+    return element
+
+
+def modified(step: Step, key: str, value: Any) -> Step:
+    """Return a step with one more modifier outside those it has; where the order would be wrong, a sequence around it."""
+    if any(_RANK[one] >= _RANK[key] for one in _RANK if one in step) or "_pause" in step:
+        step = {"sequence": [step]}
+    step[key] = value
+    return step
+
+
+def bracketed(cond: str) -> str:
+    """Return a condition that can stand beside `and`, `or` and `not`."""
+    return cond if re.fullmatch(r"[\w.]+|not [\w.]+|\(.*\)", cond) and cond.count("(") <= 1 else f"({cond})"
+
+
+def negated(cond: str) -> str:
+    """Return the opposite of a condition."""
+    if re.fullmatch(r"not [\w.]+", cond):
+        return cond[4:]
+    return f"not {cond}" if re.fullmatch(r"[\w.]+", cond) else f"not ({cond})"
+
+
+def unwrap(value: Any) -> str:
+    """Return the bare expression of a value."""
+    text = str(value)
+    return text[2:-1] if text.startswith("${") and text.endswith("}") else text
+
+
+def _number(text: str, default: int) -> int:
+    try:
+        return int(text) if text else default
+    except ValueError:
+        return default

@@ -1,0 +1,226 @@
+"""What corresponds to what: the one table of the bridge to BehaviorTree.CPP, and the codes of what gets lost.
+
+Read by the exporter (own nodes and their ports), the importer (which elements are nodes of BT.CPP), and docs/btcpp.md,
+which a test holds against it.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Final, Literal
+
+Faith = Literal["same", "near", "own"]
+"""same: BT.CPP does what we do; near: it does almost; own: a node that the host must register."""
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One correspondence."""
+
+    ours: str
+    theirs: str
+    faith: Faith
+    remark: str = ""
+
+
+ROWS: Final = (
+    Row("`sequence`, `steps`", "`Sequence`", "same"),
+    Row("`sequence` with `reactive`", "`ReactiveSequence`", "same"),
+    Row("`sequence` with `finally`, `finally`", "`Finally`", "own", "Two children: the body, and what follows it."),
+    Row(
+        "`fallback`",
+        "`Fallback`",
+        "same",
+        "With an `AlwaysFailure` at its end if all children could be skipped: it fails.",
+    ),
+    Row("`fallback` with `reactive`", "`ReactiveFallback`", "same"),
+    Row("`parallel`, `need: all`", '`ParallelAll max_failures="1"`', "same"),
+    Row("`parallel`, `need: all`, `cancel`", "`Parallel` with success_count -1, failure_count 1", "same"),
+    Row("`parallel`, `need: any` or `N`", "`Parallel` with success_count", "near", "L05, L12"),
+    Row("`if`", "`IfThenElse`", "same", "Without `else`: a child that is always skipped."),
+    Row("`switch`", "`Switch2` to `Switch6`", "same", "On a copy made by `Script`; more than six cases nest."),
+    Row("`repeat: N`", "`Repeat`", "same", "Only with nothing but `steps`, and no `break_if` in it."),
+    Row("`while`, other `repeat`", "`Loop`", "own"),
+    Row("`for`", "`ForEach`", "own"),
+    Row("`break_if`", "`BreakIf`", "own"),
+    Row("`guard`", "`ReactiveSequence` of the condition and the steps", "same"),
+    Row(
+        "`do: role.Action`",
+        "`Action`, by its name",
+        "own",
+        "Ports: agent, the fields, an output for each field of the result.",
+    ),
+    Row("`ask`", "`Ask`", "own"),
+    Row("`notify`", "`Notify`", "own"),
+    Row("`release`", "`Release`", "own"),
+    Row(
+        "`call`", "`SubTree`", "same", "Arguments that are computed are computed before it, by `Script` or `Evaluate`."
+    ),
+    Row("`wait`", "`Sleep`", "same"),
+    Row("`wait_until`", "`WaitUntil`", "own"),
+    Row("`check`", "`ScriptCondition`, else `Expression`", "near", "L08 if it has a message."),
+    Row("`set`, `vars`, `returns`", "`Script`, else `Evaluate`", "same"),
+    Row("`fail`", "`AlwaysFailure`", "near", "L08"),
+    Row("`expect`", "`Sequence` of the action and a condition", "same"),
+    Row("`when`", "`_skipIf`, else `When`", "same"),
+    Row("`timeout`", "`Timeout`", "same"),
+    Row("`retry`", "`RetryUntilSuccessful`", "near", "L03 if it pauses; `attempt_timeout` is a `Timeout` inside."),
+    Row("`ignore_failure`", "`ForceSuccess`", "same"),
+    Row("`on_failure`", "`Fallback` of the steps and `ForceFailure` of the section", "same"),
+    Row("`on_abort`", "a tree of its own", "near", "L02"),
+    Row("`agents`", "`Agents`", "own", "All roles at once, or none."),
+    Row(
+        "`params`", "ports of the tree in TreeNodesModel", "same", "The host puts them on the blackboard, in SI units."
+    ),
+    Row("`critical`, `priority`, `preemptible`, ...", "-", "near", "L04"),
+)
+"""Every construct of the language that the bridge knows."""
+
+LOSSES: Final[Mapping[str, str]] = MappingProxyType(
+    {
+        "L01": "A value cannot be written as a port: it is left away.",
+        "L02": "`on_abort` has no counterpart: halting is immediate in BT.CPP. It becomes a tree that nothing starts.",
+        "L03": "The pause between attempts also follows the last one, and does not grow (`backoff`).",
+        "L04": "An option of fleets (priority, preemption, expiry, cleanup, envelope, another agent) has no counterpart.",
+        "L05": "`finish` with `need: N`: BT.CPP cancels the others as soon as N cannot be reached any more.",
+        "L06": "A condition is beyond BT.CPP's scripts: it is kept as text for the node `Expression`, `When` or `Loop`.",
+        "L07": "A field of an agent is read: the host has to keep this blackboard entry up to date.",
+        "L08": "Message and code of a failure are kept in the file, but BT.CPP does not tell them.",
+        "L11": "A kind of step is not known to this bridge: it becomes a node of the same name.",
+        "L12": "A child that is skipped counts neither way for us, but BT.CPP may then wait for ever for `N`.",
+    }
+)
+"""Codes of what an export loses."""
+
+TROUBLES: Final[Mapping[str, str]] = MappingProxyType(
+    {
+        "X01": "The file is refused: no XML, too large or too deep, a DOCTYPE, or no tree of BT.CPP.",
+        "X02": "An element or attribute has no counterpart; it is left away, or kept as a TODO.",
+        "X03": "A script cannot be read as an expression.",
+        "X04": "A blackboard entry is read that nothing in the file writes: it becomes a param to be typed.",
+        "X05": "An action names no agent: it gets the role `robot`, whose type you choose.",
+        "X06": "A condition node stands for code: it becomes a yes/no param, to be replaced by an expression.",
+        "X07": "A node behaves a little differently here.",
+        "X08": "A subtree is named that the file does not have.",
+    }
+)
+"""Codes of what an import reports."""
+
+
+_RESERVED: Final = frozenset({"name", "id", "p_name", "p_id"})
+
+
+def port_name(name: str) -> str:
+    """Return the port of a name of ours; BT.CPP keeps `name`, `ID` and a leading underscore for itself."""
+    return f"p_{name}" if name.lower() in _RESERVED or name.startswith("_") else name
+
+
+def our_name(port: str) -> str:
+    """Return the name that `port_name` made a port of."""
+    rest = port.removeprefix("p_")
+    return rest if port_name(rest) == port else port
+
+
+@dataclass(frozen=True, slots=True)
+class OwnNode:
+    """A node of ours that the host registers."""
+
+    name: str
+    category: Literal["Action", "Condition", "Control", "Decorator"]
+    ports: Mapping[str, Literal["input", "output", "inout"]]
+    help: str
+
+
+def _ins(*names: str) -> dict[str, Literal["input", "output", "inout"]]:
+    return dict.fromkeys(names, "input")
+
+
+OWN: Final[Mapping[str, OwnNode]] = MappingProxyType(
+    {
+        node.name: node
+        for node in (
+            OwnNode("Agents", "Action", {}, "Claim one agent for each role, all or none; writes their ids."),
+            OwnNode(
+                "Ask",
+                "Action",
+                {
+                    **_ins(
+                        "question", "of", "options", "policy", "escalate_after", "clears", "clears_on", "if_no_answer"
+                    ),
+                    "answer": "output",
+                    "by": "output",
+                    "at": "output",
+                },
+                "Put a question to people.",
+            ),
+            OwnNode("Notify", "Action", _ins("text", "to", "severity"), "Tell people; never fails."),
+            OwnNode("Release", "Action", _ins("agent"), "Give an agent back."),
+            OwnNode("WaitUntil", "Action", _ins("cond"), "Run until the expression is true."),
+            OwnNode("BreakIf", "Action", _ins("cond"), "Leave the nearest Loop or ForEach with success."),
+            OwnNode(
+                "Evaluate",
+                "Action",
+                {"text": "input", "value": "output"},
+                "Compute an expression that scripts cannot say.",
+            ),
+            OwnNode("Expression", "Condition", _ins("text"), "Success if the expression is true."),
+            OwnNode("When", "Decorator", _ins("cond"), "Skip the child unless the expression is true at entry."),
+            OwnNode(
+                "Loop",
+                "Decorator",
+                _ins("while", "times", "duration", "until", "every", "max"),
+                "Rounds of the child.",
+            ),
+            OwnNode(
+                "ForEach",
+                "Decorator",
+                _ins("mode", "max_parallel", "need", "on_child_failure", "collect"),
+                "A round of the child for each item of lists of equal lengths.",
+            ),
+            OwnNode(
+                "Finally", "Control", {}, "The first child; then, however it ended, the second. The first one's result."
+            ),
+        )
+    }
+)
+"""Nodes of ours by name; `Agents` and `ForEach` have more ports, one or two for each role or list."""
+
+BTCPP: Final[Mapping[str, str]] = MappingProxyType(
+    {
+        **dict.fromkeys(
+            ("Sequence", "ReactiveSequence", "SequenceStar", "SequenceWithMemory", "AsyncSequence", "Fallback"),
+            "Control",
+        ),
+        **dict.fromkeys(
+            ("FallbackStar", "AsyncFallback", "ReactiveFallback", "Parallel", "ParallelAll", "IfThenElse"), "Control"
+        ),
+        **dict.fromkeys(("WhileDoElse", "Switch2", "Switch3", "Switch4", "Switch5", "Switch6", "TryCatch"), "Control"),
+        **dict.fromkeys(
+            ("Inverter", "RetryUntilSuccessful", "RetryUntilSuccesful", "KeepRunningUntilFailure", "Repeat", "Timeout"),
+            "Decorator",
+        ),
+        **dict.fromkeys(
+            ("Delay", "RunOnce", "ForceSuccess", "ForceFailure", "Precondition", "LoopInt", "LoopBool", "LoopDouble"),
+            "Decorator",
+        ),
+        **dict.fromkeys(("LoopString", "SkipUnlessUpdated", "WaitValueUpdate"), "Decorator"),
+        **dict.fromkeys(
+            ("AlwaysSuccess", "AlwaysFailure", "Script", "SetBlackboard", "UnsetBlackboard", "Sleep"), "Action"
+        ),
+        **dict.fromkeys(("ScriptCondition", "BlackboardCheckString"), "Condition"),
+        "SubTree": "SubTree",
+        "SubTreePlus": "SubTree",
+    }
+)
+"""Nodes that BT.CPP itself has (3.x and 4.x), by category."""
+
+
+def as_markdown() -> str:
+    """Return the table of correspondences as docs/btcpp.md shows it."""
+    rows = [f"| {row.ours} | {row.theirs} | {row.faith} | {row.remark} |" for row in ROWS]
+    return "\n".join(["| formiga | BehaviorTree.CPP | | |", "|---|---|---|---|", *rows])
+
+
+def codes_as_markdown(codes: Mapping[str, str]) -> str:
+    """Return a table of codes as docs/btcpp.md shows it."""
+    return "\n".join(["| code | |", "|---|---|", *(f"| {code} | {said} |" for code, said in codes.items())])
