@@ -163,6 +163,8 @@ class Fleet:
             self._pilot_has(agent)
         if not agent.human:
             self.breaches.look(agent.id)
+            if status.landed == "grounded" and agent.landed != "grounded" and agent.task:
+                self.tasks.grounded(agent.task, agent.id)
         if status.last_goal and status.last_goal != told_of:
             self._find_lost_result(status)
         if agent.pool in ("STANDBY", "PARKED_AWAY") and not agent.task:

@@ -40,12 +40,13 @@ class GateView:
         core = self._core
         agent = core.state.agents[goal.agent]
         deposed = core.state.counters.get("deposed", 0) > 0
+        task = core.state.tasks.get(goal.task)
         if agent.human:
             return Ask(
-                agent=agent.id, task=goal.task, human=True, reachable=reachable(agent), control="engine", deposed=deposed
+                agent=agent.id, task=goal.task, human=True, reachable=reachable(agent), control="engine", deposed=deposed,
+                locked=self._locked(goal, task), held=bool(task and _holds(task.held, agent.id, goal.section)),
             )  # fmt: skip
         spec = core.action(goal.action)
-        task = core.state.tasks.get(goal.task)
         target = goal.fields.get(spec.moves_to) if spec.moves_to else None
         region = None
         if not spec.moves_to:

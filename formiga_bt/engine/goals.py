@@ -258,6 +258,8 @@ class Goals:
         self._free_agent(goal)
         if goal.owner == "!none":
             self._drop(goal)
+            if state not in ("lost", "in_doubt"):
+                self._fleet.orders.bring_home_if_idle(goal.agent, "engine")
         elif goal.owner == "!question":
             core.answered.append(goal_id)
         elif goal.task:

@@ -139,7 +139,8 @@ class Orders:
     def bring_home_if_idle(self, agent_id: str, by: str) -> None:
         """A machine in the air that belongs to nobody any more comes home: it never hovers with no task and no order."""
         agent = self._core.state.agents[agent_id]
-        if not agent.task and agent.landed != "grounded" and agent_id not in self._core.state.orders:
+        nobody = not agent.task and not agent.human and agent.pool != "QUARANTINED"
+        if nobody and agent.landed != "grounded" and agent_id not in self._core.state.orders:
             self.stop(agent, "return", by, "engine", why="idle", strict=False)
 
     # -- carrying out --------------------------------------------------------------------------------------------

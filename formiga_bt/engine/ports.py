@@ -94,6 +94,10 @@ class TaskPort(Protocol):
         """A machine of the task was quarantined."""
         ...
 
+    def grounded(self, task_id: str, agent_id: str) -> None:
+        """A machine of a task stands on the ground now."""
+        ...
+
     def start_recover(self, agent_id: str) -> None:
         """Start the system task that brings a machine home."""
         ...
@@ -158,6 +162,10 @@ class OrderPort(Protocol):
 
     def forget(self, agent_id: str) -> None:
         """A machine was quarantined."""
+        ...
+
+    def bring_home_if_idle(self, agent_id: str, by: str) -> None:
+        """A machine in the air that belongs to nobody comes home."""
         ...
 
     def carried_out(self, task: TaskRecord) -> None:

@@ -88,6 +88,7 @@ class Tasks:
             priority=request.priority or model.priority,
             requester=request.requester,
             submitted_at=core.now,
+            events_from=core.state.counters.get("happening", 0),
             params=dict(request.params),
         )
         wish = self.allocation.request(task, values)  # raises before anything is recorded
@@ -193,6 +194,15 @@ class Tasks:
         if task is not None and task.section == "recover" and not task.stop:
             self.recovery.begin(task_id)
 
+    def grounded(self, task_id: str, agent_id: str) -> None:
+        """A machine of a task stands on the ground now: what waits to bring it home has nothing left to do."""
+        core = self._core
+        if core.task(task_id).section != "recover":
+            return
+        for goal in [g for g in core.state.goals.values() if g.agent == agent_id and g.task == task_id]:
+            if goal.state in ("gated", "interrupted") and core.action(goal.action).requires == "airborne":
+                self._goals.end(goal.id, "canceled", "requires", f"{agent_id} stands on the ground")
+
     def start_recover(self, agent_id: str) -> None:
         """Start the system task that brings a machine home, unless an order does."""
         core = self._core
@@ -297,6 +307,7 @@ class Tasks:
         fresh = TaskRecord(
             id=task.id, name=task.name, order=task.order, bundle=task.bundle, priority=task.priority,
             requester=task.requester, run=task.run + 1, submitted_at=task.submitted_at, params=task.params,
+            events_from=core.state.counters.get("happening", 0),
             notes=task.notes, past=(*task.past, f"run {task.run}: {task.again} {task.reason}".rstrip()),
             held=("lockdown",) if core.state.lockdown is not None else (),
         )  # fmt: skip

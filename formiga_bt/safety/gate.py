@@ -119,7 +119,7 @@ def judge(
     if ask.deposed:
         return Hold("epoch", "a newer engine")
     if ask.human:
-        return Go() if ask.reachable else Hold("unreachable", ask.agent)
+        return _person(ask)
     verdict = _command(ask)
     if verdict is not None:
         return verdict
@@ -129,6 +129,15 @@ def judge(
     if breach is not None:
         return Refuse(breach.code, breach.text)
     return _spot(ask, traffic, min_spacing_m) or _clear(ask, now) or _way(ask, traffic, separation_m)
+
+
+def _person(ask: Ask) -> Verdict:
+    # Questions do not come here: they pass in lockdown, and while their task is held.
+    if ask.locked:
+        return Hold("lockdown", ask.locked)
+    if ask.held:
+        return Hold("held", ask.task)
+    return Go() if ask.reachable else Hold("unreachable", ask.agent)
 
 
 def _command(ask: Ask) -> Verdict | None:

@@ -42,7 +42,7 @@ class Traffic(Struct, frozen=True, gc=False):
     landed: Landed
     position: Position | None
     ways: tuple[Way, ...]
-    """Where it is or will be: its leg, its hover, the column of its next climb, the ways into its area."""
+    """Where it is or will be: its leg, its hover, the ways into its area."""
     area: Area | None
     spots: tuple[Place, ...]
     """Where it stands, or will stand on the ground."""
@@ -51,6 +51,8 @@ class Traffic(Struct, frozen=True, gc=False):
     low_m: float
     high_m: float
     """Heights between which they lie."""
+    column: Way | None = None
+    """Its next climb from the ground: one may fly through it, but not stop in it, else both may wait for ever."""
     order: int = 0
     """Of its admission: who is named first of several in the way."""
 
@@ -84,14 +86,14 @@ def traffic_of(
         landed: as last known.
         position: as last known.
         leg: the way that was granted to it.
-        rises_to_m: where it will climb to from the ground for its task, metres over the base's ground: nobody stops in that
-            column, else both may wait for ever.
+        rises_to_m: where it will climb to from the ground for its task, metres over the base's ground.
         area: what it explores.
         order: of its admission.
         spot: where it waits to land.
     """
     ways: list[Way] = []
     spots: list[Place] = [] if spot is None else [spot]
+    column: Way | None = None
     if position is not None:
         end = leg[1] if leg is not None else position
         if leg is not None or landed != "grounded":
@@ -99,12 +101,13 @@ def traffic_of(
         if area is not None:
             ways += ways_into(position, area)
         if rises_to_m is not None:
-            ways.append((end, Position(end.east_m, end.north_m, rises_to_m)))
+            column = end, Position(end.east_m, end.north_m, rises_to_m)
         if landed != "airborne":
             spots.append(position.ground)
     if leg is not None and leg[1].up_m <= GROUND_M:
         spots.append(leg[1].ground)
-    return Traffic(agent, task, landed, position, tuple(ways), area, tuple(spots), *bounds(ways, area), order)
+    around = bounds(ways if column is None else [*ways, column], area)
+    return Traffic(agent, task, landed, position, tuple(ways), area, tuple(spots), *around, column, order)
 
 
 def bounds(ways: Iterable[Way], area: Area | None = None) -> tuple[Box, float, float]:
@@ -174,6 +177,12 @@ def _too_near(ways: Sequence[Way], area: Area | None, other: Traffic, keep_m: fl
         if any(segment_distance_m(*way, *theirs) < keep_m for way in ways):
             return True
         if area is not None and way_area_m(theirs, area) < keep_m:
+            return True
+    if other.column is not None:
+        end = ways[-1][1] if ways else None
+        if end is not None and end.up_m > GROUND_M and segment_distance_m(end, end, *other.column) < keep_m:
+            return True
+        if area is not None and way_area_m(other.column, area) < keep_m:
             return True
     if other.area is None:
         return False

@@ -242,8 +242,10 @@ ACROSS = {"target": Position(200.0, 0.0, 60.0)}
         ({"position": Position(100.0, 0.0, 60.0), "task": ""}, True),
         ({"position": None}, False),
         ({"position": Position(100.0, 90.0, 60.0), "leg": (HERE, Position(100.0, -90.0, 60.0))}, True),
-        ({"position": Position(100.0, 0.0, 0.0), "landed": "grounded", "rises_to_m": 60.0}, True),
-        ({"position": Position(100.0, 0.0, 0.0), "landed": "grounded", "rises_to_m": 45.0}, False),
+        # who stands below and will climb: fly over it, but do not stop there
+        ({"position": Position(100.0, 0.0, 0.0), "landed": "grounded", "rises_to_m": 60.0}, False),
+        ({"position": Position(200.0, 0.0, 0.0), "landed": "grounded", "rises_to_m": 60.0}, True),
+        ({"position": Position(200.0, 0.0, 0.0), "landed": "grounded", "rises_to_m": 45.0}, False),
     ],
 )
 def test_a_leg_waits_for_who_is_within_the_separation(there: dict[str, Any], waits: bool) -> None:
