@@ -6,12 +6,13 @@ and which answers were no option. What no rule is for is done by the simulated b
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Final, Literal
+from typing import Final
 
 from agents_sim.drone import Drone
 from agents_sim.world import SimAgent, SimFleet
 from formiga_bt.casework.cases import AnswerRule, Case, GoalRule
 from formiga_bt.clock import Scheduler, Timer, micros
+from formiga_bt.diagnostics import Mark
 from formiga_bt.transport.agent_side import CONFIRM
 from formiga_bt.transport.messages import TERMINAL, GoalRequest
 
@@ -26,10 +27,10 @@ Roles = Callable[[], Mapping[str, tuple[str, ...]]]
 class Used:
     """What became of the rules of a case."""
 
-    rules: set[int] = field(default_factory=set)
-    """Places of the rules that counted: answers first, then goals."""
+    rules: set[Mark] = field(default_factory=set)
+    """Where the rules stand that counted."""
     no_use: list[str] = field(default_factory=list)
-    """Why a rule could not do what it says, in words: an answer that was no option, a goal that ended too early."""
+    """Why a rule could not do what it says, in words: an answer that was no option."""
 
 
 class Mocks:
@@ -79,20 +80,20 @@ class Mocks:
     def _choose(self, request: GoalRequest, number: str) -> AnswerRule | None:
         if not CLEARANCE.issuperset(str(option) for option in request.fields.get("options", ())):
             self._asked.append(number)
-            for place, rule in enumerate(self._answers):
+            for rule in self._answers:
                 if rule.number == len(self._asked):
-                    return self._use(place, rule)
+                    return self._use(rule)
         text = str(request.fields.get("question", ""))
-        fitting = [(at, rule) for at, rule in enumerate(self._answers) if rule.number is None and rule.text in text]
+        fitting = [rule for rule in self._answers if rule.number is None and rule.text in text]
         if not fitting:
             return None
-        word = fitting[0][1].text
-        same = [(at, rule) for at, rule in fitting if rule.text == word]
+        word = fitting[0].text
+        same = [rule for rule in fitting if rule.text == word]
         turn = self._turns[word] = self._turns.get(word, 0) + 1
-        return self._use(*same[min(turn, len(same)) - 1])
+        return self._use(same[min(turn, len(same)) - 1])
 
-    def _use(self, place: int, rule: AnswerRule) -> AnswerRule:
-        self.used.rules.add(place)
+    def _use(self, rule: AnswerRule) -> AnswerRule:
+        self.used.rules.add(rule.mark)
         return rule
 
     def goal(self, agent: str, action: str) -> GoalRule | None:
@@ -100,16 +101,17 @@ class Mocks:
         names = [agent, *(role for role, agents in self._roles().items() if agent in agents)]
         for name in names:
             self._counts[name, action] = self._counts.get((name, action), 0) + 1
-        for place, rule in enumerate(self._goals, len(self._answers)):
+        for rule in self._goals:
             if rule.action == action and rule.who in names and rule.nth in (None, self._counts[rule.who, action]):
-                self.used.rules.add(place)
+                if rule.does != "fail":
+                    self.used.rules.add(rule.mark)  # a failure counts when it comes: the goal may end before
                 return rule
         return None
 
     def unused(self) -> Sequence[AnswerRule | GoalRule]:
         """Return the rules that never counted."""
         rules: tuple[AnswerRule | GoalRule, ...] = (*self._answers, *self._goals)
-        return [rule for place, rule in enumerate(rules) if place not in self.used.rules]
+        return [rule for rule in rules if rule.mark not in self.used.rules]
 
 
 class _StandIn:
@@ -134,7 +136,7 @@ class _StandIn:
             case "fail" if rule is not None:
                 return self._fail(request, rule)
             case "finish" if rule is not None:
-                self._later(request, rule.after_s, lambda: self._end(request, "succeeded", result=rule.result))
+                self._later(request, rule.after_s, lambda: self._end(request, rule.result))
                 return ""
             case "wait" if rule is not None:
                 self._later(request, rule.after_s, lambda: self._begin(request))
@@ -162,7 +164,7 @@ class _StandIn:
 
         def say() -> None:
             result = {"answer": rule.answer, "by": self._agent.spec.id, "at": self._mocks.scheduler.now()}
-            self._end(request, "succeeded", result=result)
+            self._end(request, result)
 
         self._later(request, rule.after_s, say)
         return ""
@@ -170,7 +172,7 @@ class _StandIn:
     def _fail(self, request: GoalRequest, rule: GoalRule) -> str:
         body = self._agent.body
         if not isinstance(body, Drone):
-            self._later(request, rule.after_s, lambda: self._end(request, "failed", code=rule.code))
+            self._later(request, rule.after_s, lambda: self._break_off(request, rule))
             return ""
         refused = body.start(request)
         if not refused:
@@ -179,15 +181,15 @@ class _StandIn:
         return refused
 
     def _break_off(self, request: GoalRequest, rule: GoalRule) -> None:
-        """Let a drone stop and hover (or stand) where it is, with what it did a failure."""
-        side = self._agent.side
-        if side is None:
+        """Make a goal a failure; a drone stops and hovers (or stands) where it is."""
+        side, body = self._agent.side, self._agent.body
+        self._held.pop(request.goal_id, None)
+        if side is None or side.state_of(request.goal_id) in TERMINAL:
             return
-        if side.state_of(request.goal_id) in TERMINAL:
-            self._mocks.used.no_use.append(f"line {rule.mark.line}: {rule.told} had ended before it could fail")
-            return
-        self._agent.body.stop()
-        self._agent.body.report()
+        self._mocks.used.rules.add(rule.mark)
+        if isinstance(body, Drone):
+            body.stop()
+            body.report()
         side.finish(request.goal_id, "failed", code=rule.code)
 
     def _begin(self, request: GoalRequest) -> None:
@@ -200,14 +202,7 @@ class _StandIn:
         at = self._mocks.scheduler.now() + micros(after_s)
         self._held[request.goal_id] = self._mocks.scheduler.call_at(at, call)
 
-    def _end(
-        self,
-        request: GoalRequest,
-        how: Literal["succeeded", "failed"],
-        *,
-        code: str = "",
-        result: Mapping[str, object] | None = None,
-    ) -> None:
+    def _end(self, request: GoalRequest, result: Mapping[str, object]) -> None:
         self._held.pop(request.goal_id, None)
         if self._agent.side is not None:
-            self._agent.side.finish(request.goal_id, how, code=code, result=dict(result or {}))
+            self._agent.side.finish(request.goal_id, "succeeded", result=dict(result))

@@ -28,7 +28,6 @@ from formiga_bt.lang.profiles import load_profile, profile_file, unknown_profile
 from formiga_bt.lang.reading import (
     Problems,
     did_you_mean,
-    quoted_list,
     read_keys,
     read_listing,
     read_mapping,
@@ -142,10 +141,10 @@ class _Reader:
         path = next((place / name for place in self._folders if name and _is_file(place / name)), None)
         if path is None:
             mark = at.mark if at is not None else Mark(self._file, 1, 1)
-            known = sorted({p.name for p in self._folders[0].glob(pattern) if not p.name.endswith(".test.yaml")})
+            files = {p.name for folder_ in self._folders for p in folder_.glob(pattern)}
+            known = sorted(file for file in files if not file.endswith(".test.yaml"))
             text = f"no {what} '{shorten(name)}'{did_you_mean(name, known)}"
-            help_ = f"files here: {quoted_list(known[:8])}" if known else "a path relative to this file"
-            self.problems.add("E008", mark, text, help_)
+            self.problems.add("E008", mark, text, "a path relative to this file, or a file that ships with formiga")
         return path
 
     def _cases(self, keys: Mapping[str, Entry], task: Task, site: Site) -> list[Case]:

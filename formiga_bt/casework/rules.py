@@ -68,7 +68,7 @@ def _answer(book: Book, task: Task, mapping: Mapping_) -> AnswerRule | None:
     after_s = book.duration(keys, "after", 3.0)
     if (said is None) != never:
         text = "'answer' and 'never' exclude each other" if never else "an answer needs 'answer' or 'never: true'"
-        book.problems.add("E008", mapping.mark, text, "answer: yes")
+        book.problems.add("E008", mapping.mark, text, "take one of them out" if never else "add answer:")
     if which is None:
         return None
     number = int(which.text) if which.text.isdigit() and not which.quoted else None
@@ -131,7 +131,7 @@ def _goal(book: Book, task: Task, mapping: Mapping_) -> GoalRule | None:
 
 def _result(book: Book, action: str, entry: Entry) -> Mapping[str, Any]:
     """Return a result as wire values."""
-    mapping = read_mapping(entry.value, book.problems, "result")
+    mapping, before = read_mapping(entry.value, book.problems, "result"), len(book.problems.found)
     spec = book.catalogue.actions[action]
     found: dict[str, Any] = {}
     for one in mapping.entries if mapping is not None else ():
@@ -142,7 +142,7 @@ def _result(book: Book, action: str, entry: Entry) -> Mapping[str, Any]:
             continue
         found[name] = on_wire(book.value(one.value, Param(name, spec.result[name], one.value.mark)))
     missing = [name for name in spec.result if name not in found]
-    if mapping is not None and missing and not book.problems.has_errors():
+    if mapping is not None and missing and not book.problems.has_errors(before):
         book.problems.add("E022", entry.value.mark, f"the result lacks {quoted_list(missing)}")
     return found
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from agents_sim.referee import Verdict
-from formiga_bt.casework.cases import Case, CaseFile
+from formiga_bt.casework.cases import AnswerRule, Case, CaseFile, GoalRule
 from formiga_bt.casework.coverage import Coverage
 from formiga_bt.casework.mocks import Mocks
 from formiga_bt.diagnostics import Mark
@@ -95,11 +95,15 @@ def _roles_now(run: VirtualRun, name: str) -> Mapping[str, tuple[str, ...]]:
     return next((task.roles for task in tasks if task.name == name), {})
 
 
+def _did(rule: AnswerRule | GoalRule) -> str:
+    return "failed: it did not come, or ended before" if isinstance(rule, GoalRule) and rule.does == "fail" else "came"
+
+
 def _came(run: VirtualRun, story: "_Story", mocks: Mocks, *, in_time: bool) -> Came:
     state, played = run.rehearsal.engine.state, run.played
     task = state.tasks.get(played.task_ids[0]) if played.task_ids else None
     ended_at = task.ended_at if task is not None and task.ended_at is not None else run.rehearsal.now
-    unused = [f"line {rule.mark.line}: {rule.told} never came" for rule in mocks.unused()]
+    unused = [f"line {rule.mark.line}: {rule.told} never {_did(rule)}" for rule in mocks.unused()]
     return Came(
         task,
         played.refused[0][1] if played.refused else "",

@@ -253,12 +253,17 @@ class Allocation:
         core.emit(ch.Granted(task_id, dict(roles), layers))
 
     def free_layer(self, agent_id: str, task_id: str) -> float:
-        """Return the cruise layer that fewest machines have, metres over the base's ground; only one that it may fly in."""
+        """Return a cruise layer that it may fly in, metres over the base's ground.
+
+        The one that fewest machines of its own task have, for the gate does not keep those apart, then fewest of all.
+        """
         core = self._core
-        used = [a.layer_m for a in core.state.agents.values() if a.layer_m is not None and a.id != agent_id]
+        others = [a for a in core.state.agents.values() if a.layer_m is not None and a.id != agent_id]
+        used = [a.layer_m for a in others]
+        own = [a.layer_m for a in others if a.task == task_id]
         most = core.rules(core.state.agents[agent_id], task_id).max_height_m
         layers = [layer for layer in core.site.layers_m if layer <= most] or [min(core.site.layers_m)]
-        return min(layers, key=lambda layer: (used.count(layer), layers.index(layer)))
+        return min(layers, key=lambda layer: (own.count(layer), used.count(layer), layers.index(layer)))
 
     def _candidates(self) -> list[Candidate]:
         core = self._core

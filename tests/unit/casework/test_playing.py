@@ -1,0 +1,274 @@
+"""Cases are played as they are written: mocked goals, answers, and what is said of what differs."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from formiga_bt.casework.cases import CaseFile
+from formiga_bt.casework.coverage import Coverage
+from formiga_bt.casework.judging import diff, fits, judge
+from formiga_bt.casework.reading import load_cases
+from formiga_bt.casework.running import Came, Sent, play
+from formiga_bt.diagnostics import Mark
+from formiga_bt.nodes.base import Node
+from formiga_bt.testing import packaged_world
+
+CATALOGUE = packaged_world()[1]
+Read = Callable[..., CaseFile]
+
+
+@pytest.fixture
+def read(tmp_path: Path) -> Read:
+    """Write a task (or name a shipped one) with one case, and read it."""
+
+    def write(case: str, task: str = "", shipped: str = "") -> CaseFile:
+        if not shipped:
+            (tmp_path / "mine.yaml").write_text(f"formiga: 1\ntask: Mine\n{task}", encoding="utf-8")
+        file = tmp_path / "mine.test.yaml"
+        text = f"formiga_test: 1\ntask: {shipped or 'mine.yaml'}\ncases:\n  - name: it\n{case}"
+        file.write_text(text, encoding="utf-8")
+        loaded = load_cases(file, catalogue=CATALOGUE)
+        assert loaded.cases is not None, [str(d) for d in loaded.diagnostics]
+        return loaded.cases
+
+    return write
+
+
+def outcome(cases: CaseFile) -> tuple[Came, list[str]]:
+    case = cases.cases[0]
+    came = play(cases, case)
+    return came, [str(one) for one in judge(case, came)]
+
+
+PICK_UP = "    params: {target: north_field, user: picker_1}\n"
+ASKING = """\
+agents:
+  watcher: {type: watcher}
+steps:
+  - ask: Is it cold?
+    of: [watcher]
+    timeout: 10 min
+    save_as: cold
+  - ask: Is it dark?
+    of: [watcher]
+    options: [yes, no, perhaps]
+    timeout: 10 min
+    save_as: dark
+  - if: cold.answer == 'yes' and dark.answer == 'no'
+    then:
+      - notify: Cold and light.
+    else:
+      - fail: neither
+        code: too_bad
+  - notify: Done.
+    when: dark.answer != 'perhaps'
+"""
+
+
+class TestGoals:
+    def test_a_goal_that_fails_on_the_way_leaves_the_drone_where_it_was(self, read: Read) -> None:
+        cases = read(
+            PICK_UP
+            + "    answers: [{do: drone.GoTo, nth: 2, fail: blocked, after: 5 s}]\n"
+            + "    expect: {status: failed, code: blocked, end_state: {drone: at_port}}\n",
+            shipped="pick_up.yaml",
+        )
+        came, differs = outcome(cases)
+
+        assert differs == []
+        assert [one.name for one in came.sent] == [
+            "drone.TakeOff", "drone.GoTo", "drone.GoTo", "drone.GoTo", "drone.GoTo", "drone.LandIn",
+        ]  # fmt: skip
+
+    def test_a_refused_goal_is_sent_once_and_is_a_failure(self, read: Read) -> None:
+        case = (
+            "    answers: [{do: hwd_1.TakeOff, reject: no_propeller}]\n    expect: {status: failed, code: rejected}\n"
+        )
+        came, differs = outcome(read(PICK_UP + case, shipped="pick_up.yaml"))
+
+        assert differs == []
+        assert [one.name for one in came.sent] == ["drone.TakeOff"]
+        assert came.task is not None
+        assert "no_propeller" in came.task.reason
+
+    def test_a_goal_that_begins_late_takes_longer(self, read: Read) -> None:
+        expect = "    expect: {max_time: 3 min}\n"
+        quick, _ = outcome(read(PICK_UP + expect, shipped="pick_up.yaml"))
+        late = "    answers: [{do: drone.TakeOff, nth: 1, after: 1 min}]\n"
+        slow, differs = outcome(read(PICK_UP + late + expect, shipped="pick_up.yaml"))
+
+        assert abs(slow.duration_s - quick.duration_s - 60.0) < 1.0
+        assert differs == ["max_time: expected 3 min, came 190.5 s"]
+
+    @pytest.mark.parametrize("after", ["30 s", "5 min"])
+    def test_a_goal_that_had_ended_before_it_could_fail_is_told(self, read: Read, after: str) -> None:
+        case = f"    answers: [{{do: drone.TakeOff, nth: 1, fail: broken, after: {after}}}]\n    expect: {{}}\n"
+        _, differs = outcome(read(PICK_UP + case, shipped="pick_up.yaml"))
+
+        assert differs == ["answers: line 6: drone.TakeOff number 1 never failed: it did not come, or ended before"]
+
+    def test_a_rule_that_never_counted_is_told(self, read: Read) -> None:
+        case = "    answers: [{do: drone.LandIn, nth: 3, fail: broken}, {ask: 2, answer: loaded}]\n    expect: {}\n"
+        _, differs = outcome(read(PICK_UP + case, shipped="pick_up.yaml"))
+
+        assert differs == [
+            "answers: line 6: question 2 never came",
+            "answers: line 6: drone.LandIn number 3 never failed: it did not come, or ended before",
+        ]
+
+    def test_a_canceled_goal_that_had_not_begun_is_forgotten(self, read: Read) -> None:
+        case = "    answers: [{do: drone.TakeOff, after: 1 h}]\n    abort_at: 20 s\n    expect: {status: canceled}\n"
+        came, differs = outcome(read(PICK_UP + case, shipped="pick_up.yaml"))
+
+        assert differs == []
+        assert came.duration_s < 30.0
+
+
+class TestAnswers:
+    def test_questions_are_answered_by_number_and_by_text(self, read: Read) -> None:
+        answers = "    answers: [{ask: dark, answer: no}, {ask: 1, answer: yes, after: 9 s}]\n"
+        case = answers + "    expect: {notices: [Cold, Done]}\n"
+        came, differs = outcome(read(case, ASKING))
+
+        assert differs == []
+        assert came.asked == ("Is it cold?", "Is it dark?")
+        assert came.duration_s >= 12.0
+
+    def test_several_answers_to_one_text_come_one_after_another(self, read: Read) -> None:
+        answers = "    answers: [{ask: buckets, answer: not_yet}, {ask: buckets, answer: loaded}]\n"
+        came, differs = outcome(read(PICK_UP + answers + "    expect: {answers_asked: 2}\n", shipped="pick_up.yaml"))
+
+        assert differs == []
+        assert came.task is not None
+
+    def test_an_answer_that_this_question_does_not_offer_is_told(self, read: Read) -> None:
+        case = "    answers: [{ask: cold, answer: perhaps}]\n    expect: {status: failed}\n"
+        _, differs = outcome(read(case, ASKING))
+
+        assert "answers: 'perhaps' is no answer to Q1: yes, no" in differs
+
+    def test_a_question_that_is_never_answered_runs_into_its_timeout(self, read: Read) -> None:
+        came, differs = outcome(
+            read("    answers: [{ask: 1, never: true}]\n    expect: {status: failed, code: timeout}\n", ASKING)
+        )
+
+        assert differs == []
+        assert came.duration_s == 600.0
+
+
+class TestWhatDiffers:
+    def test_a_wrong_end_names_code_reason_and_place(self, read: Read) -> None:
+        cases = read("    answers: [{ask: cold, answer: no}]\n    expect: {status: succeeded, notices: []}\n", ASKING)
+        _, differs = outcome(cases)
+
+        assert differs == [
+            f"status: expected succeeded, came failed (failed:too_bad: neither at {cases.task.mark.file}:19)"
+        ]
+
+    def test_a_wrong_end_state_names_role_and_agent(self, read: Read) -> None:
+        case = "    expect: {end_state: {drone: parked_away, hwd_2: airborne}}\n"
+        _, differs = outcome(read(PICK_UP + case, shipped="pick_up.yaml"))
+
+        assert differs == [
+            "end_state: expected drone (hwd_1) parked_away, came at_port",
+            "end_state: expected hwd_2 airborne, came at_port",
+        ]
+
+    def test_notices_and_questions_are_shown(self, read: Read) -> None:
+        cases = read(
+            "    answers: [{ask: dark, answer: no}]\n    expect: {notices: [Warm], answers_asked: 1}\n", ASKING
+        )
+        found = judge(cases.cases[0], play(cases, cases.cases[0]))
+
+        assert [(str(one), one.lines) for one in found] == [
+            ("answers_asked: expected 1, came 2", ("    Is it cold?", "    Is it dark?")),
+            ("notices: expected 1, came 2", ("  - Warm", "  + Cold and light.", "  + Done.")),
+        ]
+
+    def test_a_task_that_is_refused_is_no_pass(self, read: Read) -> None:
+        case = "    orders: [{at: 0 s, lockdown: return}]\n    expect: {}\n"
+        _, differs = outcome(read(PICK_UP + case, shipped="pick_up.yaml"))
+
+        assert differs != []
+
+
+def goals(*names: str) -> list[Sent]:
+    return [Sent("hwd_1", *name.split("."), Mark("t.yaml", i + 1, 1)) for i, name in enumerate(names)]
+
+
+class TestActions:
+    @pytest.mark.parametrize(
+        ("wanted", "is_fit"),
+        [
+            (["d.Up", "d.Go", "d.Go", "d.Down"], True),
+            (["hwd_1.Up", "..", "d.Down"], True),
+            (["..", "d.Down"], True),
+            (["d.Up", ".."], True),
+            (["..", "d.Go", ".."], True),
+            ([".."], True),
+            (["..", "d.Up", "d.Go", "d.Go", "..", "d.Down", ".."], True),
+            (["d.Up", "d.Go", "d.Down"], False),
+            (["d.Up", "..", "d.Up"], False),
+            (["d.Go", ".."], False),
+            ([], False),
+            (["d.Up", "d.Go", "d.Go", "d.Down", "d.Up"], False),
+        ],
+    )
+    def test_gaps_stand_for_any_number(self, wanted: list[str], is_fit: bool) -> None:
+        assert fits(wanted, goals("d.Up", "d.Go", "d.Go", "d.Down")) is is_fit
+
+    def test_nothing_sent_fits_nothing_and_a_gap(self) -> None:
+        assert fits([], [])
+        assert fits([".."], [])
+        assert not fits(["d.Up"], [])
+
+    def test_a_difference_is_read_line_by_line_with_places(self) -> None:
+        assert list(diff(["d.Up", "d.Down"], goals("d.Up", "d.Go", "d.Down"))) == [
+            "    d.Up",
+            "  + d.Go at t.yaml:2",
+            "    d.Down",
+        ]
+        assert list(diff(["d.Up", "d.Go", "d.Down"], goals("d.Up", "d.Down")))[1] == "  - d.Go"
+
+
+class TestCoverage:
+    def test_steps_and_branches_that_no_case_reached_are_named(self, read: Read) -> None:
+        cases = read("    answers: [{ask: cold, answer: no}]\n    expect: {status: failed}\n", ASKING)
+        coverage = Coverage(cases.task)
+        play(cases, cases.cases[0], coverage)
+
+        assert [(step.mark.line, step.title) for step in coverage.missed] == [(17, "notify"), (21, "notify")]
+        assert [(step.mark.line, way) for step, way in coverage.untaken] == [
+            (15, "then"),
+            (21, "when"),
+            (21, "skipped"),
+        ]
+        assert round(coverage.percent, 1) == 66.7
+
+    def test_a_skipped_step_is_not_reached_but_its_branch_is_taken(self, read: Read) -> None:
+        text = "steps:\n  - notify: Early.\n    when: task.priority == 'high'\n  - wait: 1 s\n"
+        cases = read("    expect: {}\n", text)
+        coverage = Coverage(cases.task)
+        play(cases, cases.cases[0], coverage)
+
+        assert [step.mark.line for step in coverage.missed] == [4]
+        assert [way for _, way in coverage.untaken] == ["when"]
+
+    def test_nodes_are_as_before_afterwards_also_after_an_error(self, read: Read) -> None:
+        enter = Node.enter
+        coverage = Coverage(read("    expect: {}\n", ASKING).task)
+
+        def fall_over() -> None:
+            with coverage.watched():
+                assert Node.enter is not enter
+                raise RuntimeError
+
+        with pytest.raises(RuntimeError):
+            fall_over()
+        assert Node.enter is enter
+
+    def test_equal_cases_come_out_equal(self, read: Read) -> None:
+        cases = read(PICK_UP + "    expect: {}\n", shipped="pick_up.yaml")
+
+        assert play(cases, cases.cases[0]) == play(cases, cases.cases[0])

@@ -1,0 +1,59 @@
+"""Test files with mistakes: each is refused with exactly these words.
+
+`UPDATE_EXPECTED=1 pytest tests/unit/casework/test_reading.py` rewrites the expected texts; read the difference.
+"""
+
+import os
+from pathlib import Path
+
+import pytest
+
+from formiga_bt.casework.reading import load_cases
+from formiga_bt.diagnostics import render
+from formiga_bt.packaged import folder
+from formiga_bt.testing import packaged_world
+
+MUSEUM = Path(__file__).parents[2] / "casework_errors"
+FILES = sorted(path.name for path in MUSEUM.glob("*.yaml"))
+CATALOGUE = packaged_world()[1]
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_the_mistakes_are_reported_in_these_words(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(MUSEUM)
+    loaded = load_cases(Path(name), catalogue=CATALOGUE)
+    text = "\n\n".join(render(d, loaded.sources) for d in loaded.diagnostics) + "\n"
+    expected = MUSEUM / name.replace(".yaml", ".expected.txt")
+    if os.environ.get("UPDATE_EXPECTED"):
+        expected.write_text(text, encoding="utf-8")
+
+    assert loaded.cases is None
+    assert text == expected.read_text(encoding="utf-8")
+
+
+def test_a_file_that_is_not_there_is_told(tmp_path: Path) -> None:
+    loaded = load_cases(tmp_path / "no.test.yaml", catalogue=CATALOGUE)
+
+    assert [d.code for d in loaded.diagnostics] == ["E008"]
+
+
+def test_a_task_with_errors_is_reported_with_its_own_place(tmp_path: Path) -> None:
+    (tmp_path / "mine.yaml").write_text("formiga: 1\ntask: Mine\nsteps:\n  - wait: 5\n", encoding="utf-8")
+    file = tmp_path / "mine.test.yaml"
+    file.write_text("formiga_test: 1\ntask: mine.yaml\ncases:\n  - {name: one, expect: {}}\n", encoding="utf-8")
+
+    loaded = load_cases(file, catalogue=CATALOGUE)
+
+    assert loaded.cases is None
+    assert [(d.code, Path(d.mark.file).name) for d in loaded.diagnostics] == [("E017", "mine.yaml")]
+
+
+def test_a_task_of_the_library_and_its_site_are_found_without_paths(tmp_path: Path) -> None:
+    file = tmp_path / "move.test.yaml"
+    file.write_text("formiga_test: 1\ntask: move_task.yaml\ncases:\n  - {name: one, expect: {}}\n", encoding="utf-8")
+
+    cases = load_cases(file, catalogue=CATALOGUE).cases
+
+    assert cases is not None
+    assert (cases.task.name, cases.site.name) == ("MoveTask", "rovaniemi")
+    assert Path(cases.task.mark.file) == folder("trees") / "move_task.yaml"
