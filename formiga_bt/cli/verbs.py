@@ -31,6 +31,7 @@ _TABLE = (
     Verb("explain", "explain", "Explain a code: what is wrong, why it matters, an example."),
     Verb("new", "new", "Make a task file to start from."),
     Verb("schema", "schema", "Print the JSON Schema for editors, or for language models."),
+    Verb("lsp", "lsp", "Serve an editor: problems as you type, completion, rename."),
     Verb("show", "show", "Print a task as a tree."),
     Verb("export", "export", "Write a task as XML of BehaviorTree.CPP."),
     Verb("import", "import_", "Read an XML file of BehaviorTree.CPP as a task."),

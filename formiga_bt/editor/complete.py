@@ -85,7 +85,9 @@ def _keys(view: View) -> Iterator[Item]:
         yield from _free_keys(view, schema, others)
 
 
-_LISTED: Final = frozenset({"pilot", "scenario agent", "scenario task", "fault", "order", "answer", "case", "answer or goal"})
+_LISTED: Final = frozenset(
+    {"pilot", "scenario agent", "scenario task", "fault", "order", "answer", "case", "answer or goal"}
+)
 
 
 def _in_item(view: View) -> bool:

@@ -108,7 +108,7 @@ _INSIDE: Final[Mapping[tuple[str, str], Schema]] = MappingProxyType(
         ("person", "answers"): Table("answer", scenario.ANSWER),
         ("test", "cases"): Table("case", tests.CASE),
         ("case", "agents"): Names("case agents", Table("case agent", tests.AGENT)),
-        ("case", "answers"): Table("answer or goal", (*tests.ANSWER, *tests.GOAL)),
+        ("case", "answers"): Table("answer or goal", tuple({o.name: o for o in (*tests.GOAL, *tests.ANSWER)}.values())),
         ("case", "faults"): Table("fault", scenario.FAULT),
         ("case", "orders"): Table("order", scenario.ORDER),
         ("case", "expect"): Table("expect", tests.EXPECT),

@@ -38,6 +38,11 @@ class Signature:
     imported: bool
 
 
+def lines_of(text: str) -> list[str]:
+    """Return the lines of a text as editors count them."""
+    return text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
+
+
 @dataclass(slots=True)
 class Document:
     """A file as the editor has it."""
@@ -55,7 +60,7 @@ class Document:
     _good: Index = field(default_factory=Index)
 
     def __post_init__(self) -> None:
-        self.lines = self.text.splitlines()
+        self.lines = lines_of(self.text)
         self.kind = file_kind(self.lines, self.path.name)
 
     def index(self) -> Index | None:
