@@ -12,9 +12,10 @@ from formiga_bt.bridges.elements import Element, XmlRefused, parse
 from formiga_bt.bridges.findings import Findings
 from formiga_bt.bridges.steps_in import Ports, Step, StepReader, named
 from formiga_bt.bridges.table import our_name
-from formiga_bt.bridges.values_in import Scope, as_param, camel, clean, unfold, words
+from formiga_bt.bridges.values_in import Scope, as_param, camel, clean, unfold
 from formiga_bt.bridges.yaml_text import TODO, Flow, document, one_line
 from formiga_bt.diagnostics import Diagnostic, Mark
+from formiga_bt.lang.formatting import format_text
 from formiga_bt.lang.model import Catalogue
 from formiga_bt.units import LIKELY, format_quantity
 
@@ -46,7 +47,7 @@ def import_btcpp(data: bytes, file: str, catalogue: Catalogue | None = None) -> 
     except XmlRefused as problem:
         findings.add("X01", Mark(file, problem.line, problem.col), problem.message, problem.mend)
         return Imported("", findings.all())
-    return Imported(text, findings.all())
+    return Imported(format_text(text, file).text or text, findings.all())
 
 
 @dataclass(slots=True)
@@ -121,13 +122,12 @@ class _Importer:
         parts.read(main)
         aborts = [tree for tree in self.trees.values() if tree.get("_formiga") == "on_abort"]
         if aborts and aborts[0] is not main:
-            parts.sections["on_abort"] = [s for child in aborts[0].children for s in reader.body(child)]
+            parts.sections["on_abort"] = [s for child in aborts[0].children for s in reader.body(_bare(child))]
         task: dict[str, Any] = {"formiga": "1", "task": camel(main.get("ID"))}
-        for key in ("version", "priority", "if_preempted", "preemptible", "expires"):
-            if main.get(f"_formiga_{key}"):
-                task[key] = unfold(main.get(f"_formiga_{key}"))
-        if main.get("_description"):
-            task["description"] = main.get("_description")
+        for key in ("version", "description", "priority", "if_preempted", "preemptible", "expires"):
+            text = main.get("_description" if key == "description" else f"_formiga_{key}")
+            if text:
+                task[key] = unfold(text)
         if reader.needs_robot:
             parts.roles["robot"] = self._robot()
         params = {name: _shown(long) for name, long in scope.params.items()}
@@ -275,7 +275,7 @@ class _Parts:
             return
         for element in top.children[:-1]:
             if element.tag == "Agents":
-                self._roles(element)
+                self.roles = self.reader.roles(element)
             else:
                 for name, value in self.scope.assignments(element):
                     self.reader.vars[name] = value
@@ -299,18 +299,6 @@ class _Parts:
             self._sections(last)
         else:
             self.sections["steps"] = self.reader.body(_bare(element))
-
-    def _roles(self, element: Element) -> None:
-        for key, text in element.attrs.items():
-            port, found, option = key.rpartition("__")
-            if not found or key.startswith("_"):
-                continue
-            name = our_name(port)
-            role = self.roles.setdefault(name, {})
-            many = option in ("any_of", "capabilities")
-            role[option] = words(text) if many else self.scope.value(text, element)
-            self.scope.known.add(name)
-        self.scope.agents |= {name for name, role in self.roles.items() if "count" not in role}
 
 
 def _bare(element: Element) -> Element:

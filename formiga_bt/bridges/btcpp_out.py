@@ -18,7 +18,7 @@ from formiga_bt.bridges.yaml_text import flow, one_line
 from formiga_bt.diagnostics import Diagnostic
 from formiga_bt.lang import model
 from formiga_bt.lang.document import Mapping_, parse
-from formiga_bt.lang.model import Catalogue, Expr, Param, Role, Step, Subtree, Task
+from formiga_bt.lang.model import Catalogue, Expr, Param, Step, Subtree, Task
 from formiga_bt.lang.types import Type
 from formiga_bt.units import format_quantity
 
@@ -112,7 +112,7 @@ class _Exporter:
             node.attrs["_formiga"] = "var"
             head.append(node)
         if task.roles:
-            head.append(self._agents(writer))
+            head.append(writer.agents("Agents", self.task.roles))
         tree = Element("BehaviorTree", {"ID": task.name, **self._options(writer)})
         tree.children = [Element("Sequence", {"name": task.name, "_formiga": "task"}, [*head, body])]
         self.models.insert(0, self._ports(task.name, task.params, None, writer))
@@ -151,33 +151,6 @@ class _Exporter:
         writer = StepWriter(self.shared, Tree(names, task.mark))
         attrs = {"ID": f"{task.name}_on_abort", "_formiga": "on_abort"}
         return Element("BehaviorTree", attrs, [writer.body(task.on_abort, "on_abort")])
-
-    def _agents(self, writer: StepWriter) -> Element:
-        inputs: dict[str, str] = {}
-        outputs: dict[str, str] = {}
-        for role in self.task.roles.values():
-            outputs[role.name] = "{" + role.name + "}"
-            inputs |= {f"{role.name}__{key}": text for key, text in self._role(role, writer).items() if text}
-        return self.shared.own("Agents", inputs, outputs)
-
-    def _role(self, role: Role, writer: StepWriter) -> dict[str, str]:
-        count = str(role.count) if role.count is not None else ""
-        if role.open is not None:
-            bounds = {"min": str(role.open.min)} | ({"max": str(role.open.max)} if role.open.max is not None else {})
-            count = "all" if role.open.max is None and role.open.min == 1 else "$" + "{" + flow(bounds) + "}"
-        return {
-            "type": role.types[0] if len(role.types) == 1 else "",
-            "any_of": ";".join(role.types) if len(role.types) > 1 else "",
-            "id": writer.optional(role.id, "id"),
-            "near": writer.optional(role.near, "near"),
-            "prefer": writer.optional(role.prefer, "prefer"),
-            "count": count,
-            "battery_min": writer.optional(role.battery_min, "battery_min"),
-            "capabilities": ";".join(role.capabilities),
-            "wait": writer.optional(role.wait, "wait"),
-            "if_lost": role.if_lost if role.if_lost != "fail" else "",
-            "away": "true" if role.away else "",
-        }
 
     def _subtree(self, subtree: Subtree) -> Element:
         names = self._names((subtree.steps,), list(subtree.params), ())

@@ -20,6 +20,7 @@ _RANK: Final[Mapping[str, int]] = {"retry": 1, "timeout": 2, "ignore_failure": 3
 _PLACE: Final = re.compile(r"\s*\[[^\[\]]*:\d+\]$")
 _LOOKS_LIKE_CONDITION: Final = re.compile(r"(Is|Has|Are|Can|Check)[A-Z_].*|.*(OK|Ok|_ok)")
 _SILENT: Final = frozenset({"name", "ID", "_description", "_skipIf", "_uid", "_fullpath", "_autoremap"})
+_AROUND: Final = ("_skipIf", "_successIf", "_failureIf", "_while")
 _FEW: Final = 1000
 """Attempts that stand for `num_attempts="-1"`."""
 
@@ -123,8 +124,6 @@ class StepReader:
         """Return a node that only looks as an expression, or None if it is no such node."""
         element = named(element)
         tag = element.tag
-        if any(key in element.attrs for key in ("_skipIf", "_successIf", "_failureIf", "_while")):
-            return None
         if tag == "ScriptCondition":
             return self.scope.expression(element.get("code"), element, "cond")
         if tag == "Expression":
@@ -141,9 +140,16 @@ class StepReader:
             return word.join(bracketed(part) for part in parts if part) if all(parts) else None
         return self._named_condition(element) if self._is_condition(element) else None
 
-    def _looks(self, element: Element) -> bool:
-        """Return whether a node and all below it only look (asked first, so that nothing is reported twice)."""
+    def _looks(self, element: Element, *, modified: bool = False) -> bool:
+        """Return whether a node and all below it only look (asked first, so that nothing is reported twice).
+
+        Args:
+            element: the node.
+            modified: whether it may have conditions of its own around it (`_skipIf`); those below never may.
+        """
         element = named(element)
+        if not modified and any(key in element.attrs for key in _AROUND):
+            return False
         if element.tag in ("Sequence", "ReactiveSequence", "Fallback", "ReactiveFallback", "Inverter"):
             return bool(element.children) and all(self._looks(child) for child in element.children)
         return element.tag in ("ScriptCondition", "Expression", "BlackboardCheckString") or self._is_condition(element)
@@ -176,7 +182,7 @@ class StepReader:
         tag = element.tag
         if tag in ("Sequence", "ReactiveSequence", "Fallback", "ReactiveFallback") and element.children:
             return self._composite(element)
-        if self._looks(element):
+        if self._looks(element, modified=True):
             cond = self.condition(element)
             return self._check(element, cond) if cond is not None else self._todo(["a condition that cannot be read"])
         read: Any = getattr(self, f"_node_{tag.lower()}", None) if tag in BTCPP or tag in OWN else None
@@ -493,6 +499,24 @@ class StepReader:
             self._composite(body) if body.tag in ("Sequence", "ReactiveSequence") else {"sequence": self.steps([body])}
         )
         return inner | {"finally": self.body(last)}
+
+    def roles(self, element: Element) -> dict[str, Any]:
+        """Return the roles that an `Agents` or `WithAgents` claims."""
+        found: dict[str, Any] = {}
+        for key, text in element.attrs.items():
+            port, sep, option = key.rpartition("__")
+            if not sep or key.startswith("_"):
+                continue
+            many = option in ("any_of", "capabilities")
+            role = found.setdefault(our_name(port), {})
+            role[option] = words(text) if many else self.scope.value(text, element)
+        self.scope.known |= set(found)
+        self.scope.agents |= {name for name, role in found.items() if "count" not in role}
+        return found
+
+    def _node_withagents(self, element: Element) -> Step:
+        roles = self.roles(element)
+        return {"with_agents": roles, "steps": [s for child in element.children for s in self.body(child)]}
 
     def _node_agents(self, element: Element) -> Step:
         return self._todo([self.scope.report("X02", element, "agents are named in the file's head", "move them there")])

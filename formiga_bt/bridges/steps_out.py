@@ -13,7 +13,7 @@ from formiga_bt.bridges.findings import Findings
 from formiga_bt.bridges.scripts import Names, to_script
 from formiga_bt.bridges.table import BTCPP, OWN, port_name
 from formiga_bt.bridges.values_out import Texts
-from formiga_bt.bridges.yaml_text import one_line
+from formiga_bt.bridges.yaml_text import flow, one_line
 from formiga_bt.diagnostics import Mark
 from formiga_bt.lang import model
 from formiga_bt.lang.model import Catalogue, Expr, Step, Subtree, Who
@@ -405,6 +405,39 @@ class StepWriter:
 
     def _guard(self, step: model.Guard) -> Element:
         return Element("ReactiveSequence", {"_formiga": "guard"}, [self.condition(step.cond), self.body(step.steps)])
+
+    def _withagents(self, step: model.WithAgents) -> Element:
+        node = self.agents("WithAgents", step.roles)
+        node.children.append(self.body(step.steps))
+        return node
+
+    def agents(self, tag: str, roles: Mapping[str, model.Role]) -> Element:
+        """Return the node that claims agents for roles."""
+        inputs: dict[str, str] = {}
+        outputs: dict[str, str] = {}
+        for role in roles.values():
+            outputs[role.name] = "{" + role.name + "}"
+            inputs |= {f"{role.name}__{key}": text for key, text in self._role(role).items() if text}
+        return self.shared.own(tag, inputs, outputs)
+
+    def _role(self, role: model.Role) -> dict[str, str]:
+        count = str(role.count) if role.count is not None else ""
+        if role.open is not None:
+            bounds = {"min": str(role.open.min)} | ({"max": str(role.open.max)} if role.open.max is not None else {})
+            count = "all" if role.open.max is None and role.open.min == 1 else "$" + "{" + flow(bounds) + "}"
+        return {
+            "type": role.types[0] if len(role.types) == 1 else "",
+            "any_of": ";".join(role.types) if len(role.types) > 1 else "",
+            "id": self.optional(role.id, "id"),
+            "near": self.optional(role.near, "near"),
+            "prefer": self.optional(role.prefer, "prefer"),
+            "count": count,
+            "battery_min": self.optional(role.battery_min, "battery_min"),
+            "capabilities": ";".join(role.capabilities),
+            "wait": self.optional(role.wait, "wait"),
+            "if_lost": role.if_lost if role.if_lost != "fail" else "",
+            "away": "true" if role.away else "",
+        }
 
 
 def _output(name: str, fields: Mapping[str, str]) -> str:

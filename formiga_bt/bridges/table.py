@@ -69,6 +69,7 @@ ROWS: Final = (
     Row("`on_failure`", "`Fallback` of the steps and `ForceFailure` of the section", "same"),
     Row("`on_abort`", "a tree of its own", "near", "L02"),
     Row("`agents`", "`Agents`", "own", "All roles at once, or none."),
+    Row("`with_agents`", "`WithAgents`", "own"),
     Row(
         "`params`", "ports of the tree in TreeNodesModel", "same", "The host puts them on the blackboard, in SI units."
     ),
@@ -177,13 +178,14 @@ OWN: Final[Mapping[str, OwnNode]] = MappingProxyType(
                 _ins("mode", "max_parallel", "need", "on_child_failure", "collect"),
                 "A round of the child for each item of lists of equal lengths.",
             ),
+            OwnNode("WithAgents", "Decorator", {}, "Claim more agents, run the child, give them back."),
             OwnNode(
                 "Finally", "Control", {}, "The first child; then, however it ended, the second. The first one's result."
             ),
         )
     }
 )
-"""Nodes of ours by name; `Agents` and `ForEach` have more ports, one or two for each role or list."""
+"""Nodes of ours by name; `Agents`, `WithAgents` and `ForEach` have more ports, one or two for each role or list."""
 
 BTCPP: Final[Mapping[str, str]] = MappingProxyType(
     {

@@ -170,7 +170,7 @@ def _as_value(one: Assigned) -> str:
 def unfold(text: str) -> Any:
     """Return text of a port or attribute as a value: `${{...}}` and `[...]` hold lists and mappings in flow style."""
     inner = text[2:-1] if text.startswith("${{") and text.endswith("}}") else text
-    if inner.startswith(("{", "[")):
+    if inner.startswith("[") or (inner.startswith("{") and ": " in inner):
         node, problems = parse(f"v: {inner}\n", "value")
         if node is not None and not problems:
             found = plain(node)
