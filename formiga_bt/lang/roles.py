@@ -164,6 +164,7 @@ def _read_role(body: Body, at: Scalar, mapping: Mapping_) -> Role:
             "E008",
             mapping.mark if has == "neither" else keys["any_of"].key.mark,
             f"role '{name}' needs type or any_of, it has {has}",
+            "say of which type it is, for example type: lwd" if has == "neither" else "take one of them out",
         )
     agent = Type("agent", of=body.agents[name])
     count = _read_count(body, keys, name)
