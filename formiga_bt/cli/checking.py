@@ -27,10 +27,16 @@ def check(files: Sequence[Path], site: Path | None, actions: Sequence[Path], *, 
     paths = given.tasks
     world = read_world(actions, site)
     found, sources = list(world.diagnostics), dict(world.sources)
+    tasks = []
     for path in paths:
         read = read_task(path, world)
         found += read.diagnostics
         sources.update(read.sources)
+        tasks += [read.task] if read.task is not None else []
+    if len(tasks) > 1:
+        from formiga_bt.lang.deadlock import check_tasks
+
+        found += check_tasks(tasks, world.catalogue)
     problems = in_order(found)
     errors = sum(d.severity == "error" for d in problems)
     warnings = len(problems) - errors

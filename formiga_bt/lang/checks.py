@@ -4,6 +4,7 @@ What one step or one name shows by itself is checked while it is read; this is w
 """
 
 from formiga_bt.lang.contention import check_contention
+from formiga_bt.lang.deadlock import check_blocks
 from formiga_bt.lang.flight import check_flight
 from formiga_bt.lang.landing import check_landings
 from formiga_bt.lang.model import (
@@ -54,6 +55,7 @@ def check_task(task: Task, catalogue: Catalogue, problems: Problems, *, min_spac
             checks.check(steps, bounded=False, cleanup=name != "steps")
             contended |= check_contention(steps, types, catalogue, problems)
             check_spacing(steps, catalogue, min_spacing_m, problems)
+            check_blocks(steps, catalogue, problems)
     for subtree in task.subtrees.values():
         checks.check_subtree(subtree)
     with problems.within("steps"):
@@ -117,6 +119,7 @@ class _Checks:
         with self.problems.outermost(subtree.name, "steps"):
             self.check(subtree.steps, bounded=False)
             check_contention(subtree.steps, types, self.catalogue, self.problems)
+            check_blocks(subtree.steps, self.catalogue, self.problems)
 
     def check(self, steps: tuple[Step, ...], *, bounded: bool, cleanup: bool = False) -> None:
         """Check steps and what is inside them.

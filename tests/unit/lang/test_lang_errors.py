@@ -64,6 +64,8 @@ def test_every_code_that_the_loader_reports_is_in_the_museum() -> None:
         "loops",
         "over_lists",
         "contention",
+        "deadlock",
+        "extra",
         "spacing",
         "flying",
         "leaves",

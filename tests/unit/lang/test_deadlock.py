@@ -1,0 +1,76 @@
+"""E035 between tasks: each holds what another one waits for in mid-task."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from formiga_bt.cli.checking import check
+from formiga_bt.lang.deadlock import check_tasks
+from formiga_bt.lang.loader import load_task_text
+from formiga_bt.lang.model import Catalogue, Task
+
+Tasks = Callable[..., list[str]]
+
+
+def text(name: str, holds: str, wants: str) -> str:
+    return (
+        f"formiga: 1\ntask: {name}\nagents:\n  mine: {{type: {holds}}}\nsteps:\n  - with_agents:\n"
+        f"      more: {{type: {wants}}}\n    steps:\n      - notify: ${{mine.id}} ${{more.id}}\n"
+    )
+
+
+@pytest.fixture
+def found(catalogue: Catalogue) -> Tasks:
+    def read(*pairs: tuple[str, str, str]) -> list[str]:
+        tasks: list[Task] = []
+        for one in pairs:
+            loaded = load_task_text(text(*one), f"{one[0]}.yaml", catalogue=catalogue)
+            assert loaded.task is not None, loaded.diagnostics
+            tasks.append(loaded.task)
+        return [f"{d.mark.file}:{d.mark.line}: {d.code}: {d.message}" for d in check_tasks(tasks, catalogue)]
+
+    return read
+
+
+def test_two_tasks_that_hold_and_want_one_kind_are_told_with_their_roles_and_lines(found: Tasks) -> None:
+    assert found(("Patrol", "lwd", "lwd"), ("Escort", "lwd", "lwd")) == [
+        "Patrol.yaml:7: E035: Patrol holds an lwd ('mine') and waits for an lwd ('more', Patrol.yaml:7); "
+        "Escort holds an lwd ('mine') and waits for an lwd ('more', Escort.yaml:7): possible deadlock"
+    ]
+
+
+def test_two_tasks_that_take_two_kinds_in_opposite_order_are_told(found: Tasks) -> None:
+    (told,) = found(("Patrol", "lwd", "hwd"), ("Escort", "hwd", "lwd"))
+
+    assert "Patrol holds an lwd ('mine') and waits for an hwd" in told
+
+
+def test_a_circle_of_three_is_told_once(found: Tasks) -> None:
+    assert len(found(("One", "lwd", "hwd"), ("Two", "hwd", "picker"), ("Three", "lwd", "lwd"))) == 0
+    assert len(found(("One", "lwd", "hwd"), ("Two", "hwd", "lwd"), ("Three", "picker", "lwd"))) == 1
+
+
+@pytest.mark.parametrize(
+    "pairs",
+    [
+        [("One", "lwd", "hwd"), ("Two", "lwd", "hwd")],
+        [("One", "lwd", "lwd")],
+        [("One", "picker", "picker"), ("Two", "picker", "picker")],
+        [("One", "lwd", "lwd"), ("Two", "hwd", "hwd")],
+    ],
+    ids=["the same order", "one task alone", "people are shared", "other pools"],
+)
+def test_what_cannot_wait_in_a_circle_is_fine(found: Tasks, pairs: list[tuple[str, str, str]]) -> None:
+    assert found(*pairs) == []
+
+
+def test_check_with_several_files_tells_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    files = []
+    for name in ("Patrol", "Escort"):
+        files.append(tmp_path / f"{name}.yaml")
+        files[-1].write_text(text(name, "lwd", "lwd"), encoding="utf-8")
+
+    assert check(files[:1], None, (), strict=True, form="text") == 0
+    assert check(files, None, (), strict=False, form="text") == 1
+    assert "E035: Patrol holds an lwd" in capsys.readouterr().out
