@@ -257,7 +257,9 @@ class _Parts:
     def learn_outputs(self, tree: Element) -> None:
         """Learn which entries the nodes of a tree write, before any of them is read."""
         for element in map(named, tree.walk()):
-            if not element.children and element.tag not in ("Agents", "Evaluate"):
+            if element.tag == "WaitFor":
+                self.scope.known.add(self.scope.pointer(element.get("value")))
+            elif not element.children and element.tag not in ("Agents", "Evaluate"):
                 self.reader.outputs(element)
             if element.tag in ("Script", "SetBlackboard", "Evaluate") and element.get("_formiga") == "var":
                 self.scope.known.add(

@@ -84,7 +84,7 @@ class _Exporter:
         steps = [step for section in sections for step in below(section)]
         records = {step.save_as for step in steps if isinstance(step, model.Do | model.Ask) and step.save_as}
         loops = {name for step in steps if isinstance(step, model.For) for name in (*step.lists, step.collect)}
-        saved = {step.save_as for step in steps if isinstance(step, model.Call)}
+        saved = {step.save_as for step in steps if isinstance(step, model.Call | model.WaitFor)}
         return Names(frozenset(records), frozenset(agents), frozenset({*own, *records, *loops, *saved}))
 
     def _main(self) -> Element:

@@ -461,6 +461,16 @@ class StepReader:
     def _node_waituntil(self, element: Element) -> Step:
         return {"wait_until": element.get("cond")}
 
+    def _node_waitfor(self, element: Element) -> Step:
+        agent, saved = self.scope.pointer(element.get("agent")), self.scope.pointer(element.get("value"))
+        step: Step = {"wait_for": f"{agent}.{element.get('event')}"}
+        if element.get("since"):
+            step["since"] = element.get("since")
+        if saved:
+            self.scope.known.add(saved)
+            step["save_as"] = saved
+        return step
+
     def _node_breakif(self, element: Element) -> Step:
         return {"break_if": element.get("cond")}
 

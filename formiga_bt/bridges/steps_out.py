@@ -309,6 +309,10 @@ class StepWriter:
         self._kept(step.cond)
         return self.shared.own("WaitUntil", {"cond": one_line(step.cond.source)})
 
+    def _waitfor(self, step: model.WaitFor) -> Element:
+        ports = {"agent": self._who(step.who), "event": step.event, "since": "task" if step.since_task else ""}
+        return self.shared.own("WaitFor", ports, {"value": "{" + step.save_as + "}" if step.save_as else ""})
+
     def _breakif(self, step: model.BreakIf) -> Element:
         return self.shared.own("BreakIf", {"cond": one_line(step.cond.source)})
 

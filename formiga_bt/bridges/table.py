@@ -58,6 +58,7 @@ ROWS: Final = (
     ),
     Row("`wait`", "`Sleep`", "same"),
     Row("`wait_until`", "`WaitUntil`", "own"),
+    Row("`wait_for`", "`WaitFor`", "own"),
     Row("`check`", "`ScriptCondition`, else `Expression`", "near", "L08 if it has a message."),
     Row("`set`, `vars`, `returns`", "`Script`, else `Evaluate`", "same"),
     Row("`fail`", "`AlwaysFailure`", "near", "L08"),
@@ -157,6 +158,12 @@ OWN: Final[Mapping[str, OwnNode]] = MappingProxyType(
             OwnNode("Notify", "Action", _ins("text", "to", "severity"), "Tell people; never fails."),
             OwnNode("Release", "Action", _ins("agent"), "Give an agent back."),
             OwnNode("WaitUntil", "Action", _ins("cond"), "Run until the expression is true."),
+            OwnNode(
+                "WaitFor",
+                "Action",
+                {**_ins("agent", "event", "since"), "value": "output"},
+                "Run until the next event of the agent.",
+            ),
             OwnNode("BreakIf", "Action", _ins("cond"), "Leave the nearest Loop or ForEach with success."),
             OwnNode(
                 "Evaluate",
