@@ -1,7 +1,8 @@
 """The real BehaviorTree.CPP, through the package behaviortreepy: its nodes registered from a file's TreeNodesModel.
 
 The package can register actions, conditions and decorators, but no ports and no control nodes: ports of registered nodes
-become attributes that begin with an underscore (BT.CPP ignores them), and `Finally` becomes a `Sequence`. Everything else is BT.CPP's own.
+become attributes that begin with an underscore (BT.CPP ignores them), and `Finally` becomes a `Sequence`. Everything else
+is BT.CPP's own.
 """
 
 from collections.abc import Callable
@@ -19,7 +20,9 @@ def stripped(xml: str) -> tuple[str, dict[str, str]]:
     nodes = {node.get("ID"): node.tag for node in models.children if node.tag != "SubTree"}
     for element in root.walk():
         if element.tag in nodes and element not in models.children:
-            element.attrs = {key if key[0] == "_" or key in KEPT else f"_port_{key}": v for key, v in element.attrs.items()}
+            element.attrs = {
+                key if key[0] == "_" or key in KEPT else f"_port_{key}": v for key, v in element.attrs.items()
+            }
             if nodes[element.tag] == "Control":
                 element.tag = "Sequence"
     root.children = [child for child in root.children if child.tag == "BehaviorTree"]
