@@ -46,22 +46,25 @@ def editor_schema(catalogue: Catalogue, where: Site | None = None) -> Schema:
         where: the site whose places, ports and regions are completed.
     """
     maker = _Maker(catalogue, where)
-    chain: Schema = {"$ref": "#/definitions/task"}
-    for key, name in (
-        ("subtrees", "library"),
-        ("task", "task"),
-        ("types", "catalogue"),
-        ("actions", "catalogue"),
-        ("scenario", "scenario"),
-        ("formiga_site", "site"),
-        ("formiga_profile", "profile"),
-        ("formiga_test", "test"),
-    ):
-        chain = {"if": {"required": [key]}, "then": {"$ref": f"#/definitions/{name}"}, "else": chain}
+    signs = (
+        (("formiga_test",), "test"),
+        (("formiga_profile",), "profile"),
+        (("formiga_site",), "site"),
+        (("scenario",), "scenario"),
+        (("types",), "catalogue"),
+        (("actions",), "catalogue"),
+    )
+    of_others = [{"required": [*keys]} for keys, _ in signs]
+    is_library = {"required": ["subtrees"], "not": {"required": ["task"]}}
+    choices: list[Schema] = [
+        {"if": {"required": [*keys]}, "then": {"$ref": f"#/definitions/{name}"}} for keys, name in signs
+    ]
+    choices.append({"if": {"not": {"anyOf": [*of_others, is_library]}}, "then": {"$ref": "#/definitions/task"}})
+    choices.append({"if": is_library, "then": {"$ref": "#/definitions/library"}})
     return {
         "$schema": "http://json-schema.org/draft-07/schema#",
         "title": "formiga",
-        **chain,
+        "allOf": choices,
         "definitions": maker.definitions(),
     }
 
@@ -223,9 +226,9 @@ class _Maker:
 
     def _field(self, field: FieldSpec) -> Schema:
         notes = [field.help] if field.help else []
-        for word, bound in (("at least", field.min), ("at most", field.max)):
+        for word, bound in (("At least", field.min), ("At most", field.max)):
             if bound is not None:
-                notes.append(f"{word} {_quantity(field.type, bound)}")
+                notes.append(f"{word} {_quantity(field.type, bound)}.")
         if field.default is not None:
             notes.append(f"Default: {field.default.source.removeprefix('${').removesuffix('}')}.")
         elif field.optional:

@@ -123,6 +123,9 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
     found.ask("initialize", {"processId": None, "rootUri": folder.as_uri(), "capabilities": capabilities})
     found.send("initialized", {})
     found.send("workspace/didChangeConfiguration", {"settings": {"yaml": found.settings({"section": "yaml"})}})
+    first = found.open(folder / "first.yaml", TASK)
+    while first not in found.problems:  # the schema is read by then
+        found.read()
     yield found
     found.end()
 
@@ -142,7 +145,7 @@ def hover(server: Server, folder: Path, text: str) -> str:
     place = {"line": before.count("\n"), "character": len(before.rpartition("\n")[2])}
     found = server.ask("textDocument/hover", {"textDocument": {"uri": uri}, "position": place})
     contents = found["contents"]
-    return str(contents["value"] if isinstance(contents, dict) else contents)
+    return str(contents["value"] if isinstance(contents, dict) else contents).replace("\\", "")
 
 
 HEAD = "formiga: 1\ntask: Example\n"
