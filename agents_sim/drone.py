@@ -183,6 +183,11 @@ class Drone:
 
     # From the scheduler, the pilot, the process around it.
 
+    def tell(self, event: str) -> None:
+        """Tell an event of its own, without fields."""
+        if self._side is not None:
+            self._side.tell_event(event)
+
     def report(self) -> None:
         """Publish the status and how far the goal is: called now and then, and by itself at each change."""
         side, flight = self._side, self._flight

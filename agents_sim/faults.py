@@ -16,13 +16,13 @@ from agents_sim.drone import Drone
 from agents_sim.person import Person
 from formiga_bt.clock import SECOND, Micros
 from formiga_bt.transport.base import AgentLink
-from formiga_bt.transport.messages import TERMINAL, AgentCard, AgentStatus, GoalEvent, GoalRequest
+from formiga_bt.transport.messages import TERMINAL, AgentCard, AgentEvent, AgentStatus, GoalEvent, GoalRequest
 
 Body = Drone | Person
 
 OrderKind = Literal[
     "nan", "wrong_id", "slow", "refuse", "take_over", "hand_back", "lose_result", "never_confirm",
-    "link_loss", "battery", "wind", "preflight", "drift",
+    "link_loss", "battery", "wind", "preflight", "drift", "event",
 ]  # fmt: skip
 
 
@@ -49,6 +49,8 @@ class Order(Struct, frozen=True, kw_only=True):
     """Where the wind blows to, m/s (wind); how far the fix is off, metres (drift)."""
     check: str = ""
     """Which check fails (preflight)."""
+    event: str = ""
+    """What the agent tells of itself, without fields (event)."""
     text: str = "broken"
     """What the drone says of it (preflight)."""
 
@@ -127,6 +129,10 @@ class FaultyLink:
             return
         self._leave(lambda: self._link.publish_event(event))
 
+    def publish_agent_event(self, event: AgentEvent) -> None:
+        """Publish."""
+        self._leave(lambda: self._link.publish_agent_event(event))
+
     def publish_card(self, card: AgentCard) -> None:
         """Publish."""
         self._link.publish_card(card)
@@ -167,6 +173,8 @@ def obey(order: Order, body: Body, front: FaultyBody, link: FaultyLink) -> None:
             link.lost_results += order.count
         case "never_confirm":
             body.confirms_cancel = not order.on
+        case "event":
+            body.tell(order.event)
         case "take_over" if isinstance(body, Drone):
             body.take_over()
         case "hand_back" if isinstance(body, Drone):

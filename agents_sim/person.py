@@ -166,6 +166,11 @@ class Person:
             self._side.finish(goal_id, "canceled")
         return True
 
+    def tell(self, event: str) -> None:
+        """Tell an event of its own, without fields."""
+        if self._side is not None:
+            self._side.tell_event(event)
+
     def report(self) -> None:
         """Publish the status."""
         if self._side is not None:

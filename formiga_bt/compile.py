@@ -12,7 +12,7 @@ from formiga_bt.nodes.composites import CallNode, FallbackNode, IfNode, Sequence
 from formiga_bt.nodes.decorators import IgnoreFailureNode, RetryNode, TimeoutNode, WhenNode
 from formiga_bt.nodes.extra import WithAgentsNode
 from formiga_bt.nodes.leaves import AskNode, DoNode, ReleaseNode, WaitNode, check_node, fail_node, notify_node, set_node
-from formiga_bt.nodes.live import GuardNode, ReactiveNode, WaitUntilNode
+from formiga_bt.nodes.live import GuardNode, ReactiveNode, WaitForNode, WaitUntilNode
 from formiga_bt.nodes.loops import BreakIfNode, ForNode, LoopNode
 from formiga_bt.nodes.parallel import ForParallelNode, ParallelNode
 from formiga_bt.nodes.run import Failure
@@ -76,6 +76,8 @@ def _compile_kind(step: model.Step) -> Node:
         case model.Fallback():
             children = [compile_step(s) for s in step.steps]
             return ReactiveNode(step, children) if step.reactive else FallbackNode(step.title, step, children)
+        case model.WaitFor():
+            return WaitForNode(step)
         case model.WaitUntil():
             return WaitUntilNode(step)
         case model.Guard():

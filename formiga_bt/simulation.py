@@ -152,6 +152,7 @@ def play(fault: ScenarioFault, fleet: Fleet) -> None:
                 east=fault.east,
                 north=fault.north,
                 check=fault.check,
+                event=fault.event,
                 text=fault.text,
             )
             fleet.order(fault.agent, order)
@@ -171,6 +172,7 @@ def describe(entry: ScenarioFault | ScenarioOrder) -> str:
         "link_loss": over or ("" if entry.vanishes else ", its presence stays"),
         "battery": f" {entry.percent:g} %",
         "wind": f" {entry.east:g} m/s east, {entry.north:g} m/s north",
+        "event": f" {entry.event}",
         "preflight": f" {entry.check}{over}",
         "drift": over or f" {entry.east:g} m east, {entry.north:g} m north",
     }.get(entry.kind, "")

@@ -14,6 +14,7 @@ from formiga_bt.engine.records import (
     ClearanceRecord,
     Deadline,
     GoalRecord,
+    Happening,
     Lockdown,
     Question,
     Request,
@@ -65,6 +66,12 @@ class ClearancePut(Struct, frozen=True, tag=True):
 
     agent: str
     clearance: ClearanceRecord | None
+
+
+class Happened(Struct, frozen=True, tag=True):
+    """An agent told an event of its own."""
+
+    happening: Happening
 
 
 class OrderPut(Struct, frozen=True, tag=True):
@@ -172,5 +179,5 @@ class TaskForget(Struct, frozen=True, tag=True):
 Change = (
     TaskPut | AgentPut | GoalPut | GoalDrop | QuestionPut | QuestionDrop | ClearancePut | ScopePut | VarPut | NodeMem
     | DeadlineSet | WallTimerSet | RequestPut | Granted | Explained | CounterSet | TaskForget | OrderPut | LockdownPut
-    | ApprovalPut | DutyPut
+    | ApprovalPut | DutyPut | Happened
 )  # fmt: skip

@@ -21,6 +21,7 @@ from formiga_bt.engine.core import Core
 from formiga_bt.engine.fleet import Fleet
 from formiga_bt.engine.gatekeeper import Gatekeeper
 from formiga_bt.engine.goals import Goals
+from formiga_bt.engine.happenings import Happenings
 from formiga_bt.engine.lockdown import Lockdowns
 from formiga_bt.engine.orders import Orders
 from formiga_bt.engine.people import People
@@ -64,6 +65,7 @@ class Engine:
         self.people = People(core)
         self.gatekeeper = Gatekeeper(core)
         self.clearances = Clearances(core, self.people)
+        self.happenings = Happenings(core, self.fleet)
         self.goals = Goals(core, self.fleet, self.gatekeeper)
         self.tasks = Tasks(core, self.goals, self.people, self.fleet, trees)
         self.orders = Orders(core, self.fleet, self.goals, self.clearances, self.tasks)
@@ -145,6 +147,8 @@ class Engine:
                 self.fleet.on_status(status, wall)
             case inp.GoalEventInput(event, wall):
                 self._goal_event(event, wall)
+            case inp.AgentEventInput(event):
+                self.happenings.on_event(event)
             case inp.QueryReplyInput(agent, boot_id, goals):
                 self.fleet.on_query_reply(agent, boot_id, goals)
             case inp.BadStatusInput(agent, text):

@@ -10,7 +10,7 @@ from msgspec import Struct
 from formiga_bt.clock import Micros
 from formiga_bt.engine.changes import Change
 from formiga_bt.engine.records import Priority
-from formiga_bt.transport.messages import AgentCard, AgentStatus, Clearance, GoalEvent
+from formiga_bt.transport.messages import AgentCard, AgentEvent, AgentStatus, Clearance, GoalEvent
 
 # -- inputs ------------------------------------------------------------------------------------------------------------
 
@@ -104,6 +104,12 @@ class GoalEventInput(Struct, frozen=True, tag="GoalEvent"):
     wall: Micros = 0
 
 
+class AgentEventInput(Struct, frozen=True, tag="AgentEvent"):
+    """An agent told an event of its own."""
+
+    event: AgentEvent
+
+
 class QueryReplyInput(Struct, frozen=True, tag="QueryReply"):
     """An agent told which goals it knows."""
 
@@ -150,7 +156,7 @@ class Started(Struct, frozen=True, tag=True):
 
 Input = (
     Submit | Abort | Operator | LockdownOrder | Approve | Duty | AgentSeenInput | AgentGoneInput | AgentStatusInput
-    | GoalEventInput | QueryReplyInput | BadStatusInput | TimerDue | WallDue | EffectFailed | Started
+    | GoalEventInput | AgentEventInput | QueryReplyInput | BadStatusInput | TimerDue | WallDue | EffectFailed | Started
 )  # fmt: skip
 
 # -- effects -----------------------------------------------------------------------------------------------------------

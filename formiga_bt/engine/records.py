@@ -139,6 +139,20 @@ class Tidy(Struct, frozen=True, kw_only=True, omit_defaults=True):
         return self.state == "ended"
 
 
+class Happening(Struct, frozen=True):
+    """An event that an agent told of itself."""
+
+    agent: str
+    event: str
+    order: int
+    """Counts all of them."""
+    boot_id: str
+    n: int
+    at: Micros
+    """Engine time of its arrival."""
+    fields: dict[str, Any]
+
+
 class TaskRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
     """A task. `section` is the part that runs; `outcome` is decided when the steps end and never changes after."""
 
@@ -166,6 +180,10 @@ class TaskRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
     abort_now: bool = False
     held: tuple[str, ...] = ()
     """Causes of HELD: operator, clearance:<agent>, take-over:<agent>, lockdown, resume."""
+    events_from: int = 0
+    """`Happening.order` of the last event before its admission."""
+    events_taken: dict[str, int] = {}
+    """`<agent>|<event>` -> order of the last one that a step took."""
     stood_us: Micros = 0
     """For how long its clock has stood still by now, without the present stand."""
     stood_since: Micros | None = None

@@ -1,6 +1,6 @@
 """The engine's state, and `apply`: the one function that changes it. The live engine and the fold of a journal share it."""
 
-from typing import Any
+from typing import Any, Final
 
 import msgspec
 from msgspec import Struct, field
@@ -15,6 +15,7 @@ from formiga_bt.engine.records import (
     ClearanceRecord,
     Deadline,
     GoalRecord,
+    Happening,
     Lockdown,
     Question,
     Request,
@@ -26,6 +27,9 @@ from formiga_bt.geo import Place, Position, Region
 from formiga_bt.lang.types import AgentRef
 from formiga_bt.nodes.memory import Mem
 from formiga_bt.nodes.run import Failure
+
+KEPT_EVENTS: Final = 100
+"""So many events of an agent are kept for those who will wait for them."""
 
 
 class EngineState(Struct):
@@ -52,6 +56,8 @@ class EngineState(Struct):
     """hash of a bundle and its site -> who approved it (`mode: real`)"""
     duty: dict[str, Micros] = field(default_factory=dict)
     """pilots on duty -> since when (`mode: real`)"""
+    happenings: dict[str, list[Happening]] = field(default_factory=dict)
+    """agent -> its newest events, oldest first; at most `KEPT_EVENTS`"""
     requests: dict[str, Request] = field(default_factory=dict)
     explanations: dict[str, tuple[Verdict, ...]] = field(default_factory=dict)
     counters: dict[str, int] = field(default_factory=dict)
@@ -76,6 +82,10 @@ def apply(state: EngineState, board: Blackboard, change: ch.Change) -> None:
             state.questions.pop(question_id, None)
         case ch.ClearancePut(agent_id, clearance):
             _set_or_drop(state.clearances, agent_id, clearance)
+        case ch.Happened(one):
+            state.happenings[one.agent] = [*state.happenings.get(one.agent, ()), one][-KEPT_EVENTS:]
+            state.counters["happening"] = one.order
+            board.touch(event_key(one.agent, one.event))
         case ch.OrderPut(agent_id, order):
             _set_or_drop(state.orders, agent_id, order)
         case ch.LockdownPut(lockdown):
@@ -127,6 +137,11 @@ def fold(state: EngineState, board: Blackboard, step: Step) -> None:
 def name_key(task_id: str, scope: str, name: str) -> str:
     """Return the blackboard key under which readers of a task's name are kept."""
     return f"/tasks/{task_id}/{scope}/{name}"
+
+
+def event_key(agent: str, event: str) -> str:
+    """Return the blackboard key under which those who wait for an event of an agent are kept."""
+    return f"/events/{agent}/{event}"
 
 
 def _set_or_drop(table: dict[str, Any], key: str, value: Any) -> None:
@@ -191,6 +206,8 @@ def load_snapshot(data: bytes) -> EngineState:
             state.tasks[task_id] = msgspec.structs.replace(task, params=revive(task.params))
     for goal_id, goal in state.goals.items():
         state.goals[goal_id] = msgspec.structs.replace(goal, fields=revive(goal.fields), result=revive(goal.result))
+    for agent_id, happened in state.happenings.items():
+        state.happenings[agent_id] = [msgspec.structs.replace(one, fields=revive(one.fields)) for one in happened]
     for memory in state.memory.values():
         for path, mem in memory.items():
             failure = getattr(mem, "failure", None)

@@ -11,6 +11,7 @@ from formiga_bt.engine.inputs import Notify
 from formiga_bt.engine.people import People
 from formiga_bt.engine.ports import AllocationPort, GoalPort
 from formiga_bt.engine.records import RELEASE, GoalRecord, Leaving, Question, Tidy
+from formiga_bt.engine.state import event_key
 from formiga_bt.engine.tidying import WORD, Tidies
 from formiga_bt.engine.treerun import CompiledTrees, TaskTrees, TreesFactory
 from formiga_bt.engine.watching import watch_keys
@@ -157,6 +158,31 @@ class TaskRun:
             self._core.instants[(self.task_id, path)] = coming
             if self.deadline(path) != coming:  # what depends on `now` never stands still
                 self._core.set_deadline(node_deadline(self.task_id, path), coming, self.task_id)
+
+    def watch_event(self, path: str, agent: str, event: str) -> None:
+        """Wake a node at each event of that name that an agent tells."""
+        key = event_key(agent, event)
+        self._watched[path] = Watched((key,), (), ())
+        self._core.board.watch(key, f"{self.task_id}|{path}")
+
+    def newest_event(self) -> int:
+        """Return the order of the newest event of anyone."""
+        return self._core.state.counters.get("happening", 0)
+
+    def events_seen(self, agent: str, event: str) -> int:
+        """Return the order of the last event of that name that this task took, or of the last before its admission."""
+        task = self._core.task(self.task_id)
+        return max(task.events_from, task.events_taken.get(f"{agent}|{event}", 0))
+
+    def take_event(self, agent: str, event: str, after: int) -> Mapping[str, Any] | None:
+        """Take the next event after an order; return its fields with `at`, or None."""
+        for one in self._core.state.happenings.get(agent, ()):
+            if one.event == event and one.order > after:
+                task = self._core.task(self.task_id)
+                taken = max(one.order, task.events_taken.get(f"{agent}|{event}", 0))
+                self._core.put_task(self.task_id, events_taken={**task.events_taken, f"{agent}|{event}": taken})
+                return {**one.fields, "at": one.at}
+        return None
 
     def unwatch(self, path: str) -> None:
         """Forget a watch."""

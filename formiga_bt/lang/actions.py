@@ -79,7 +79,7 @@ def read_action(entry: Entry, problems: Problems) -> ActionSpec | None:
         name,
         entry.key.mark,
         fields=fields,
-        result=_results(keys["result"].value, problems) if "result" in keys else {},
+        result=read_results(keys["result"].value, problems) if "result" in keys else {},
         requires="airborne" if requires == "airborne" else "grounded" if requires == "grounded" else "",
         effect=_effect(keys["effect"].value, problems) if "effect" in keys else "",
         moves_to=moves_to,
@@ -129,8 +129,9 @@ def _value(keys: dict[str, Entry], key: str, of: Type, problems: Problems) -> Ex
     return expr
 
 
-def _results(node: Node, problems: Problems) -> dict[str, Type]:
-    mapping = read_optional_mapping(node, problems, "result")
+def read_results(node: Node, problems: Problems, what: str = "result") -> dict[str, Type]:
+    """Return the types of the fields of a result, or of an event."""
+    mapping = read_optional_mapping(node, problems, what)
     return {e.key.text: _field(e, problems).type for e in (mapping.entries if mapping is not None else ())}
 
 

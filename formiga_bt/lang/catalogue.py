@@ -12,7 +12,7 @@ from typing import Any, Final
 
 from formiga_bt.clock import micros
 from formiga_bt.diagnostics import Diagnostic, Mark, in_order
-from formiga_bt.lang.actions import read_action, read_optional_mapping
+from formiga_bt.lang.actions import read_action, read_optional_mapping, read_results
 from formiga_bt.lang.document import Entry, Node, Scalar, parse
 from formiga_bt.lang.envelope import read_envelope, read_on_breach
 from formiga_bt.lang.files import Shelf, read_file
@@ -36,6 +36,7 @@ from formiga_bt.lang.reading import (
 from formiga_bt.lang.scopes import World
 from formiga_bt.lang.subtrees import Subtrees
 from formiga_bt.lang.synonyms import surely
+from formiga_bt.lang.types import Type
 from formiga_bt.packaged import folder
 from formiga_bt.units import parse_quantity
 
@@ -57,6 +58,7 @@ TYPE: Final = (
     Option("limits", "map", "Numbers that simulators and estimates use."),
     Option("envelope", "options", "Limits that no flight may break.", keys=ENVELOPE),
     Option("on_breach", "map", "What follows a breach of a limit: return or hold."),
+    Option("events", "map", "What it tells of itself, apart from any goal: event -> {field: type}."),
     Option("suspect_after", "value", "Silence after which it is not allocated.", type="duration"),
     Option("lost_after", "value", "Silence after which it is lost.", type="duration"),
 )
@@ -228,6 +230,8 @@ class _CatalogueReader:
         if "actions" in keys:
             own = self._known_actions(keys["actions"].value, actions, problems)
             new["actions"] = tuple(dict.fromkeys((*base.actions, *own)))
+        if "events" in keys:
+            new["events"] = {**base.events, **_events(keys["events"].value, problems)}
         if "rest" in keys:
             new["rest"] = read_word(keys["rest"].value, problems, "rest", ("grounded_at_port",))
         for key in _WAYS:
@@ -318,4 +322,17 @@ def _limits(keys: dict[str, Entry], problems: Problems) -> dict[str, float]:
         number = read_number(node, problems, name)
         if number is not None:
             found[name] = number
+    return found
+
+
+def _events(node: Node, problems: Problems) -> dict[str, Mapping[str, Type]]:
+    """Return what a type tells of itself: events and the types of their fields."""
+    mapping = read_mapping(node, problems, "events")
+    found: dict[str, Mapping[str, Type]] = {}
+    for entry in mapping.entries if mapping is not None else ():
+        name = read_name(entry.key, problems, "events")
+        if name is not None:
+            found[name.text] = read_results(entry.value, problems, name.text)
+            if "at" in found[name.text]:
+                problems.add("E018", entry.value.mark, "'at' is when an event came; call the field something else")
     return found

@@ -27,6 +27,7 @@ from formiga_bt.lang.model import (
     Switch,
     Task,
     Wait,
+    WaitFor,
     WaitUntil,
     WithAgents,
 )
@@ -153,10 +154,11 @@ class _Checks:
             self._check_typical(step, step.timeout, "timeout")
             if step.retry is not None:
                 self._check_typical(step, step.retry.attempt_timeout, "attempt_timeout")
-        if isinstance(step, Ask | WaitUntil) and step.timeout is None and not bounded:
+        if isinstance(step, Ask | WaitUntil | WaitFor) and step.timeout is None and not bounded:
             attempt = step.retry.attempt_timeout if step.retry is not None else None
             if attempt is None:
                 what = "nobody may ever answer" if isinstance(step, Ask) else "this may never become true"
+                what = "this may never happen" if isinstance(step, WaitFor) else what
                 self.problems.add("W049", step.mark, f"{what}: add timeout:", "such as: timeout: 10 min")
         if isinstance(step, Loop) and not any(waits(child) for child in step.steps):
             self._check_spin(step)

@@ -31,6 +31,7 @@ from formiga_bt.lang.model import (
     Sequence,
     Step,
     Switch,
+    WaitFor,
     WaitUntil,
     WithAgents,
 )
@@ -174,7 +175,7 @@ class Interpreter:
                 return Ends(narrow(sky, step.cond, True), failing(narrow(sky, step.cond, False), step.mark, here))
             case Fail():
                 return Ends(None, failing(sky, step.mark, here))
-            case Ask():
+            case Ask() | WaitFor():
                 return Ends(sky, failing(sky, step.mark, here))
             case WaitUntil():
                 return Ends(narrow(sky, step.cond, True) or sky, failing(sky, step.mark, here))

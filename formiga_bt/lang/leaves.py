@@ -31,7 +31,7 @@ from formiga_bt.lang.reading import (
 )
 from formiga_bt.lang.scopes import Body, Callee, is_free
 from formiga_bt.lang.synonyms import action_for, is_sure, nearest, surely
-from formiga_bt.lang.types import ANY, Type
+from formiga_bt.lang.types import ANY, TIME, Type, record_of
 from formiga_bt.units import format_quantity, parse_quantity
 
 _HEIGHTS: Final = ("altitude", "height")
@@ -82,6 +82,47 @@ def read_do(body: Body, keys: Keys) -> Part | None:
             body.drop(Mapping_((keys["save_as"],), at.mark))
     part["expect"] = read_expect(body, keys, result)
     return part
+
+
+def read_wait_for(body: Body, keys: Keys) -> Part | None:
+    """Read `wait_for: role.event`."""
+    at = read_text(keys["wait_for"].value, body.problems, "wait_for")
+    since = read_word(keys["since"].value, body.problems, "since", ("step", "task")) if "since" in keys else "step"
+    found = _ROLE_ACTION.fullmatch(at.text) if at is not None else None
+    if at is None or found is None:
+        if at is not None:
+            what = f"'wait_for' must be role.event, this is '{shorten(at.text)}'"
+            body.problems.add("E008", at.mark, what, "such as: picker.sos")
+        return None
+    role, word = found[1], found[2]
+    who = read_who(body, role, at, at.mark_at(0, len(role)))
+    fields = _find_event(body, role, word, at.mark_at(len(role) + 1, len(at.text)))
+    if who is None or fields is None:
+        return None
+    part: Part = {"who": who, "event": word, "since_task": since == "task"}
+    if "save_as" in keys:
+        part["save_as"] = read_save(body, keys["save_as"].value, record_of(**fields, at=TIME))
+    return part
+
+
+def _find_event(body: Body, role: str, word: str, mark: Mark) -> Mapping[str, Type] | None:
+    """Return the fields of an event that each agent type of a role has; report E021 otherwise."""
+    types = body.world.catalogue.types
+    mine = [types[name] for name in body.agents.get(role, ()) if name in types]
+    lacking = next((one for one in mine if word not in one.events), None)
+    having = [one for one in mine or types.values() if word in one.events]
+    if lacking is None and having:
+        fields = having[0].events[word]
+        return {name: of for name, of in fields.items() if all(one.events[word].get(name) == of for one in having)}
+    if role in body.agents:
+        have = lacking.events if lacking is not None else {name: () for one in types.values() for name in one.events}
+        who = lacking.name if lacking is not None else "no agent"
+        meant = nearest(word, have)
+        guess = f"; did you mean '{meant}'?" if meant else ""
+        told = f"events: {quoted_list(have)}" if have else "it tells no events"
+        what = f"{who} has no event '{word}'" if lacking is not None else f"no agent has an event '{word}'"
+        body.problems.add("E021", mark, what + guess, told, fix_word(Scalar(word, mark), meant))
+    return None
 
 
 def read_who(body: Body, name: str, at: Scalar, mark: Mark) -> Who | None:

@@ -272,6 +272,21 @@ class WaitUntil(Step):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class WaitFor(Step):
+    """Wait for the next event of an agent. `since_task`: also one that came since the task's admission and none took yet."""
+
+    who: Who
+    event: str
+    since_task: bool = False
+    save_as: str = ""
+
+    @property
+    def title(self) -> str:
+        """Return the step's name, or `role.event`."""
+        return self.name or f"{self.who.name}.{self.event}"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Release(Step):
     """Give an agent back before the task ends: goal-free, recovered if airborne, then freed."""
 
@@ -533,6 +548,8 @@ class AgentType:
     land: Subtree | None = None
     """A subtree with an agent and a place param that lands it there (order `land`)."""
     land_ref: str = ""
+    events: Mapping[str, Mapping[str, Type]] = field(default_factory=dict)
+    """What it tells of itself, apart from any goal: event -> its fields."""
     human: bool = False
     shared: bool = False
     limits: Mapping[str, float] = field(default_factory=dict)

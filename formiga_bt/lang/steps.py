@@ -38,6 +38,7 @@ from formiga_bt.lang.model import (
     Step,
     Switch,
     Wait,
+    WaitFor,
     WaitUntil,
     WithAgents,
 )
@@ -68,6 +69,7 @@ _CLASSES: Final[Mapping[str, type[Step]]] = MappingProxyType(
         "call": Call,
         "wait": Wait,
         "wait_until": WaitUntil,
+        "wait_for": WaitFor,
         "check": Check,
         "set": Set,
         "notify": Notify,
@@ -335,6 +337,7 @@ _READERS: Final[Mapping[str, Callable[[Body, Keys], dict[str, Any] | None]]] = M
         "call": leaves.read_call,
         "wait": moments.read_wait,
         "wait_until": moments.read_wait_until,
+        "wait_for": leaves.read_wait_for,
         "check": moments.read_check,
         "set": moments.read_set,
         "notify": leaves.read_notify,

@@ -170,6 +170,8 @@ class TimeoutNode(Modifier):
         for goal in self.drain:
             view = run.goal(goal)
             if view.state == "succeeded":
+                place = goal.split("/", 2)[2].partition("+")[0]
+                leaf.run, leaf.path, leaf.scope = run, place, self.scope  # it was not restored, if we were
                 status = leaf.conclude(run, view)
                 self.failure = leaf.failure
                 return status

@@ -16,7 +16,7 @@ from formiga_bt.nodes import draining
 from formiga_bt.nodes.base import RUNNING, SUCCESS, Node
 from formiga_bt.nodes.composites import Chain, adopt_children, skipped_before
 from formiga_bt.nodes.leaves import InstantNode, Leaf, check_failure
-from formiga_bt.nodes.memory import LiveMem, Mem, PassMem
+from formiga_bt.nodes.memory import LiveMem, Mem, PassMem, WaitForMem
 from formiga_bt.nodes.run import Failure, Run
 
 
@@ -49,6 +49,49 @@ class WaitUntilNode(Leaf):
     def on_restore(self, run: Run, mem: Mem) -> None:  # noqa: ARG002
         """Watch again."""
         run.watch(self.key, (self.step.cond,), self.scope)
+
+
+class WaitForNode(Leaf):
+    """`wait_for`: the next event of an agent. Events that come together are taken one by one."""
+
+    kind: ClassVar[str] = "wait_for"
+    watches = True
+
+    def __init__(self, step: model.WaitFor) -> None:
+        super().__init__(step.title, step)
+        self.step = step
+        self.mem = WaitForMem("", 0)
+
+    def act(self, run: Run) -> Status:
+        """Take an event that came already, if those count, else wait."""
+        assert self.step.who.agent is not None
+        agent = self.step.who.agent.run(self.env(run)).id
+        after = run.events_seen(agent, self.step.event) if self.step.since_task else run.newest_event()
+        self.mem = WaitForMem(agent, after)
+        if self._take(run):
+            return SUCCESS
+        self.remember(run, self.mem)
+        run.watch_event(self.key, agent, self.step.event)
+        return RUNNING
+
+    def _take(self, run: Run) -> bool:
+        after = self.mem.after
+        if self.step.since_task:  # another branch may have taken one meanwhile
+            after = run.events_seen(self.mem.agent, self.step.event)
+        found = run.take_event(self.mem.agent, self.step.event, after)
+        if found is not None and self.step.save_as:
+            run.set_var(self.scope, self.step.save_as, dict(found))
+        return found is not None
+
+    def on_proceed(self, run: Run) -> Status:
+        """Look again."""
+        return SUCCESS if self._take(run) else RUNNING
+
+    def on_restore(self, run: Run, mem: Mem) -> None:
+        """Wait again."""
+        assert isinstance(mem, WaitForMem)
+        self.mem = mem
+        run.watch_event(self.key, mem.agent, self.step.event)
 
 
 class Watcher(Chain):

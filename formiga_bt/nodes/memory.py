@@ -66,6 +66,13 @@ class WaitMem(Struct, frozen=True, tag="wait", tag_field="mem"):
     since: Micros
 
 
+class WaitForMem(Struct, frozen=True, tag="wait_for", tag_field="mem"):
+    """Whose event is waited for, and after which one."""
+
+    agent: str
+    after: int
+
+
 class PassMem(Struct, frozen=True, tag="pass", tag_field="mem"):
     """A running decorator without memory of its own (`when`, `ignore_failure`)."""
 
@@ -164,6 +171,6 @@ class WithMem(Struct, frozen=True, tag="with_agents", tag_field="mem"):
 
 
 Mem = (
-    SequenceMem | FallbackMem | IfMem | SwitchMem | CallMem | DoMem | AskMem | WaitMem | PassMem | TimeoutMem | RetryMem
-    | TidyMem | LiveMem | GatherMem | ItemsMem | LoopMem | WithMem
+    SequenceMem | FallbackMem | IfMem | SwitchMem | CallMem | DoMem | AskMem | WaitMem | WaitForMem | PassMem | TimeoutMem
+    | RetryMem | TidyMem | LiveMem | GatherMem | ItemsMem | LoopMem | WithMem
 )  # fmt: skip

@@ -209,6 +209,22 @@ class Run(Protocol):
         """Forget the watch of `path`, if there is one."""
         ...
 
+    def watch_event(self, path: str, agent: str, event: str) -> None:
+        """Wake the node at `path` at each event of that name that an agent tells; `unwatch` ends it."""
+        ...
+
+    def newest_event(self) -> int:
+        """Return the order of the newest event of anyone."""
+        ...
+
+    def events_seen(self, agent: str, event: str) -> int:
+        """Return the order of the last event of that name that this task took, or of the last before its admission."""
+        ...
+
+    def take_event(self, agent: str, event: str, after: int) -> Mapping[str, Any] | None:
+        """Take the next event of that name after an order; return its fields with `at`, or None if there is none yet."""
+        ...
+
     def release(self, agent: str, path: str, after: tuple[str, ...] = ()) -> None:
         """Give an agent back: when goal-free, brought home if airborne. The node at `path` is woken when it is done."""
         ...

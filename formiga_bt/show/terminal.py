@@ -223,6 +223,9 @@ def _label(step: Step) -> tuple[Span, ...]:
         case model.WithAgents():
             who = ", ".join(f"{role.name}: {_kinds(role)}" for role in step.roles.values())
             spans = Span("with_agents ", "kind"), Span(who, "agent")
+        case model.WaitFor():
+            since = " (since the task's start)" if step.since_task else ""
+            spans = Span("wait for ", "kind"), Span(step.who.name, "agent"), Span(f".{step.event}{since}")
         case model.Release():
             spans = Span("release ", "kind"), Span(step.who.name, "agent")
         case model.Loop():

@@ -20,6 +20,7 @@ from formiga_bt.transport.base import AgentBody, AgentLink
 from formiga_bt.transport.messages import (
     TERMINAL,
     AgentCard,
+    AgentEvent,
     AgentStatus,
     ClockBeat,
     Control,
@@ -96,6 +97,8 @@ class AgentSide:
         self._heard_at: Micros = now()
         self._silence_us: Micros | None = None
         self._untold: list[str] = []
+        self._events = 0
+        self._untold_events: list[AgentEvent] = []
 
     # What the owner may look at.
 
@@ -292,6 +295,17 @@ class AgentSide:
             self.set_status(**fields)
         self._link.publish_status(self._make_status())
 
+    def tell_event(self, event: str, **fields: Any) -> None:
+        """Publish an event of the agent's own, with its fields as wire values. What is told while cut off is told again."""
+        self._events += 1
+        made = AgentEvent(
+            agent=self.card.id, event=event, boot_id=self.card.boot_id, n=self._events, stamp=self.engine_now(),
+            fields=fields,
+        )  # fmt: skip
+        if self.is_cut_off:
+            self._untold_events.append(made)
+        self._link.publish_agent_event(made)
+
     def take_control(self, control: Control) -> None:
         """Say who is in command. Unless it is the engine, running goals end `taken_over` and new ones are rejected."""
         if control == self._status.control:
@@ -310,6 +324,9 @@ class AgentSide:
         for goal in untold:
             if goal in self._goals:
                 self._link.publish_event(self._answer(self._goals[goal].event))
+        events, self._untold_events = self._untold_events, []
+        for event in events:
+            self._link.publish_agent_event(event)
         self.publish_status()
 
     def _refusal(self, request: GoalRequest, rivals: tuple[str, ...]) -> str:

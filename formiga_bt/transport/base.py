@@ -11,7 +11,15 @@ rules in between (remembered ids, epochs, expiry, repeated goals) live once, in 
 from collections.abc import Callable, Sequence
 from typing import Protocol
 
-from formiga_bt.transport.messages import AgentCard, AgentStatus, ClockBeat, GoalEvent, GoalRequest, TransportEvent
+from formiga_bt.transport.messages import (
+    AgentCard,
+    AgentEvent,
+    AgentStatus,
+    ClockBeat,
+    GoalEvent,
+    GoalRequest,
+    TransportEvent,
+)
 
 
 class AgentTransport(Protocol):
@@ -76,6 +84,10 @@ class AgentLink(Protocol):
 
     def publish_event(self, event: GoalEvent) -> None:
         """Publish news of a goal."""
+        ...
+
+    def publish_agent_event(self, event: AgentEvent) -> None:
+        """Publish an event of the agent's own."""
         ...
 
     def publish_card(self, card: AgentCard) -> None:

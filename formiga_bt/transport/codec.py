@@ -17,6 +17,7 @@ from formiga_bt.geo import Position
 from formiga_bt.transport.agent_side import AgentSide
 from formiga_bt.transport.messages import (
     AgentCard,
+    AgentEvent,
     AgentStatus,
     GoalEvent,
     GoalReported,
@@ -151,6 +152,19 @@ def check_event(agent: str, event: GoalEvent) -> GoalEvent:
         raise WireError(f"an event of {event.agent!r} came from {agent!r}")
     if event.status is not None:
         check_status(agent, event.status)
+    return event
+
+
+def check_agent_event(agent: str, event: AgentEvent) -> AgentEvent:
+    """Return an event of an agent's own if it is this agent's and told apart from its others.
+
+    Raises:
+        WireError: it is another agent's, or has no name, boot_id or number.
+    """
+    if event.agent != agent:
+        raise WireError(f"an event of {event.agent!r} came from {agent!r}")
+    if not event.event or not event.boot_id or event.n < 1:
+        raise WireError("an event without name, boot_id or n")
     return event
 
 

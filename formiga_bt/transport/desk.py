@@ -21,9 +21,11 @@ from formiga_bt.transport.agent_side import CONFIRM, AgentSide
 from formiga_bt.transport.codec import Asked, CancelRequest, GoalsRequest, WireError, encode, read_reply, serve_request
 from formiga_bt.transport.messages import (
     AgentCard,
+    AgentEvent,
     AgentSeen,
     AgentStatus,
     ClockBeat,
+    EventArrived,
     GoalEvent,
     GoalReported,
     GoalRequest,
@@ -215,6 +217,10 @@ class DeskTransport:
     def publish_event(self, event: GoalEvent) -> None:
         """Take in news of a question."""
         self._inbox.append(GoalReported(event))
+
+    def publish_agent_event(self, event: AgentEvent) -> None:
+        """Take in an event of a person's own."""
+        self._inbox.append(EventArrived(event))
 
     def publish_card(self, card: AgentCard) -> None:
         """Take in a person."""

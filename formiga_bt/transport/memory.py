@@ -25,6 +25,7 @@ from formiga_bt.transport.codec import (
     CancelRequest,
     GoalsRequest,
     WireError,
+    check_agent_event,
     check_card,
     check_event,
     check_status,
@@ -36,11 +37,13 @@ from formiga_bt.transport.codec import (
 from formiga_bt.transport.messages import (
     TERMINAL,
     AgentCard,
+    AgentEvent,
     AgentGone,
     AgentSeen,
     AgentStatus,
     BadMessage,
     ClockBeat,
+    EventArrived,
     GoalEvent,
     GoalReported,
     GoalRequest,
@@ -111,6 +114,11 @@ class MemoryLink:
             return
         raw = encode(event)
         self._tell(lambda: GoalReported(check_event(self.agent, decode(raw, GoalEvent))))
+
+    def publish_agent_event(self, event: AgentEvent) -> None:
+        """Send an event of the agent's own."""
+        raw = encode(event)
+        self._tell(lambda: EventArrived(check_agent_event(self.agent, decode(raw, AgentEvent))))
 
     def publish_card(self, card: AgentCard) -> None:
         """Announce the agent; a card announced before is replaced."""

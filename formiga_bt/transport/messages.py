@@ -148,6 +148,20 @@ class GoalEvent(Struct, frozen=True, kw_only=True):
     status: AgentStatus | None = None
 
 
+class AgentEvent(Struct, frozen=True, kw_only=True):
+    """Something that an agent tells of itself, apart from any goal: an alarm button, a fence that was crossed."""
+
+    agent: str
+    event: str
+    """Its name, as in the catalogue's `events` of the agent's type."""
+    boot_id: str
+    n: int
+    """Counts the events of this start of the agent from 1, so that a repeated one is told apart."""
+    stamp: Micros = 0
+    fields: dict[str, Any] = {}
+    """As wire values, by the names that the catalogue gives them."""
+
+
 class ClockBeat(Struct, frozen=True, kw_only=True):
     """The engine's clock, published each wall second and at each change of speed; agents extrapolate."""
 
@@ -185,6 +199,12 @@ class GoalReported(Struct, frozen=True, tag=True):
     event: GoalEvent
 
 
+class EventArrived(Struct, frozen=True, tag=True):
+    """An agent told an event of its own."""
+
+    event: AgentEvent
+
+
 class QueryReplied(Struct, frozen=True, tag=True):
     """An agent answered which of the asked goals it knows, one event each; `boot_id` is its present one."""
 
@@ -213,7 +233,9 @@ class BadMessage(Struct, frozen=True, tag=True):
     text: str
 
 
-TransportEvent = AgentSeen | AgentGone | StatusArrived | GoalReported | QueryReplied | SendFailed | BadMessage
+TransportEvent = (
+    AgentSeen | AgentGone | StatusArrived | GoalReported | EventArrived | QueryReplied | SendFailed | BadMessage
+)
 
 
 def to_wire(value: Any) -> Any:

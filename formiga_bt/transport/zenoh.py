@@ -25,6 +25,7 @@ from formiga_bt.transport.codec import (
     CancelRequest,
     GoalsRequest,
     WireError,
+    check_agent_event,
     check_card,
     check_event,
     check_size,
@@ -35,11 +36,13 @@ from formiga_bt.transport.codec import (
 )
 from formiga_bt.transport.messages import (
     AgentCard,
+    AgentEvent,
     AgentGone,
     AgentSeen,
     AgentStatus,
     BadMessage,
     ClockBeat,
+    EventArrived,
     GoalEvent,
     GoalReported,
     GoalRequest,
@@ -98,7 +101,7 @@ class _Raw:
 
     __slots__ = ("kind", "payload", "rest", "size")
 
-    def __init__(self, kind: Literal["status", "event", "card", "alive", "gone"], sample: Any) -> None:
+    def __init__(self, kind: Literal["status", "event", "told", "card", "alive", "gone"], sample: Any) -> None:
         self.kind = kind
         self.rest = str(sample.key_expr).split("/")
         self.size = len(sample.payload)
@@ -167,6 +170,7 @@ class ZenohTransport:
                 session.declare_subscriber(
                     "*/*/action/*/event", on_network_thread(lambda s: self._take(_Raw("event", s)))
                 ),
+                session.declare_subscriber("*/*/event/*", on_network_thread(lambda s: self._take(_Raw("told", s)))),
                 session.declare_subscriber("*/*/card", on_network_thread(lambda s: self._take(_Raw("card", s)))),
                 session.liveliness().declare_subscriber("*/*/alive", on_network_thread(self._on_token), history=True),
                 session.liveliness().declare_token("engine/alive"),
@@ -330,6 +334,12 @@ class ZenohTransport:
             elif raw.kind == "event":
                 self._peer(agent, agent_type)
                 events.append(GoalReported(check_event(agent, decode(raw.payload, GoalEvent))))
+            elif raw.kind == "told":
+                self._peer(agent, agent_type)
+                told = check_agent_event(agent, decode(raw.payload, AgentEvent))
+                if told.event != raw.rest[3]:
+                    raise WireError(f"an event {told.event!r} came under the key of {raw.rest[3]!r}")
+                events.append(EventArrived(told))
             elif raw.kind == "card":
                 self._show(self._peer(agent, agent_type), check_card(agent, decode(raw.payload, AgentCard)), events)
             elif raw.kind == "alive":

@@ -15,7 +15,7 @@ import zenoh
 from formiga_bt.errors import TransportError
 from formiga_bt.transport.agent_side import AgentSide
 from formiga_bt.transport.codec import Asked, UnsentReplyError, WireError, check_size, decode, encode, serve_request
-from formiga_bt.transport.messages import AgentCard, AgentStatus, ClockBeat, GoalEvent
+from formiga_bt.transport.messages import AgentCard, AgentEvent, AgentStatus, ClockBeat, GoalEvent
 from formiga_bt.transport.zenoh_session import (
     CLOCK_KEY,
     DEFAULT_ENDPOINT,
@@ -128,6 +128,12 @@ class ZenohAgentLink:
         action = self._side.action_of(event.goal_id) or "any"
         if not self._is_cut:
             self._put(self._key("action", action, "event"), encode(event), zenoh.CongestionControl.BLOCK)
+
+    def publish_agent_event(self, event: AgentEvent) -> None:
+        """Publish an event of the agent's own."""
+        if not self._is_cut:
+            key = self._key("event", check_name("event", event.event))
+            self._put(key, encode(event), zenoh.CongestionControl.BLOCK)
 
     def publish_card(self, card: AgentCard) -> None:
         """Announce the agent: the first time by its presence token, later by the changed card."""

@@ -24,7 +24,7 @@ from formiga_bt.clock import SECOND
 from formiga_bt.geo import Position
 from formiga_bt.transport.agent_side import AgentSide
 from formiga_bt.transport.base import AgentLink
-from formiga_bt.transport.messages import TERMINAL, AgentCard, AgentStatus, GoalEvent, GoalRequest
+from formiga_bt.transport.messages import TERMINAL, AgentCard, AgentEvent, AgentStatus, GoalEvent, GoalRequest
 
 STATUS_S = 0.1
 
@@ -38,6 +38,9 @@ class LossyLink:
 
     def publish_status(self, status: AgentStatus) -> None:
         self._link.publish_status(status)
+
+    def publish_agent_event(self, event: AgentEvent) -> None:
+        self._link.publish_agent_event(event)
 
     def publish_card(self, card: AgentCard) -> None:
         self._link.publish_card(card)
@@ -87,6 +90,8 @@ class ScriptedBody:
         if fields.get("deaf_s"):
             self.later(0.1, lambda: self.wire.cut(vanishes=bool(fields.get("vanishes"))))
             self.later(0.1 + fields["deaf_s"], self.wire.mend)
+        for level in fields.get("tell", ()):
+            self.side.tell_event("alarm", level=level)
         step = fields.get("step_s", 0.01)
         at = step
         for progress in fields.get("feedback", ()):

@@ -3,7 +3,15 @@
 import pytest
 from rigs import Rig
 
-from formiga_bt.transport.messages import TERMINAL, AgentSeen, GoalReported, QueryReplied, SendFailed, StatusArrived
+from formiga_bt.transport.messages import (
+    TERMINAL,
+    AgentSeen,
+    EventArrived,
+    GoalReported,
+    QueryReplied,
+    SendFailed,
+    StatusArrived,
+)
 
 
 def test_a_goal_is_accepted_and_succeeds_with_the_full_status(rig: Rig, peer: str) -> None:
@@ -47,6 +55,16 @@ def test_an_accept_that_takes_too_long_leaves_the_outcome_unknown(rig: Rig) -> N
     goal = rig.goal(agent, do="succeed", block_s=1.5)
     assert rig.failure(goal).outcome == "unknown"
     assert rig.reported(goal, "succeeded").result["starts"] == 1, "the news arrives all the same"
+
+
+def test_events_of_an_agents_own_come_in_order_and_none_is_lost(rig: Rig, peer: str) -> None:
+    levels = list(range(40))
+    rig.reported(rig.goal(peer, do="succeed", tell=levels), "succeeded")
+    rig.event(EventArrived, lambda e: e.event.fields["level"] == levels[-1])
+    told = [e.event for e in rig.log if isinstance(e, EventArrived) and e.event.agent == peer]
+    assert [event.fields["level"] for event in told] == levels
+    assert [event.n for event in told] == list(range(told[0].n, told[0].n + 40))
+    assert {(event.event, event.agent) for event in told} == {("alarm", peer)}
 
 
 def test_feedback_comes_in_order(rig: Rig, peer: str) -> None:

@@ -528,6 +528,22 @@ class NaiveTrees:
         self.host.watch(at.key, (at.step.cond,), at.scope)
         return None
 
+    def _wait_for(self, at: At, mem: dict[str, Any], fresh: bool) -> Done | None:
+        host, step = self.host, at.step
+        assert isinstance(step, model.WaitFor)
+        if fresh:
+            assert step.who.agent is not None
+            mem["agent"] = step.who.agent.run(self._env(at)).id
+            mem["after"] = host.newest_event()
+        after = host.events_seen(mem["agent"], step.event) if step.since_task else mem["after"]
+        found = host.take_event(mem["agent"], step.event, after)
+        if found is None:
+            host.watch_event(at.key, mem["agent"], step.event)
+            return None
+        if step.save_as:
+            host.set_var(at.scope, step.save_as, dict(found))
+        return Done()
+
     # -- parallel --------------------------------------------------------------------------------------------------------
     def _parallel(self, at: At, mem: dict[str, Any], fresh: bool) -> Done | None:
         assert isinstance(at.step, model.Parallel)

@@ -150,7 +150,7 @@ class Writer:
 
     def step(self, depth: int) -> dict[str, Any]:
         leaves = ("do", "do", "do", "do", "ask", "wait", "wait", "check", "set", "notify", "fail")
-        leaves = (*leaves, "wait_until", "wait_until", *(["break_if"] * 4 if self.may_leave else []))
+        leaves = (*leaves, "wait_until", "wait_until", "wait_for", *(["break_if"] * 4 if self.may_leave else []))
         blocks = (
             "sequence",
             "fallback",
@@ -181,6 +181,8 @@ class Writer:
         kind = self.pick(*(leaves if depth <= 0 else (*leaves, *blocks)))
         if kind == "call" and not (self.callable() and self.carts):
             kind = "wait"
+        if kind == "wait_for" and not self.carts:
+            kind = "wait"
         if (kind == "set" and not self.may_set) or (kind == "do" and not self.carts):
             kind = "wait"
         step: dict[str, Any] = getattr(self, f"_{kind}")(depth)
@@ -193,7 +195,7 @@ class Writer:
         if self.chance(15):
             step["ignore_failure"] = True
         instant = kind in ("check", "set", "notify", "fail", "break_if")
-        if kind in ("ask", "wait_until") or (not instant and self.chance(35)):
+        if kind in ("ask", "wait_until", "wait_for") or (not instant and self.chance(35)):
             step["timeout"] = self.dice.choice(SPANS)
         repeatable = not self.hauls(step)  # else the checker refuses
         if kind not in ("set", "notify", "break_if") and repeatable and self.chance(30):
@@ -291,6 +293,16 @@ class Writer:
 
     def _wait_until(self, depth: int) -> dict[str, Any]:
         return {"wait_until": self.live()}
+
+    def _wait_for(self, depth: int) -> dict[str, Any]:
+        step: dict[str, Any] = {
+            "wait_for": f"{self.pick(*(self.carts or ('one',)))}.{self.pick('ping', 'ping', 'pong')}"
+        }
+        if not self.inside or self.carts:
+            step["since"] = self.pick("step", "task")
+        if step["wait_for"].endswith("ping") and self.chance(30):
+            step["save_as"] = self.save()
+        return step
 
     def _break_if(self, depth: int) -> dict[str, Any]:
         return {"break_if": self.cond()}
@@ -486,12 +498,12 @@ def deed(dice: Random) -> Deed:
 
 
 FAULTS = ("abort", "abort", "now", "abandon", "kill", "freeze", "take_over", "take_over", "clear", "hold")
-NEWS = ("low", "low", "full", "pulse", "pulse", "rise", "sink", "drift")
+NEWS = ("ping", "ping", "ping", "pong", "low", "low", "full", "pulse", "pulse", "rise", "sink", "drift")
 
 
 def events(dice: Random) -> list[Event]:
     """Draw what happens from outside."""
-    found = [Event(dice.randint(2, 30) / 2, dice.choice(NEWS), dice.choice(CARTS)) for _ in range(dice.randint(0, 6))]
+    found = [Event(dice.randint(2, 30) / 2, dice.choice(NEWS), dice.choice(CARTS)) for _ in range(dice.randint(0, 9))]
     for _ in range(dice.choice((0, 0, 1, 2, 3))):
         what, at, whom = dice.choice(FAULTS), dice.randint(0, 60) / 2, dice.choice(CARTS)
         if what == "hold":

@@ -130,6 +130,30 @@ CASES: dict[str, Case] = {
         {"c1": [Deed(after=30.0, cancel_after=4.0)]}, [Event(2.0, "low", "c1"), Event(3.0, "rise", "c2")],
         "SUCCEEDED", "", ["6 =guard steps/steps[0].fallback[0]"],
     ),
+    "wait_for: the next event after the step's start, not an earlier one": (
+        [{"wait": "2 s"}, {"wait_for": "one.ping", "timeout": "20 s", "save_as": "told"}, say("${told.n}")],
+        {}, [Event(2.0, "ping", "c1"), Event(5.0, "pong", "c1"), Event(6.0, "ping", "c2"), Event(7.0, "ping", "c1")],
+        "SUCCEEDED", "", ["7 =3"],
+    ),
+    "wait_for: since task it takes each event once, in their order": (
+        [{"wait": "5 s"}, {"repeat": 3, "steps": [
+            {"wait_for": "one.ping", "since": "task", "timeout": "20 s", "save_as": "told"}, say("${told.n}")]}],
+        {}, [Event(0.5, "ping", "c1"), Event(2.0, "ping", "c1"), Event(3.0, "ping", "c1"), Event(9.0, "ping", "c1")],
+        "SUCCEEDED", "", ["6 =2", "6 =3", "9 =4"],
+    ),
+    "wait_for: two that come at one instant are two": (
+        [{"repeat": 2, "steps": [{"wait_for": "one.ping", "since": "task", "timeout": "20 s"}, say("ping")]}],
+        {}, [Event(3.0, "ping", "c1"), Event(3.0, "ping", "c1")], "SUCCEEDED", "", ["3 ping", "3 ping"],
+    ),
+    "wait_for: branches that wait for the next one all see it": (
+        [{"parallel": [{"wait_for": "one.ping", "timeout": "20 s"}, {"wait_for": "one.ping", "timeout": "20 s"}]},
+         say("end")],
+        {}, [Event(3.0, "ping", "c1")], "SUCCEEDED", "", ["3 end"],
+    ),
+    "wait_for: without an event its timeout fails": (
+        [{"fallback": [{"wait_for": "one.ping", "timeout": "3 s"}, say("${error.code}")]}],
+        {}, [Event(2.0, "pong", "c1")], "SUCCEEDED", "", ["4 =timeout"],
+    ),
     "guard: false at entry fails before anything starts": (
         [{"guard": "flag", "steps": [say("never")]}], {}, [], "FAILED", "guard", [],
     ),

@@ -36,6 +36,9 @@ types:
   cart:
     label: cart
     actions: [Move, Haul, Home]
+    events:
+      ping: {n: int}
+      pong: {}
     recover: back.yaml#Back
     suspect_after: 15 s
     lost_after: 25 s
@@ -140,6 +143,7 @@ class Scripted:
         self.landed = "grounded"
         self.battery = 80.0
         self.drift = 0.0
+        self.told = 0
         self.log: list[tuple[str, str]] = []
         self.boot()
 
@@ -245,6 +249,11 @@ class Scripted:
         if what == "pulse":  # too short for whoever would poll
             self.later(0.05, lambda: self.change("full"))
 
+    def tell(self, event: str) -> None:
+        assert self.side is not None
+        self.told += 1
+        self.side.tell_event(event, **({"n": self.told} if event == "ping" else {}))
+
     def take_over(self) -> None:
         if self.side is not None:
             self.running.clear()
@@ -338,6 +347,8 @@ class World:
                 self.scheduler.call_at(self.scheduler.now(), lambda: self._handback_end(event.whom))
             case "low" | "full" | "pulse" | "rise" | "sink" | "drift" if body is not None:
                 body.change(event.what)
+            case "ping" | "pong" if body is not None and body.side is not None:
+                body.tell(event.what)
             case "hold" | "continue":
                 self.driver.feed(inp.Operator(event.what, event.whom, "ann"))
             case "clear":

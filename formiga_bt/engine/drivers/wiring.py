@@ -20,6 +20,8 @@ def to_input(event: msg.TransportEvent, wall: Micros) -> inp.Input:
             return inp.AgentStatusInput(status, wall)
         case msg.GoalReported(goal):
             return inp.GoalEventInput(goal, wall)
+        case msg.EventArrived(told):
+            return inp.AgentEventInput(told)
         case msg.QueryReplied(agent, boot_id, goals):
             return inp.QueryReplyInput(agent, boot_id, goals)
         case msg.SendFailed(agent, what, goal_id, outcome, text):

@@ -10,7 +10,7 @@ from formiga_bt.lang.model import Catalogue, Site, Task
 
 FaultKind = Literal[
     "kill", "restart", "freeze", "thaw", "nan", "wrong_id", "slow", "refuse", "take_over", "hand_back", "lose_result",
-    "never_confirm", "link_loss", "battery", "wind", "preflight", "drift",
+    "never_confirm", "link_loss", "battery", "wind", "preflight", "drift", "event",
 ]  # fmt: skip
 OrderWord = Literal[
     "hold", "return", "land", "cut", "continue", "restart", "handback", "clear", "lockdown", "abort",
@@ -70,6 +70,8 @@ class ScenarioFault:
     east: float = 0.0
     north: float = 0.0
     """Where the wind blows to, m/s (wind); how far the fix is off, metres (drift)."""
+    event: str = ""
+    """What the agent tells of itself (event)."""
     check: str = ""
     text: str = "broken"
     """Which check fails, and what the drone says of it (preflight)."""

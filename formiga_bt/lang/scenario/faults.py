@@ -71,10 +71,12 @@ def _begin(book: Book, keys: Mapping[str, Entry], kind: FaultKind, at: Micros) -
         book.problems.add(
             "E062", keys[side].value.mark, f"'{side}' must lie between {-MOST_DRIFT_M:g} m and {MOST_DRIFT_M:g} m"
         )
+    event = read_name(keys["event"].value, book.problems, "event") if "event" in keys else None
     return ScenarioFault(
         at,
         "",
         kind,
+        event=event.text if event is not None else "",
         count=book.whole(keys, "count", 1, least=1),
         as_id=as_id.text if as_id is not None else "somebody_else",
         code=code.text if code is not None else "not_now",

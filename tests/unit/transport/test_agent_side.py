@@ -5,7 +5,15 @@ import pytest
 from formiga_bt.clock import SECOND
 from formiga_bt.geo import Position
 from formiga_bt.transport.agent_side import REMEMBERED_GOALS, AgentSide
-from formiga_bt.transport.messages import AgentCard, AgentStatus, ClockBeat, GoalEvent, GoalRequest, PreflightCheck
+from formiga_bt.transport.messages import (
+    AgentCard,
+    AgentEvent,
+    AgentStatus,
+    ClockBeat,
+    GoalEvent,
+    GoalRequest,
+    PreflightCheck,
+)
 
 
 class Link:
@@ -13,12 +21,16 @@ class Link:
         self.events: list[GoalEvent] = []
         self.statuses: list[AgentStatus] = []
         self.cards: list[AgentCard] = []
+        self.told: list[AgentEvent] = []
 
     def publish_status(self, status: AgentStatus) -> None:
         self.statuses.append(status)
 
     def publish_event(self, event: GoalEvent) -> None:
         self.events.append(event)
+
+    def publish_agent_event(self, event: AgentEvent) -> None:
+        self.told.append(event)
 
     def publish_card(self, card: AgentCard) -> None:
         self.cards.append(card)

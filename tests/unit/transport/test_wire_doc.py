@@ -18,6 +18,7 @@ from formiga_bt.transport.codec import CancelRequest, GoalsReply, GoalsRequest
 from formiga_bt.transport.desk import ConfirmFields
 from formiga_bt.transport.messages import (
     AgentCard,
+    AgentEvent,
     AgentStatus,
     Clearance,
     ClockBeat,
@@ -79,6 +80,9 @@ EXAMPLES: dict[str, Struct] = {
         task_id="PickUp-12",
     ),
     "GoalEvent": DONE,
+    "AgentEvent": AgentEvent(
+        agent="picker_1", event="sos", boot_id="picker_1@11c0", n=2, stamp=T0 + 12_000_000, fields={"level": 3}
+    ),
     "CancelRequest": CancelRequest("PickUp-12/0/steps/steps[1]"),
     "GoalsRequest": GoalsRequest(("PickUp-12/0/steps/steps[1]", "PickUp-12/0/steps/steps[2]")),
     "GoalsReply": GoalsReply(

@@ -1,0 +1,78 @@
+"""Events that agents tell of themselves: each is taken once; lies count as bad messages; what is kept is bounded."""
+
+from agents_sim.faults import Order
+from formiga_bt.engine.inputs import AgentEventInput
+from formiga_bt.engine.state import KEPT_EVENTS, load_snapshot, snapshot
+from formiga_bt.lang.loader import load_catalogue, load_task_text
+from formiga_bt.lang.types import AgentRef
+from formiga_bt.packaged import folder
+from formiga_bt.rehearsal import Rehearsal, fleet_of
+from formiga_bt.transport.messages import AgentEvent
+from tests.replay.missions import world
+
+TEXT = """
+formiga: 1
+task: Alarm
+params: {user: {type: agent, of: [picker]}}
+agents:
+  picker: {type: picker, id: "${user}"}
+steps:
+  - repeat: 2
+    steps:
+      - wait_for: picker.sos
+        since: task
+        timeout: 1 h
+        save_as: told
+      - notify: Alarm at ${told.at}
+"""
+
+
+def flight() -> Rehearsal:
+    site, _, _ = world()
+    catalogue, problems, _ = load_catalogue(sorted(folder("actions").glob("*.yaml")))
+    assert problems == []
+    loaded = load_task_text(TEXT, "alarm.yaml", catalogue=catalogue, site=site)
+    assert loaded.diagnostics == []
+    assert loaded.task is not None
+    return Rehearsal(site, catalogue, [loaded.task], fleet_of(site, catalogue))
+
+
+def tell(flown: Rehearsal, n: int, event: str = "sos", agent: str = "picker_1", boot: str = "b") -> None:
+    flown.driver.feed(AgentEventInput(AgentEvent(agent=agent, event=event, boot_id=boot, n=n)))
+
+
+def test_a_repeated_event_counts_once_and_a_lie_counts_as_bad() -> None:
+    flown = flight()
+    flown.run_for(1)
+    for n, event in ((1, "sos"), (1, "sos"), (2, "dance"), (1, "geofence")):
+        tell(flown, n, event)
+    tell(flown, 1, boot="c")
+
+    state = flown.engine.state
+    assert [(one.boot_id, one.n) for one in state.happenings["picker_1"]] == [("b", 1), ("c", 1)]
+    assert state.agents["picker_1"].bad == 1
+    assert load_snapshot(snapshot(state)).happenings == state.happenings
+    flown.close()
+
+
+def test_as_many_are_kept_as_the_bound_says() -> None:
+    flown = flight()
+    flown.run_for(1)
+    for n in range(KEPT_EVENTS + 20):
+        tell(flown, n + 1)
+
+    kept = flown.engine.state.happenings["picker_1"]
+    assert [kept[0].n, kept[-1].n, len(kept)] == [21, KEPT_EVENTS + 20, KEPT_EVENTS]
+    flown.close()
+
+
+def test_a_simulated_person_raises_an_alarm() -> None:
+    flown = flight()
+    flown.run_for(1)
+    task = flown.submit("Alarm", {"user": AgentRef("picker_1")})
+    flown.run_for(2)
+    for _ in range(2):
+        flown.sim.order("picker_1", Order(kind="event", event="sos"))
+    assert flown.run_until_ended()
+    assert flown.engine.state.tasks[task].status == "SUCCEEDED"
+    flown.close()
