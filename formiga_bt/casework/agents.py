@@ -59,7 +59,7 @@ class CaseAgents:
             types = self.book.catalogue.types
             fits = [a.id for a in self.agents.values() if {a.type, *types[a.type].extends} & set(role.types)]
             if not fits:
-                self.book.problems.add("E025", key.mark, f"the site has no agent for the role '{key.text}'")
+                self.book.problems.add("E010", key.mark, f"the site has no agent for the role '{key.text}'")
             return fits
         if "type" in keys:
             return self._new(key, keys["type"])

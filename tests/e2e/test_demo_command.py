@@ -119,6 +119,15 @@ def test_it_flies_and_ends_with_a_table(demo: Demo) -> None:
     assert len(times) > 30
 
 
+@pytest.mark.slow
+def test_all_ten_missions_fly_at_once_without_a_crash(demo: Demo) -> None:
+    run = demo("--scenario", "ten", "--speed", "8")
+
+    assert run.ended(240.0) == 0
+    assert len(re.findall(r"^.*-\d+ SUCCEEDED$", run.text, re.MULTILINE)) == 10
+    assert "crashes: 0, starts near people without clearance: 0, low flights: 0" in run.text
+
+
 def test_an_agent_that_dies_by_itself_is_told_and_the_rest_goes_on(demo: Demo) -> None:
     run = demo()
     run.wait_for(r"ExploreRegion-2: lwd_\d\.GoTo")

@@ -11,9 +11,11 @@ from formiga_bt.geo import Place, Position, horizontal_m
 from formiga_bt.lang.binding import bind_params
 from formiga_bt.lang.loader import load_task
 from formiga_bt.lang.profiles import load_profile, profile_file
+from formiga_bt.lang.scenario import load_scenario
 from formiga_bt.packaged import folder
 from formiga_bt.rehearsal import Rehearsal
-from formiga_bt.testing import effects, packaged_task, packaged_world
+from formiga_bt.simulation import VirtualRun
+from formiga_bt.testing import check_rehearsal, effects, packaged_task, packaged_world
 from tests.missions.conftest import Fly
 
 SITE, CATALOGUE = packaged_world()
@@ -281,3 +283,19 @@ def test_every_tree_of_the_folder_checks_clean_with_and_without_a_site() -> None
     for path in files:
         for site in (SITE, None):
             assert load_task(Path(path), catalogue=CATALOGUE, site=site).diagnostics == []
+
+
+def test_all_ten_at_once_on_a_larger_fleet_succeed_without_a_crash() -> None:
+    loaded = load_scenario(folder("trees") / "scenarios" / "ten.yaml", catalogue=CATALOGUE)
+    assert loaded.scenario is not None
+    run = VirtualRun(loaded.scenario)
+
+    assert run.run()
+    tasks = run.rehearsal.engine.state.tasks
+    assert {task.name: task.status for task in tasks.values()} == dict.fromkeys(
+        ["MoveTask", "PickUp", "WatchDogSOS", "WatchDogRequest", "ExploreRegion", "Circle", "Triangle", "ZigZag",
+         "PatrolAndEscort", "Delivery"], "SUCCEEDED",
+    )  # fmt: skip
+    assert run.verdict().is_clean
+    check_rehearsal(run.rehearsal)
+    run.close()

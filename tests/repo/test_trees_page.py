@@ -1,0 +1,110 @@
+"""docs/trees.md is what the shipped trees say of themselves; the examples of docs/testing.md are played.
+
+`UPDATE_EXPECTED=1 pytest tests/repo/test_trees_page.py` rewrites the list; read the difference.
+"""
+
+import os
+import re
+from pathlib import Path
+
+import pytest
+
+from formiga_bt.casework.judging import judge
+from formiga_bt.casework.options import AGENT, ANSWER, CASE, EXPECT, GOAL
+from formiga_bt.casework.reading import load_cases
+from formiga_bt.casework.running import play
+from formiga_bt.lang.model import Param, Role, Task
+from formiga_bt.lang.profiles import load_profile
+from formiga_bt.testing import packaged_task, packaged_world
+from formiga_bt.units import LIKELY, format_quantity
+
+ROOT = Path(__file__).parents[2]
+PAGE = ROOT / "docs" / "trees.md"
+GUIDE = (ROOT / "docs" / "testing.md").read_text(encoding="utf-8")
+ORDER = (
+    "move_task", "explore_region", "pick_up", "watch_dog_sos", "watch_dog_request",
+    "circle", "triangle", "zig_zag", "patrol_and_escort", "delivery",
+)  # fmt: skip
+CATALOGUE = packaged_world()[1]
+
+
+def value(param: Param) -> str:
+    """Return what holds for a parameter that is not given."""
+    if param.default is None:
+        return "optional" if param.optional else "required"
+    if not param.default.is_const:
+        return param.default.source.removeprefix("${").removesuffix("}")
+    const = param.default.const
+    if isinstance(const, bool):
+        return "true" if const else "false"
+    return format_quantity(param.type.name, const) if param.type.name in LIKELY else str(const)
+
+
+def row(param: Param) -> str:
+    kind = " or ".join(param.type.of) if param.type.name == "agent" else str(param.type)
+    also = ", ".join(f"`{alias}`" for alias in param.aliases)
+    return f"| `{param.name}` | {kind} | {value(param)} | {param.label or param.help} | {also} |"
+
+
+def crew(role: Role) -> str:
+    count = f"{role.count} " if role.count else ""
+    return f"{count}{' or '.join(role.types)} (`{role.name}`)"
+
+
+def section(number: int, name: str) -> str:
+    task: Task = packaged_task(name)
+    rows = "\n".join(map(row, task.params.values()))
+    lines = [
+        f"## T{number} {task.name}",
+        f"{task.description}",
+        f"File `trees/{name}.yaml`, priority {task.priority}. Needs: {', '.join(map(crew, task.roles.values()))}.",
+        f"| parameter | type | without it | what | also called |\n|---|---|---|---|---|\n{rows}",
+    ]
+    return "\n\n".join(lines)
+
+
+HEAD = """# The ten missions
+
+They ship with formiga_bt, in `trees/`, each with a test file beside it ([testing.md](testing.md)). Try one:
+`formiga dryrun Circle`.
+The values without a parameter are those of the paper's text; `--profile paper-code` gives those of its code.
+
+This page is made from the files.
+"""
+
+
+def test_the_page_is_what_the_files_say() -> None:
+    text = HEAD + "\n" + "\n\n".join(section(i + 1, name) for i, name in enumerate(ORDER)) + "\n"
+    if os.environ.get("UPDATE_EXPECTED"):
+        PAGE.write_text(text, encoding="utf-8")
+
+    assert PAGE.read_text(encoding="utf-8") == text
+
+
+def test_the_example_of_a_test_file_passes(tmp_path: Path) -> None:
+    (example,) = re.findall(r"^```yaml\n(formiga_test: 1\n.*?)^```", GUIDE, re.MULTILINE | re.DOTALL)
+    file = tmp_path / "example.test.yaml"
+    file.write_text(example, encoding="utf-8")
+    loaded = load_cases(file, catalogue=CATALOGUE)
+
+    assert loaded.diagnostics == []
+    assert loaded.cases is not None
+    for case in loaded.cases.cases:
+        assert [str(one) for one in judge(case, play(loaded.cases, case))] == []
+
+
+def test_the_example_of_a_profile_can_be_read(tmp_path: Path) -> None:
+    (example,) = re.findall(r"^```yaml\n(formiga_profile: 1\n.*?)^```", GUIDE, re.MULTILINE | re.DOTALL)
+    file = tmp_path / "windy.yaml"
+    file.write_text(example, encoding="utf-8")
+    profile = load_profile(file).profile
+
+    assert profile is not None
+    assert profile.texts("Circle") == {"radius": "8 m", "altitude": "15 m"}
+
+
+@pytest.mark.parametrize(
+    "options", [CASE, AGENT, ANSWER, GOAL, EXPECT], ids=["case", "agent", "answer", "goal", "expect"]
+)
+def test_the_guide_names_every_key(options: tuple) -> None:  # type: ignore[type-arg]
+    assert [option.name for option in options if not re.search(rf"`{option.name}\b", GUIDE)] == []
