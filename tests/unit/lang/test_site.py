@@ -6,11 +6,15 @@ from pathlib import Path
 
 import pytest
 
+from formiga_bt.diagnostics import Mark
 from formiga_bt.geo import Place, Position, horizontal_m
 from formiga_bt.lang.binding import SiteEnv
+from formiga_bt.lang.document import Scalar
+from formiga_bt.lang.expressions import Scope, compile_expr
 from formiga_bt.lang.loader import load_task_text
 from formiga_bt.lang.model import Catalogue, EvalError, Site
 from formiga_bt.lang.site import load_site, load_site_text
+from formiga_bt.lang.types import POSITION
 
 HEAD = "formiga_site: 1\nname: north\nbase: {lat: 66.5, lng: 25.7, ground_msl: 120 m}\n"
 
@@ -145,6 +149,14 @@ class TestHeightFile:
             EvalError, match="the height of the ground is not known 100 m east and -100 m north of the base"
         ):
             env.ground_up_m(Place(100.0, -100.0))
+
+    def test_the_helper_above_follows_the_ground_and_at_height_does_not(self, tmp_path: Path) -> None:
+        env = SiteEnv(self.site(tmp_path))
+        for helper, up_m in (("above", 50.0), ("at_height", 30.0)):
+            text = f"{helper}(offset(base, east=50 m), 30 m)"
+            expr, problems = compile_expr(text, Scalar(text, Mark("t.yaml", 1, 1)), 0, Scope({}), POSITION)
+            assert problems == []
+            assert expr.run(env) == Position(50.0, 0.0, up_m)
 
     def test_a_changed_height_file_is_another_site(self, tmp_path: Path) -> None:
         one = self.site(tmp_path)
