@@ -9,7 +9,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Final, Literal
 
-from formiga_bt.editor.grammar import Names, Steps, Table, kind_of, options_of
+from formiga_bt.editor.grammar import Names, Steps, Table, kind_of, options_of, step_value
 from formiga_bt.editor.phrase import phrase, type_of
 from formiga_bt.editor.project import Document, Project
 from formiga_bt.editor.view import View, look
@@ -136,6 +136,8 @@ def _rows(option: Option, number: int) -> list[str]:
             return [f"{key}:", f"  ${{{number}:item}}: \\${{${{9:list}}\\}}"]
         case "map" if key == "cases":
             return [f"{key}:", f"  ${{{number}:value}}:", f"    - ${{{number + 1}}}"]
+        case "map" if isinstance(of := step_value([key], key), Names) and isinstance(of.of, Table):
+            return [f"{key}:", f"  ${{{number}:name}}:", f"    ${{{number + 1}}}"]
         case "map":
             return [f"{key}:", f"  ${{{number}:name}}: ${{9:value}}"]
         case "roles":

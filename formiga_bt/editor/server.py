@@ -6,8 +6,11 @@ their own. The only module that imports `pygls` and `lsprotocol` (the extra `for
 
 import asyncio
 import logging
+import os
+import sys
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import redirect_stdout
 from pathlib import Path
 from typing import Any, Final
 
@@ -221,8 +224,11 @@ def path_of(uri: str) -> Path:
 
 
 def serve(actions: Sequence[Path] = (), site: Path | None = None) -> None:
-    """Serve one editor over stdin and stdout until it leaves."""
-    make(Server(actions, site)).start_io()
+    """Serve one editor over stdin and stdout until it leaves. What anything prints meanwhile goes to stderr."""
+    with os.fdopen(os.dup(sys.stdin.fileno()), "rb") as words_in:
+        words_out = os.fdopen(os.dup(sys.stdout.fileno()), "wb")  # the server closes it
+        with redirect_stdout(sys.stderr):
+            make(Server(actions, site)).start_io(words_in, words_out)
 
 
 def make(server: Server) -> Server:

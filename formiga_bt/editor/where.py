@@ -256,7 +256,7 @@ class _Around:
 
     def first_word(self, line: int, col: int, here: Shape) -> Where | None:
         """Return the place of a position in the first word of a line."""
-        if not here.key and here.value[:1] in ("{", "[") and here.dashes:
+        if not here.key and here.value[:1] in ("{", "["):
             levels = self.levels(line, here.start, here.dashes, mapping=False)
             return self._in_flow(levels, line, here.start, line, col, column=here.start)
         parent = None if here.dashes else self._scalar_above(line, here.start)

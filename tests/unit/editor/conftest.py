@@ -1,6 +1,5 @@
 """Files in an editor, with the position where `|` stands."""
 
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -81,5 +80,5 @@ class Editor:
 
 
 @pytest.fixture
-def editor(tmp_path: Path) -> Iterator[Editor]:
-    yield Editor(TASK, tmp_path, site=folder("trees") / "demo-site.yaml")
+def editor(tmp_path: Path) -> Editor:
+    return Editor(TASK, tmp_path, site=folder("trees") / "demo-site.yaml")
