@@ -10,6 +10,7 @@ from typing import Any, Final
 
 from formiga_bt.bridges.elements import Element, XmlRefused, parse
 from formiga_bt.bridges.findings import Findings
+from formiga_bt.bridges.scripts import assigned_names
 from formiga_bt.bridges.steps_in import Ports, Step, StepReader, named
 from formiga_bt.bridges.table import our_name
 from formiga_bt.bridges.values_in import Scope, as_param, camel, clean, unfold
@@ -261,10 +262,10 @@ class _Parts:
                 self.scope.known.add(self.scope.pointer(element.get("value")))
             elif not element.children and element.tag not in ("Agents", "Evaluate"):
                 self.reader.outputs(element)
-            if element.tag in ("Script", "SetBlackboard", "Evaluate") and element.get("_formiga") == "var":
-                self.scope.known.add(
-                    element.get("code").partition(" := ")[0] or self.scope.pointer(element.get("value"))
-                )
+            if self.reader.is_task and element.tag in ("Script", "SetBlackboard", "Evaluate"):
+                key = self.scope.pointer(element.get("output_key")) or element.get("output_key")
+                pointer = self.scope.pointer(element.get("value")) if element.tag == "Evaluate" else key
+                self.scope.known |= {clean(name) for name in (*assigned_names(element.get("code")), pointer) if name}
             if element.tag == "SubTree" and element.get("returns"):
                 self.scope.known.add(self.scope.pointer(element.get("returns")))
         self.scope.fields = {e: one for e, one in self.scope.fields.items() if not one.startswith("result.")}

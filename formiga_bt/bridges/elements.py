@@ -5,6 +5,7 @@
 `btcpp_out`.
 """
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any, Final
@@ -13,6 +14,22 @@ from xml.parsers.expat import ErrorString, ExpatError, ParserCreate
 MAX_BYTES: Final = 1_000_000
 MAX_DEPTH: Final = 64
 MAX_ELEMENTS: Final = 20_000
+
+
+_COMMENT: Final = re.compile(rb"<!--.*?-->", re.DOTALL)
+"""Rulers such as `<!-------->` are no XML, but BT.CPP reads them, and its tutorials have them."""
+
+
+_VALUE: Final = re.compile(rb"=\s*(?:\"[^\"]*\"|'[^']*')")
+"""Attributes such as `code="a < 3 && b"` are no XML either, and BT.CPP reads them too."""
+
+
+def _escaped(value: re.Match[bytes]) -> bytes:
+    return re.sub(rb"&(?!#?\w+;)", b"&amp;", value[0]).replace(b"<", b"&lt;")
+
+
+def _blank(comment: re.Match[bytes]) -> bytes:
+    return re.sub(rb"[^\n]", b" ", comment[0])
 
 
 class XmlRefused(Exception):  # noqa: N818 - it names what is wrong
@@ -57,7 +74,14 @@ def parse(data: bytes) -> Element:
     """
     if len(data) > MAX_BYTES:
         raise XmlRefused(1, 1, "the file is larger than 1 MB", "split it into several files")
-    return _Reader().read(data)
+    data = _COMMENT.sub(_blank, data)
+    try:
+        return _Reader().read(data)
+    except XmlRefused:
+        mended = _VALUE.sub(_escaped, data)
+        if mended == data:
+            raise
+    return _Reader().read(mended)
 
 
 class _Reader:

@@ -143,6 +143,14 @@ _LEVELS: Final = (("||",), ("&&",), ("==", "!=", "<", ">", "<=", ">="), ("+", "-
 _OURS: Final[Mapping[str, str]] = {"||": "or", "&&": "and"}
 
 
+_ASSIGNED: Final = re.compile(r"@?([A-Za-z_]\w*)\s*(?::=|[-+*/]=|=(?!=))", re.ASCII)
+
+
+def assigned_names(code: str) -> list[str]:
+    """Return the names that a script assigns, whether or not it can be read."""
+    return _ASSIGNED.findall(re.sub(r"'[^']*'|[=!<>]=", " ", code.replace("+=", ":=").replace("-=", ":=")))
+
+
 class NoScript(Exception):  # noqa: N818 - a signal to the importer
     """A script says something that expressions cannot say; the text tells what."""
 
@@ -201,7 +209,8 @@ class _Statements:
             name = self.peek().lstrip("@")
             self.at += 2
             value = self.ternary()
-            return Assigned(name, value if op in (":=", "=") else f"{self.spell(name)} {op[0]} ({value})")
+            simple = value if re.fullmatch(r"[\w.]+", value) else f"({value})"
+            return Assigned(name, value if op in (":=", "=") else f"{self.spell(name)} {op[0]} {simple}")
         return Assigned("", self.ternary())
 
     def ternary(self) -> str:

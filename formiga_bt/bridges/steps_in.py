@@ -73,7 +73,8 @@ class StepReader:
             return
         tag = next((key for key in step if key != TODO), "")
         said = {}
-        if element.get("name") and element.get("name") != element.tag and "name" not in step:
+        named_by = tag == "fail" and not element.get("_formiga_fail")  # its name is the message
+        if element.get("name") and element.get("name") != element.tag and not named_by:
             said["name"] = one_line(element.get("name"))
         note = _PLACE.sub("", element.get("_description"))
         if note and "note" not in step:
@@ -201,8 +202,13 @@ class StepReader:
         children = [c for c in element.children if c.get("_formiga") != "nothing_applied"]
         step: Step = {kind: self.steps(children)}
         if element.tag.startswith("Reactive"):
-            if all(self._looks(child) for child in children[:-1]):
+            before = [self.condition(child) if self._looks(child) else None for child in children[:-1]]
+            live = [cond for cond in before if cond and any(f"{one}." in cond for one in self.scope.agents)]
+            if all(before) and live:
                 step["reactive"] = "true"
+            elif all(before):
+                said = "its checks read no agent, so there is nothing to watch: here it is not reactive"
+                step[TODO] = [self.scope.report("X07", element, said, "add reactive: true when they do")]
             else:
                 said = "a reactive node restarts what moves machines; here it is not reactive"
                 step[TODO] = [self.scope.report("X07", element, said, "use guard")]
@@ -390,14 +396,15 @@ class StepReader:
             return self._todo([said])
         for name, value in pairs:
             self._declare(element, name, value)
+        if len(dict(pairs)) < len(pairs):
+            return {"sequence": [{"set": {name: value}} for name, value in pairs]}
         return {"set": dict(pairs)}
 
     _node_evaluate = _node_setblackboard = _node_script
 
     def _declare(self, element: Element, name: str, value: Any) -> None:
-        if name in self.vars or name in self.scope.params:
+        if name in self.vars:
             return
-        self.scope.known.add(name)
         constant = not (isinstance(value, str) and "${" in value)
         self.vars[name] = value if constant else "0"
         if not constant:
@@ -596,13 +603,14 @@ class StepReader:
 
     def _action(self, element: Element) -> Step:
         agent = self.scope.pointer(element.get("agent"))
-        todo: list[str] = []
         if not agent:
             agent = "robot"
+            if not self.needs_robot:
+                said = f"{element.tag} names no agent, as perhaps others: 'robot' gets their orders"
+                self.scope.report("X05", element, said)
             self.needs_robot = True
             self.scope.agents.add(agent)
             self.scope.known.add(agent)
-            todo = [self.scope.report("X05", element, f"{element.tag} names no agent: it is given to 'robot'")]
         known = self.models.get(element.tag)
         outputs = known.outputs if known is not None else set()
         saved = self.outputs(element)
@@ -614,7 +622,7 @@ class StepReader:
         action = clean(element.tag)
         if element.tag.startswith("Do") and (element.tag[2:] in BTCPP or element.tag[2:] in OWN):
             action = element.tag[2:]
-        step: Step = ({TODO: todo} if todo else {}) | {"do": f"{agent}.{action}"}
+        step: Step = {"do": f"{agent}.{action}"}
         if fields:
             step["with"] = fields
         if saved and saved != "result":

@@ -7,11 +7,12 @@ from typing import Any, Final
 
 from formiga_bt.bridges.elements import Element
 from formiga_bt.bridges.findings import Findings
-from formiga_bt.bridges.scripts import BUILT_IN, Assigned, Names, NoScript, from_script, number, to_script
+from formiga_bt.bridges.scripts import Assigned, Names, NoScript, from_script, number, to_script
 from formiga_bt.bridges.values_out import plain
 from formiga_bt.diagnostics import Mark
 from formiga_bt.lang.document import parse
 from formiga_bt.lang.helpers import STANDARD
+from formiga_bt.lang.scopes import BUILT_IN
 from formiga_bt.lang.tokens import WORDS
 from formiga_bt.units import format_quantity, parse_quantity
 
@@ -78,7 +79,7 @@ class Scope:
         for agent in self.agents:
             if name.startswith(f"{agent}_") and name[len(agent) + 1 :] in AGENT_FIELDS:
                 return f"{agent}.{name[len(agent) + 1 :]}"
-        ours = name if name in self.known or name in self.params else clean(name)
+        ours = clean(name)
         if ours not in self.known and ours not in self.params:
             said = f"nothing in this tree writes the entry '{name}'"
             self.params[ours] = {"#": [self.report("X04", at, said, "give the param its type")], "type": "any"}
