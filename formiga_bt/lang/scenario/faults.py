@@ -4,8 +4,8 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from formiga_bt.clock import Micros, micros
-from formiga_bt.lang.document import Entry, Mapping_
-from formiga_bt.lang.reading import read_keys, read_name, read_text, read_word
+from formiga_bt.lang.document import Entry, Mapping_, Node
+from formiga_bt.lang.reading import did_you_mean, quoted_list, read_keys, read_name, read_text, read_word
 from formiga_bt.lang.scenario.book import Book
 from formiga_bt.lang.scenario.entries import FaultKind, ScenarioFault
 from formiga_bt.lang.scenario.options import CHECKS, ENDS, FAULT, FAULTS, FOR_DRONES, MOST_DRIFT_M
@@ -37,8 +37,22 @@ def _fault(book: Book, mapping: Mapping_) -> list[ScenarioFault]:
     if not kind:
         return []
     begin = _begin(book, keys, _KINDS[kind], at)
+    if begin.event:
+        _check_event(book, keys["event"].value, begin.event, agents)
     ends = [replace(begin, at=at + micros(lasts), kind=ENDS[kind], on=False, delay_s=0.0)] if lasts > 0.0 else []
     return [replace(one, agent=agent) for agent in agents for one in (begin, *ends)]
+
+
+def _check_event(book: Book, node: Node, event: str, agents: list[str]) -> None:
+    """Report E021 for an event that an agent of its type never tells, or that has fields: simulated agents give none."""
+    for agent in agents:
+        known = book.catalogue.types[book.types[agent]].events
+        if event not in known:
+            what = f"{book.types[agent]} has no event '{event}'{did_you_mean(event, known)}"
+            told = f"events: {quoted_list(known)}" if known else "it tells no events"
+            book.problems.add("E021", node.mark, what, told)
+        elif known[event]:
+            book.problems.add("E021", node.mark, f"event '{event}' has fields, simulated agents tell none")
 
 
 def _agents(book: Book, keys: Mapping[str, Entry], kind: str) -> list[str]:

@@ -94,8 +94,11 @@ faults:
 
 
 def test_every_kind_of_fault_can_be_written(catalogue: Catalogue) -> None:
-    needs = {"slow": ", delay: 2 s", "battery": ", charge: 30 %", "preflight": ", check: gnss"}
-    lines = [f"  - {{at: 1 s, agent: hwd_1, kind: {kind}{needs.get(kind, '')}}}\n" for kind in FAULTS]
+    needs = {"slow": ", delay: 2 s", "battery": ", charge: 30 %", "preflight": ", check: gnss", "event": ", event: sos"}
+    whom = {"event": "picker_1"}
+    lines = [
+        f"  - {{at: 1 s, agent: {whom.get(kind, 'hwd_1')}, kind: {kind}{needs.get(kind, '')}}}\n" for kind in FAULTS
+    ]
     scenario = read(HEAD + FLEET + "faults:\n" + "".join(lines), catalogue)
     assert [fault.kind for fault in scenario.faults] == list(FAULTS)
 
@@ -186,6 +189,7 @@ def test_a_wrong_task_is_named(task: str, expected: str, catalogue: Catalogue) -
         ("{at: 1 s, agent: picker_1, kind: battery, charge: 20 %}", "E013 'picker_1' is a person: no charge to change"),
         ("{at: 1 s, agent: hwd_1, kind: preflight, check: gps}", "E008 'check' cannot be 'gps'"),
         ("{at: 1 s, agent: hwd_1, kind: drift, east: 50 m}", "E062 'east' must lie between -20 m and 20 m"),
+        ("{at: 1 s, agent: hwd_1, kind: event, event: sos}", "E021 hwd has no event 'sos'"),
         ("{at: 1 s, kind: drift, east: 5 m}", "E008 the fault 'drift' needs 'agent'"),
         ("{at: 1 s, kind: wind, east: 5}", "E017 'east' needs a unit: 5 m/s?"),
         ("{at: 1 s, agent: hwd_1, kind: link_loss, presence: here}", "E008 'presence' cannot be 'here'"),
