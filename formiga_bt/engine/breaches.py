@@ -5,7 +5,7 @@
 | for a task's steps or cleanup | alarm, the task ends `envelope.<name>`, it is ordered to return (or hold 5 s first) |
 | the last phase of a landing, and the limit is reserve, wind or daylight | alarm; the landing is finished, then the task ends |
 | for nobody | alarm, and it is ordered to return |
-| home already: recover, an order | alarm; a rescue is never refused |
+| home already: recover, an order | alarm; a rescue is never refused; at half the reserve without a free way home it lands |
 """
 
 from formiga_bt.clock import SECOND
@@ -43,6 +43,7 @@ class Breaches:
         if agent.refused or agent.pool == "QUARANTINED" or agent.control != "engine" or agent.taken:
             return
         found = in_flight(self._state(agent), core.airspace, core.rules(agent, agent.task)) or self._stuck(agent)
+        self._waits_too_long(agent)
         if not found:
             core.put_agent(agent_id, breach=agent.breach if agent.breach.startswith(LATER) else "")
         elif agent.breach.removeprefix(LATER) != found[0].name:
@@ -68,6 +69,18 @@ class Breaches:
             layer_m=agent.layer_m,
             sun_up=core.airspace.sun_is_up(core.now) if core.rules(agent, agent.task).daylight_only else None,
         )
+
+    def _waits_too_long(self, agent: AgentRecord) -> None:
+        """It waits for a way home until half its reserve is gone: better a landing that is ordered than one by its failsafe."""
+        core = self._core
+        if agent.goal or agent.battery is None or core.power(agent) is None or not self._comes_home(agent):
+            return
+        half = core.rules(agent, "").reserve_pct / 2
+        order = core.state.orders.get(agent.id)
+        if agent.battery < half and (order is None or order.stop == "return"):
+            self._orders.no_way_home(
+                agent.id, f"envelope.reserve: the way home stayed taken until {agent.battery:.0f} % were left"
+            )
 
     def _stuck(self, agent: AgentRecord) -> tuple[Breach, ...]:
         """A way takes far longer than it should: the machine does not get on."""

@@ -146,16 +146,17 @@ def first_in_the_way(
 ) -> str:
     """Return the machine that takes up something within the separation of `ways` and `area`, or "".
 
-    Machines of the same task are the author's business, those on the ground are no traffic. A vertical move at a place keeps
-    half the separation: ports and spots lie closer together than cruise legs may pass. Where it ends in the air it stays, and
-    there it keeps all of it.
+    Machines of the same task are the author's business, those on the ground are no traffic. A take-off or landing straight up or
+    down keeps half the separation: ports and spots may lie closer together than legs may pass. Where it ends in the air it
+    stays, and there it keeps all of it.
     """
     keep_m = separation_m
     stays: tuple[Way, ...] = ()
     if area is None and ways and is_vertical((ways[0][0], ways[-1][1])):
-        keep_m = separation_m / 2
         end = ways[-1][1]
-        stays = ((end, end),) if end.up_m > GROUND_M else ()
+        if end.up_m <= GROUND_M or ways[0][0].up_m <= GROUND_M:
+            keep_m = separation_m / 2
+            stays = ((end, end),) if end.up_m > GROUND_M else ()
     box, low, high = bounds(ways, area)
     west, east, south, north = grown(box, separation_m)
     low, high = low - separation_m, high + separation_m
