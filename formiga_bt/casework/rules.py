@@ -71,7 +71,7 @@ def _answer(book: Book, task: Task, mapping: Mapping_) -> AnswerRule | None:
         book.problems.add("E008", mapping.mark, text, "take one of them out" if never else "add answer:")
     if which is None:
         return None
-    number = int(which.text) if which.text.isdigit() and not which.quoted else None
+    number = int(which.text) if which.text.isdecimal() and len(which.text) < 7 and not which.quoted else None
     if number == 0:
         book.problems.add("E062", which.mark, "questions count from 1")
     asks = [step for step in all_steps(task) if isinstance(step, Ask)]

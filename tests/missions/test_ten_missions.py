@@ -12,6 +12,7 @@ from formiga_bt.lang.binding import bind_params
 from formiga_bt.lang.loader import load_task
 from formiga_bt.lang.profiles import load_profile, profile_file
 from formiga_bt.lang.scenario import load_scenario
+from formiga_bt.lang.types import AgentRef
 from formiga_bt.packaged import folder
 from formiga_bt.rehearsal import Rehearsal
 from formiga_bt.simulation import VirtualRun
@@ -187,6 +188,23 @@ class TestDelivery:
         assert horizontal_m(stands(rehearsal, second), homes[second] if both else EAST) < 0.1
         landed = [Place(**g.fields["at"]) for g in sent(rehearsal, second, "LandIn")]
         assert any(horizontal_m(at, EAST) < 0.01 for at in landed)
+
+
+def test_drones_of_one_task_cross_at_different_layers_though_others_are_fewer_there(fly: Fly) -> None:
+    rehearsal = fly(packaged_task("patrol_and_escort"))
+    short = rehearsal.submit("MoveTask", {"robot": AgentRef("lwd_1")})
+    for place, picker in (("north_field", "picker_1"), ("east_field", "picker_2")):
+        rehearsal.submit("PickUp", {"target": SITE.places[place], "user": AgentRef(picker)})
+    assert rehearsal.run_until_ended(short)
+    held = sorted(a.layer_m for a in rehearsal.engine.state.agents.values() if a.layer_m is not None)
+    assert held == [75.0, 90.0]
+
+    task = rehearsal.submit("PatrolAndEscort", {"target": SITE.places["west_field"]})
+
+    rehearsal.run_for(1)
+    drones = [rehearsal.engine.state.agents[agent] for agent in rehearsal.task(task).granted]
+    assert len({drone.layer_m for drone in drones}) == 2
+    assert rehearsal.run_until_ended()
 
 
 PARAMS: dict[str, dict[str, Any]] = {

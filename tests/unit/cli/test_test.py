@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from formiga_bt.cli.app import run
+from formiga_bt.cli.params import of_profile_by_name
 
 TREES = Path(__file__).parents[3] / "trees"
 MOVE = str(TREES / "move_task.test.yaml")
@@ -136,6 +137,11 @@ class TestProfiles:
     def test_a_profile_that_is_not_there_is_named(self, capsys: Capture) -> None:
         assert run(["dryrun", "Circle", "--profile", "paper-cod"]) == 2
         assert "no profile 'paper-cod'; did you mean 'paper-code'?; profiles: paper-code" in capsys.readouterr().err
+
+    def test_a_request_gets_the_texts_of_what_was_not_given(self) -> None:
+        assert of_profile_by_name("paper-code", "Circle", ["radius"]) == {"points": "360"}
+        assert of_profile_by_name("paper-code", "PickUp", []) == {}
+        assert of_profile_by_name("", "Circle", []) == {}
 
     def test_a_profile_of_ones_own_lies_in_profiles(
         self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture
