@@ -27,7 +27,7 @@ class Checked:
 
 def check(project: Project, document: Document) -> Checked:
     """Check a file with all that it reads."""
-    recorder = Recorder(str(document.path), document.lines)
+    recorder = Recorder(str(document.path), document.lines, project.calm)
     found = _problems(project, document, recorder)
     return Checked(document.version, tuple(found), recorder.seen() if recorder.entries else None)
 

@@ -5,7 +5,8 @@ or option is completed and explained without a word here. Only what a map of fre
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
+from functools import lru_cache
 from types import MappingProxyType
 from typing import Final, Literal
 
@@ -51,7 +52,7 @@ class Value:
 Schema = Table | Names | Steps | Value
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class Slot:
     """What may stand at a position."""
 
@@ -172,6 +173,11 @@ def options_of(kind: Kind | None) -> tuple[Option, ...]:
 
 def step_value(keys: Mapping[str, str] | Sequence[str], key: str) -> Schema | None:
     """Return what stands behind a key of a step with these keys."""
+    return _step_value(tuple(one for one in keys if one in KINDS), key)
+
+
+@lru_cache(1024)
+def _step_value(keys: tuple[str, ...], key: str) -> Schema | None:
     option = next((one for one in options_of(kind_of(keys)) if one.name == key), None)
     if option is None:
         known = [kind for kind in KINDS.values() if kind.name == key]
@@ -213,19 +219,25 @@ class Walk:
         self.slot = Slot(ROOTS[kind])
         self._is_step = False
 
+    def fork(self) -> "Walk":
+        """Return a walk that goes on from here by itself."""
+        other = Walk.__new__(Walk)
+        other.slot, other._is_step = self.slot, self._is_step
+        return other
+
     def into_list(self) -> None:
         """Enter a list: its items are steps, mappings of a table, or values."""
-        self._is_step = isinstance(self.slot.schema, Steps)
-        self.slot = replace(self.slot, in_list=True)
+        was = self.slot
+        self._is_step = isinstance(was.schema, Steps)
+        self.slot = Slot(was.schema, was.step, was.body, was.section, True, was.names)
 
     def into_map(self, keys: Mapping[str, str]) -> None:
         """Enter a mapping with these keys."""
-        schema = self.slot.schema
-        if self._is_step:
-            self.slot = replace(self.slot, step=keys)
-        elif isinstance(schema, Value) and schema.option is not None and schema.option.keys:
-            self.slot = replace(self.slot, schema=Table(schema.option.name, schema.option.keys))
-        self.slot = replace(self.slot, in_list=False)
+        was = self.slot
+        schema, step = was.schema, keys if self._is_step else was.step
+        if isinstance(schema, Value) and schema.option is not None and schema.option.keys:
+            schema = Table(schema.option.name, schema.option.keys)
+        self.slot = Slot(schema, step, was.body, was.section, False, was.names)
 
     @property
     def is_step(self) -> bool:
@@ -246,4 +258,4 @@ class Walk:
             body = key if schema.what == "subtrees" else body
         self._is_step = False
         section = key if at_root else self.slot.section
-        self.slot = replace(self.slot, schema=inner, names=names, body=body, section=section)
+        self.slot = Slot(inner, self.slot.step, body, section, self.slot.in_list, names)

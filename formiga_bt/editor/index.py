@@ -6,8 +6,8 @@ read it. Lines and columns are 0-based, as editors count them.
 
 import re
 from collections.abc import Mapping, Sequence
-from copy import copy
 from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import Final, Literal
 
 from formiga_bt.diagnostics import Mark
@@ -101,7 +101,8 @@ def build(root: Node | None, lines: Sequence[str], kind: FileKind) -> Index:
     return index
 
 
-def named_tokens(text: str) -> list[Token]:
+@lru_cache(4096)
+def named_tokens(text: str) -> tuple[Token, ...]:
     """Return the names of an expression that stand for values: no fields, helpers, keywords of calls, units or words."""
     tokens = rough_tokens(text)
     found = []
@@ -110,7 +111,7 @@ def named_tokens(text: str) -> list[Token]:
             continue
         if after is None or after.text not in ("(", "="):
             found.append(token)
-    return found
+    return tuple(found)
 
 
 class _Reader:
@@ -124,12 +125,12 @@ class _Reader:
         if isinstance(node, Listing):
             walk.into_list()
             for item in node.items:
-                self.node(item, copy(walk))
+                self.node(item, walk.fork())
         elif isinstance(node, Mapping_):
             walk.into_map({e.key.text: e.value.text if isinstance(e.value, Scalar) else "" for e in node.entries})
             for entry in node.entries:
                 self.key(entry, walk)
-                inner = copy(walk)
+                inner = walk.fork()
                 inner.behind(entry.key.text, at_root=at_root)
                 self.node(entry.value, inner)
         else:
@@ -261,7 +262,7 @@ class _Outline:
         return ()
 
     def _named(self, entry: Entry, schema: Names, walk: Walk) -> Symbol:
-        inner = copy(walk)
+        inner = walk.fork()
         inner.into_map({})
         inner.behind(entry.key.text)
         value = entry.value
@@ -271,7 +272,7 @@ class _Outline:
             of = value.get("type")
             detail = of.value.text if of is not None and isinstance(of.value, Scalar) else ""
             for one in value.entries:
-                deeper = copy(inner)
+                deeper = inner.fork()
                 deeper.into_map({})
                 deeper.behind(one.key.text)
                 children += self._inside(one.value, deeper)
@@ -291,6 +292,8 @@ class _Outline:
         title = keys.get("name") or (f"{word}: {value}" if value else word)
         children: tuple[Symbol, ...] = ()
         for entry in node.entries:
+            if isinstance(entry.value, Scalar):
+                continue
             walk = Walk(self.kind)
             walk.slot = Slot(Steps())
             walk.into_list()

@@ -81,8 +81,12 @@ def _subtree(view: View, name: str) -> Place | None:
 
 
 def _own(view: View, name: str) -> Place | None:
-    index = view.document.index() or view.document.last_known()
-    found = index.definition((view.slot.body, name))
+    found = view.document.last_known().definition((view.slot.body, name))
+    if found is None or view.document.lines[found.line : found.line + 1] == []:
+        return None
+    if view.document.lines[found.line][found.start : found.end] != name:  # it has moved since
+        index = view.document.index()
+        found = index.definition((view.slot.body, name)) if index is not None else found
     return _place(view.document, found) if found is not None else None
 
 

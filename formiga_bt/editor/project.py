@@ -7,6 +7,7 @@ server decides when to check and in which thread.
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from threading import Event, Lock
 from typing import Final
 
 from formiga_bt.diagnostics import Diagnostic, Mark
@@ -58,6 +59,7 @@ class Document:
     seen: Seen = field(default_factory=Seen)
     _index: Index | None = None
     _good: Index = field(default_factory=Index)
+    _lock: Lock = field(default_factory=Lock)
 
     def __post_init__(self) -> None:
         self.lines = lines_of(self.text)
@@ -65,11 +67,12 @@ class Document:
 
     def index(self) -> Index | None:
         """Return the names of this version; None where it is no YAML."""
-        if self._index is None:
-            root, _ = parse(self.text, str(self.path))
-            self._index = build(root, self.lines, self.kind)
-            if root is not None:
-                self._good = self._index
+        with self._lock:
+            if self._index is None:
+                root, _ = parse(self.text, str(self.path))
+                self._index = build(root, self.lines, self.kind)
+                if root is not None:
+                    self._good = self._index
         return self._index if self._index.root is not None else None
 
     def last_index(self) -> Index:
@@ -103,6 +106,9 @@ class Project:
         self.open: dict[Path, Document] = {}
         self._catalogue: tuple[object, Catalogue, tuple[Diagnostic, ...]] | None = None
         self._sites: dict[Path, tuple[object, Site | None]] = {}
+        self.calm = Event()
+        """Set while nobody waits for an answer; a check goes on only then."""
+        self.calm.set()
         self._units: dict[Path, tuple[object, Index]] = {}
 
     # --- files --------------------------------------------------------------------------------------------------

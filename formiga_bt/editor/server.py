@@ -5,14 +5,15 @@ their own. The only module that imports `pygls` and `lsprotocol` (the extra `for
 """
 
 import asyncio
+import functools
 import logging
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import redirect_stdout
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, TypeVar
 
 from lsprotocol import types as lsp
 from pygls import uris
@@ -34,6 +35,9 @@ PAUSE_S: Final = 0.25
 """So long after the last key a file is checked."""
 PAUSE_OTHERS_S: Final = 0.75
 """So long after it, the other open files, which may read it."""
+
+SWITCH_S: Final = 0.0005
+"""So long a check may keep the interpreter when an editor asks; Python's own 5 ms add up over a request."""
 
 _KINDS: Final = {
     "kind": lsp.CompletionItemKind.Keyword,
@@ -227,8 +231,27 @@ def serve(actions: Sequence[Path] = (), site: Path | None = None) -> None:
     """Serve one editor over stdin and stdout until it leaves. What anything prints meanwhile goes to stderr."""
     with os.fdopen(os.dup(sys.stdin.fileno()), "rb") as words_in:
         words_out = os.fdopen(os.dup(sys.stdout.fileno()), "wb")  # the server closes it
+        sys.setswitchinterval(SWITCH_S)
         with redirect_stdout(sys.stderr):
             make(Server(actions, site)).start_io(words_in, words_out)
+
+
+Answer = TypeVar("Answer")
+Params = TypeVar("Params")
+
+
+def at_once(answer: Callable[[Server, Params], Answer]) -> Callable[[Server, Params], Answer]:
+    """Let a check stand still while a request is answered: both would need the one interpreter."""
+
+    @functools.wraps(answer)
+    def call(ls: Server, params: Params) -> Answer:
+        ls.project.calm.clear()
+        try:
+            return answer(ls, params)
+        finally:
+            ls.project.calm.set()
+
+    return call
 
 
 def make(server: Server) -> Server:
@@ -274,6 +297,7 @@ def _add_writing(server: Server) -> None:
     triggers = [".", " ", ":", "{", "[", "'", "/", "-"]
 
     @server.feature(lsp.TEXT_DOCUMENT_COMPLETION, lsp.CompletionOptions(trigger_characters=triggers))
+    @at_once
     def completion(ls: Server, params: lsp.CompletionParams) -> lsp.CompletionList | None:
         document = ls.documents.get(params.text_document.uri)
         if document is None:
@@ -283,6 +307,7 @@ def _add_writing(server: Server) -> None:
         return lsp.CompletionList(False, [_item(ls, document, line, item) for item in found])
 
     @server.feature(lsp.TEXT_DOCUMENT_HOVER)
+    @at_once
     def hovered(ls: Server, params: lsp.HoverParams) -> lsp.Hover | None:
         document = ls.documents.get(params.text_document.uri)
         if document is None:
@@ -295,6 +320,7 @@ def _add_writing(server: Server) -> None:
         return lsp.Hover(text, ls.range(document.path, line, found.start, line, found.end))
 
     @server.feature(lsp.TEXT_DOCUMENT_SIGNATURE_HELP, lsp.SignatureHelpOptions(["(", ","]))
+    @at_once
     def signature_help(ls: Server, params: lsp.SignatureHelpParams) -> lsp.SignatureHelp | None:
         document = ls.documents.get(params.text_document.uri)
         found = signatures(ls.project, document, *ls.position(document, params.position)) if document else None
@@ -311,6 +337,7 @@ def _add_writing(server: Server) -> None:
     @server.feature(
         lsp.TEXT_DOCUMENT_CODE_ACTION, lsp.CodeActionOptions(code_action_kinds=[lsp.CodeActionKind.QuickFix])
     )
+    @at_once
     def code_action(ls: Server, params: lsp.CodeActionParams) -> list[lsp.CodeAction]:
         uri = params.text_document.uri
         document, (version, problems) = ls.documents.get(uri), ls.reports.get(uri, (-1, []))
@@ -354,6 +381,7 @@ def _mend(ls: Server, document: Document, one: Shown) -> lsp.CodeAction | None:
 
 def _add_names(server: Server) -> None:
     @server.feature(lsp.TEXT_DOCUMENT_DEFINITION)
+    @at_once
     def definition(ls: Server, params: lsp.DefinitionParams) -> lsp.Location | None:
         document = ls.documents.get(params.text_document.uri)
         if document is None:
@@ -362,6 +390,7 @@ def _add_names(server: Server) -> None:
         return _location(ls, found) if found is not None else None
 
     @server.feature(lsp.TEXT_DOCUMENT_REFERENCES)
+    @at_once
     def references(ls: Server, params: lsp.ReferenceParams) -> list[lsp.Location]:
         document = ls.documents.get(params.text_document.uri)
         if document is None:
@@ -371,6 +400,7 @@ def _add_names(server: Server) -> None:
         return [_location(ls, at) for at in navigate.references(document, line, col, with_definition=with_own)]
 
     @server.feature(lsp.TEXT_DOCUMENT_DOCUMENT_HIGHLIGHT)
+    @at_once
     def highlight(ls: Server, params: lsp.DocumentHighlightParams) -> list[lsp.DocumentHighlight]:
         document = ls.documents.get(params.text_document.uri)
         if document is None:
@@ -379,6 +409,7 @@ def _add_names(server: Server) -> None:
         return [lsp.DocumentHighlight(_location(ls, at).range) for at in found]
 
     @server.feature(lsp.TEXT_DOCUMENT_PREPARE_RENAME)
+    @at_once
     def prepare(ls: Server, params: lsp.PrepareRenameParams) -> lsp.PrepareRenamePlaceholder | None:
         document = ls.documents.get(params.text_document.uri)
         if document is None:
@@ -390,6 +421,7 @@ def _add_names(server: Server) -> None:
         return lsp.PrepareRenamePlaceholder(ls.range(document.path, one.line, one.start, one.line, one.end), one.name)
 
     @server.feature(lsp.TEXT_DOCUMENT_RENAME, lsp.RenameOptions(prepare_provider=True))
+    @at_once
     def rename(ls: Server, params: lsp.RenameParams) -> lsp.WorkspaceEdit | None:
         document = ls.documents.get(params.text_document.uri)
         if document is None:
@@ -409,12 +441,14 @@ def _location(ls: Server, at: navigate.Place) -> lsp.Location:
 
 def _add_outline(server: Server) -> None:
     @server.feature(lsp.TEXT_DOCUMENT_DOCUMENT_SYMBOL)
+    @at_once
     def symbols(ls: Server, params: lsp.DocumentSymbolParams) -> list[lsp.DocumentSymbol]:
         document = ls.documents.get(params.text_document.uri)
         index = document.index() if document is not None else None
         return [_symbol(ls, document, one) for one in index.symbols()] if document is not None and index else []
 
     @server.feature(lsp.TEXT_DOCUMENT_FOLDING_RANGE)
+    @at_once
     def folding(ls: Server, params: lsp.FoldingRangeParams) -> list[lsp.FoldingRange]:
         document = ls.documents.get(params.text_document.uri)
         index = document.index() if document is not None else None

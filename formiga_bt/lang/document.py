@@ -88,11 +88,12 @@ def parse(text: str, file: str) -> tuple[Node | None, list[Diagnostic]]:
         return None, [bad]
     source = text.removeprefix("\ufeff")
     try:
-        problem = _first_refusal(_events(source), file)
+        events: list[Any] = []
+        problem = _first_refusal(_kept(_events(source), events), file)
         if problem is not None:
             meant = explain_tag(source, file, problem.mark.line) if problem.message.startswith("tags") else None
             return None, [meant or problem]
-        return _Builder(source, file).build()
+        return _Builder(source, file, events).build()
     except yaml.YAMLError as error:
         line, col, said = _place_of(error)
         return None, [explain(source, file, line, col, said)]
@@ -100,6 +101,13 @@ def parse(text: str, file: str) -> tuple[Node | None, list[Diagnostic]]:
 
 def _events(source: str) -> Iterator[Any]:
     return iter(yaml.parse(source, Loader=yaml.CSafeLoader))
+
+
+def _kept(events: Iterator[Any], into: list[Any]) -> Iterator[Any]:
+    """Iterate over events and keep them: reading a text twice takes twice as long."""
+    for event in events:
+        into.append(event)
+        yield event
 
 
 def _place_of(error: yaml.YAMLError) -> tuple[int, int, str]:
@@ -116,32 +124,35 @@ def _first_refusal(events: Iterator[Any], file: str) -> Diagnostic | None:
     """Walk the events without building anything; return the first construct that the language does not have."""
     depth = nodes = documents = 0
     for event in events:
-        mark = _mark(event, file)
         if isinstance(event, yaml.AliasEvent):
-            return _refuse(mark, "anchors and aliases are not part of the language", "use vars: or a subtree")
+            return _refuse(
+                _mark(event, file), "anchors and aliases are not part of the language", "use vars: or a subtree"
+            )
         if isinstance(event, yaml.DocumentStartEvent):
             documents += 1
             if documents > 1:
-                return _refuse(mark, "a file holds one document", "remove the '---' or make two files")
+                return _refuse(_mark(event, file), "a file holds one document", "remove the '---' or make two files")
             if event.tags:
-                return _refuse(mark, "tags are not part of the language", "remove the %TAG line")
+                return _refuse(_mark(event, file), "tags are not part of the language", "remove the %TAG line")
         if isinstance(event, yaml.NodeEvent):
             nodes += 1
-            problem = _refuse_node(event, mark)
+            problem = _refuse_node(event, file)
             if problem is not None:
                 return problem
             if nodes > MAX_NODES:
-                return _refuse(mark, "more than 20,000 values in one file", "split it into a library and tasks")
+                return _refuse(
+                    _mark(event, file), "more than 20,000 values in one file", "split it into a library and tasks"
+                )
         if isinstance(event, (yaml.CollectionStartEvent, yaml.CollectionEndEvent)):
             depth += 1 if isinstance(event, yaml.CollectionStartEvent) else -1
             if depth > MAX_DEPTH:
-                return _refuse(mark, "nested more than 64 levels deep", "move inner steps into a subtree")
+                return _refuse(_mark(event, file), "nested more than 64 levels deep", "move inner steps into a subtree")
     return None
 
 
-def _refuse_node(event: Any, mark: Mark) -> Diagnostic | None:
+def _refuse_node(event: Any, file: str) -> Diagnostic | None:
     if event.anchor is not None:
-        return _refuse(mark, "anchors and aliases are not part of the language", "use vars: or a subtree")
+        return _refuse(_mark(event, file), "anchors and aliases are not part of the language", "use vars: or a subtree")
     tag = getattr(event, "tag", None)
     if tag is None:
         return None
@@ -149,7 +160,7 @@ def _refuse_node(event: Any, mark: Mark) -> Diagnostic | None:
         mend = "a YAML tag begins with '!'; for 'not' write: not ..."
     else:
         mend = f"remove {str(tag)!r}; in a condition write 'not' for '!'"
-    return _refuse(mark, "tags (words that begin with '!') are not part of the language", mend)
+    return _refuse(_mark(event, file), "tags (words that begin with '!') are not part of the language", mend)
 
 
 def _mark(event: Any, file: str) -> Mark:
@@ -160,12 +171,11 @@ def _mark(event: Any, file: str) -> Mark:
 class _Builder:
     """Turns the events of one document, known to be harmless, into nodes. Iteration depth is at most 64."""
 
-    def __init__(self, source: str, file: str) -> None:
-        self._source = source
+    def __init__(self, source: str, file: str, events: list[Any]) -> None:
         self._file = file
         self._lines = lines_of(source)
         self._found: list[Diagnostic] = []
-        self._events = _events(source)
+        self._events = iter(events)
 
     def build(self) -> tuple[Node | None, list[Diagnostic]]:
         for event in self._events:
