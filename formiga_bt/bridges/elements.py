@@ -16,10 +16,6 @@ MAX_DEPTH: Final = 64
 MAX_ELEMENTS: Final = 20_000
 
 
-_COMMENT: Final = re.compile(rb"<!--.*?-->", re.DOTALL)
-"""Rulers such as `<!-------->` are no XML, but BT.CPP reads them, and its tutorials have them."""
-
-
 _VALUE: Final = re.compile(rb"=\s*(?:\"[^\"]*\"|'[^']*')")
 """Attributes such as `code="a < 3 && b"` are no XML either, and BT.CPP reads them too."""
 
@@ -28,8 +24,14 @@ def _escaped(value: re.Match[bytes]) -> bytes:
     return re.sub(rb"&(?!#?\w+;)", b"&amp;", value[0]).replace(b"<", b"&lt;")
 
 
-def _blank(comment: re.Match[bytes]) -> bytes:
-    return re.sub(rb"[^\n]", b" ", comment[0])
+def _without_comments(data: bytes) -> bytes:
+    """Return the text with blanks for comments: rulers (`<!------->`) are no XML, but tutorials of BT.CPP have them."""
+    pieces: list[bytes] = []
+    at = 0
+    while (start := data.find(b"<!--", at)) >= 0 and (end := data.find(b"-->", start + 4)) >= 0:
+        pieces += [data[at:start], re.sub(rb"[^\n]", b" ", data[start : end + 3])]
+        at = end + 3
+    return b"".join([*pieces, data[at:]])
 
 
 class XmlRefused(Exception):  # noqa: N818 - it names what is wrong
@@ -74,7 +76,7 @@ def parse(data: bytes) -> Element:
     """
     if len(data) > MAX_BYTES:
         raise XmlRefused(1, 1, "the file is larger than 1 MB", "split it into several files")
-    data = _COMMENT.sub(_blank, data)
+    data = _without_comments(data)
     try:
         return _Reader().read(data)
     except XmlRefused:

@@ -204,7 +204,8 @@ class StepReader:
         if element.tag.startswith("Reactive"):
             before = [self.condition(child) if self._looks(child) else None for child in children[:-1]]
             live = [cond for cond in before if cond and any(f"{one}." in cond for one in self.scope.agents)]
-            if all(before) and live:
+            ours = any(e.tag == "Expression" or e.get("_formiga_cond") for c in children for e in c.walk())
+            if all(before) and (live or ours):
                 step["reactive"] = "true"
             elif all(before):
                 said = "its checks read no agent, so there is nothing to watch: here it is not reactive"

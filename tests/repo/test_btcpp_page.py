@@ -1,0 +1,35 @@
+"""The tables of docs/btcpp.md are those of the program (UPDATE_EXPECTED=1 rewrites them)."""
+
+import os
+import re
+from pathlib import Path
+
+import pytest
+
+from formiga_bt.bridges.table import LOSSES, TROUBLES, as_markdown, codes_as_markdown
+
+ROOT = Path(__file__).parents[2]
+PAGE = ROOT / "docs" / "btcpp.md"
+TABLES = {
+    "correspondences": as_markdown(),
+    "losses": codes_as_markdown(LOSSES),
+    "troubles": codes_as_markdown(TROUBLES),
+}
+
+
+@pytest.mark.parametrize("name", list(TABLES))
+def test_a_table_of_the_page_is_that_of_the_program(name: str) -> None:
+    text = PAGE.read_text(encoding="utf-8")
+    block = re.compile(rf"(<!-- table: {name} -->\n\n).*?(\n?<!-- end -->)", re.DOTALL)
+    if os.environ.get("UPDATE_EXPECTED"):
+        PAGE.write_text(block.sub(lambda m: f"{m[1]}{TABLES[name]}\n\n<!-- end -->", text), encoding="utf-8")
+        text = PAGE.read_text(encoding="utf-8")
+    found = block.search(text)
+    assert found is not None
+    assert f"<!-- table: {name} -->\n\n{TABLES[name]}\n\n<!-- end -->" in text
+
+
+def test_every_code_that_the_bridge_reports_is_in_its_tables() -> None:
+    sources = (ROOT / "formiga_bt" / "bridges").glob("*.py")
+    used = {code for path in sources for code in re.findall(r'"([LX]\d\d)"', path.read_text(encoding="utf-8"))}
+    assert used == {*LOSSES, *TROUBLES}

@@ -1,0 +1,62 @@
+"""Trees of others become task files: the text and the remarks are pinned (UPDATE_EXPECTED=1 rewrites them)."""
+
+import os
+from pathlib import Path
+
+import pytest
+
+from formiga_bt.bridges.btcpp_in import import_btcpp
+from formiga_bt.bridges.table import TROUBLES
+from formiga_bt.cli.inputs import World
+from formiga_bt.lang.loader import load_task_text
+from tests.unit.bridges.conftest import ROOT
+
+FOREIGN = sorted((ROOT / "tests" / "unit" / "bridges" / "foreign").glob("*.xml"))
+LEFT_TO_PEOPLE = {"E020", "E021", "W060", "E043"}
+"""Types and actions that only the reader can name; what a file never uses, or never reaches."""
+
+
+@pytest.mark.parametrize("path", FOREIGN, ids=lambda path: path.stem)
+def test_the_text_and_the_remarks_are_these(path: Path, world: World) -> None:
+    done = import_btcpp(path.read_bytes(), path.name, world.catalogue)
+    remarks = "".join(f"# {d.mark}: {d.code}: {d.message}\n" for d in done.found)
+    expected = path.with_suffix(".expected.yaml")
+    if os.environ.get("UPDATE_EXPECTED"):
+        expected.write_text(remarks + done.text, encoding="utf-8")
+    assert remarks + done.text == expected.read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("path", FOREIGN, ids=lambda path: path.stem)
+def test_what_is_left_to_mend_is_what_only_people_know(path: Path, world: World) -> None:
+    done = import_btcpp(path.read_bytes(), path.name, world.catalogue)
+    assert {d.code for d in done.found} <= set(TROUBLES)
+    found = load_task_text(done.text, "task.yaml", catalogue=world.catalogue).diagnostics
+    assert {d.code for d in found} <= LEFT_TO_PEOPLE
+
+
+def test_a_file_without_trees_is_refused() -> None:
+    done = import_btcpp(b"<root>\n</root>", "none.xml")
+    assert done.text == ""
+    assert [f"{d.mark}: {d.code}: {d.message}" for d in done.found] == [
+        "none.xml:1:1: X01: no tree of BehaviorTree.CPP: <root> with a <BehaviorTree ID=...> is due"
+    ]
+
+
+def test_a_tree_that_calls_itself_is_cut_there() -> None:
+    xml = (
+        b'<root BTCPP_format="4"><BehaviorTree ID="A"><Sequence><Go/><SubTree ID="A"/></Sequence></BehaviorTree></root>'
+    )
+    done = import_btcpp(xml, "a.xml")
+    assert "X08" in {d.code for d in done.found}
+    assert 'notify: "TODO: call A"' in done.text
+
+
+def test_names_and_texts_of_a_file_cannot_add_lines_to_the_task() -> None:
+    xml = (
+        b'<root BTCPP_format="4"><BehaviorTree ID="A"><Sequence name="x&#10;on_failure: []">'
+        b'<Go text="a&#10;b: [" _description="# &#10;- wait: 1 s"/></Sequence></BehaviorTree></root>'
+    )
+    text = import_btcpp(xml, "a.xml").text
+    assert "\non_failure" not in text
+    assert "\n- wait" not in text
+    assert '"a\\nb: ["' in text
