@@ -23,6 +23,7 @@ def command(
             help="Site whose places are completed. Default: site.yaml of this folder, if any.", metavar="FILE"
         ),
     ] = None,
+    out: Annotated[Path | None, typer.Option(help="Write it there instead of printing it.", metavar="FILE")] = None,
     actions: Annotated[
         list[Path] | None,
         typer.Option(
@@ -44,8 +45,17 @@ def command(
     if editor:
         from formiga_bt.schemas.editor import editor_schema
 
-        typer.echo(json.dumps(editor_schema(world.catalogue, world.site), indent=2))
+        schema = editor_schema(world.catalogue, world.site)
     else:
         from formiga_bt.schemas.llm import llm_schema
 
-        typer.echo(json.dumps(llm_schema(world.catalogue, strict=strict), indent=2))
+        schema = llm_schema(world.catalogue, strict=strict)
+    text = json.dumps(schema, indent=2)
+    if out is None:
+        typer.echo(text)
+        return
+    try:
+        out.write_text(text + "\n", encoding="utf-8")
+    except OSError as error:
+        raise UnusableFile(f"cannot write {out}: {error.strerror or error}") from error
+    typer.echo(f"wrote {out}")

@@ -365,7 +365,7 @@ class _Reader:
             return [item.text for item in node.items if isinstance(item, Scalar)]
         if isinstance(node, Mapping_):
             return {e.key.text: e.value.text for e in node.entries if isinstance(e.value, Scalar)}
-        return _json_of(node, form or "", option)
+        return _json_of(node, form, option)
 
     def _named(self, node: Node, options: tuple[Option, ...]) -> dict[str, Any]:
         if isinstance(node, Mapping_) and not (options is PARAM and node.get("type") is None):

@@ -60,3 +60,9 @@ def test_the_wheel_makes_a_site_whose_first_task_flies(installed: Path, tmp_path
     for verb in ("check", "dryrun"):
         done = formiga(installed, tmp_path / "meadow", verb, *words)
         assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_the_wheel_explains_codes_and_prints_schemas(installed: Path, tmp_path: Path) -> None:
+    assert "Wrong:" in formiga(installed, tmp_path, "explain", "E031").stdout
+    assert "Why a task ended" in formiga(installed, tmp_path, "explain", "no_agent").stdout
+    assert "drone.GoTo" in formiga(installed, tmp_path, "schema", "--editor").stdout
