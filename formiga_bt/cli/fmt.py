@@ -15,7 +15,9 @@ def command(
         list[Path],
         typer.Argument(help="Tasks, libraries, sites, catalogues, scenarios; or folders of them.", metavar="FILE"),
     ],
-    check: Annotated[bool, typer.Option("--check", help="Change nothing; exit code 1 if something would change.")] = False,
+    check: Annotated[
+        bool, typer.Option("--check", help="Change nothing; exit code 1 if something would change.")
+    ] = False,
     diff: Annotated[bool, typer.Option("--diff", help="Change nothing; show what would change.")] = False,
 ) -> None:
     """Lay files out in the canonical way: block style, two spaces a level; comments stay, the meaning never changes.
@@ -43,6 +45,8 @@ def command(
         typer.echo(f"{'would change' if check else 'changed'} {path}")
     if not diff:
         same = len(paths) - len(changed) - refused
-        typer.echo(f"{same} of {len(paths)} {'file' if len(paths) == 1 else 'files'} as {'it' if same == 1 else 'they'} should be")
+        typer.echo(
+            f"{same} of {len(paths)} {'file' if len(paths) == 1 else 'files'} as {'it' if same == 1 else 'they'} should be"
+        )
     if refused or (only_look and changed):
         raise typer.Exit(1)
