@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from formiga_bt.diagnostics import Diagnostic
+from formiga_bt.editor.grammar import is_ours
 from formiga_bt.editor.project import Document, Project
 from formiga_bt.editor.seen import Recorder, Seen
 from formiga_bt.lang.catalogue import load_catalogue
@@ -34,6 +35,8 @@ def check(project: Project, document: Document) -> Checked:
 
 def _problems(project: Project, document: Document, watch: Recorder) -> Sequence[Diagnostic]:
     path, text, file = document.path, document.text, str(document.path)
+    if not is_ours(document.lines):
+        return ()
     match document.kind:
         case "task" | "library":
             load = load_task_text if document.kind == "task" else load_library_text

@@ -144,7 +144,7 @@ def file_kind(lines: Sequence[str], name: str = "") -> FileKind:
     """Return what a file is, by its keys at the left margin; a task, if nothing says otherwise."""
     if name.endswith((".test.yaml", ".test.yml")):
         return "test"
-    keys = {line.split(":", 1)[0].rstrip() for line in lines if line[:1].isalpha() and ":" in line}
+    keys = _root_keys(lines)
     if "task" in keys:
         return "task"
     for key, kind in (("formiga_site", "site"), ("scenario", "scenario")):
@@ -153,6 +153,17 @@ def file_kind(lines: Sequence[str], name: str = "") -> FileKind:
     if "formiga" in keys:
         return "library" if "subtrees" in keys and "steps" not in keys else "task"
     return "catalogue" if keys & {"types", "actions"} else "task"
+
+
+def is_ours(lines: Sequence[str]) -> bool:
+    """Return whether a file is one of formiga's; an editor shows other YAML files too."""
+    keys = _root_keys(lines)
+    marks = {"formiga", "formiga_site", "formiga_test", "scenario"}
+    return bool(keys & marks) or {"task", "steps"} <= keys or bool(keys and keys <= {"types", "actions"})
+
+
+def _root_keys(lines: Sequence[str]) -> set[str]:
+    return {line.split(":", 1)[0].rstrip() for line in lines if line[:1].isalpha() and ":" in line}
 
 
 def kind_of(keys: Mapping[str, str] | Sequence[str]) -> Kind | None:

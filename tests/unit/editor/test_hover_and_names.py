@@ -197,3 +197,10 @@ def test_a_problem_of_an_import_is_shown_at_the_import(tmp_path: Path) -> None:
     assert (one.code, one.span.line, one.span.start, one.span.end) == ("E006", 2, 10, 18)
     assert one.message.startswith(f"{library}:4: 'waitt' is not a step; did you mean 'wait'?")
     assert [(span.path, span.line, span.start) for span, _ in one.related] == [(library, 3, 13)]
+
+
+def test_other_yaml_files_are_left_alone(tmp_path: Path) -> None:
+    assert Editor("services:\n  web: {image: x}\n  bad: [\n", tmp_path, "compose.yaml").document.diagnostics == ()
+    assert Editor("", tmp_path).document.diagnostics == ()
+    broken = Editor("formiga: 1\ntask: T\nsteps: [\n", tmp_path)
+    assert [one.code for one in broken.document.diagnostics] == ["E001"]
