@@ -2,6 +2,9 @@
 
 A step is a mapping as `yaml_text` writes it. Helper nodes that our exporter made (`_formiga`) are folded back; all others
 are read for what they do. What has no counterpart is reported and stands as a TODO.
+
+Long on purpose: one method for each node of BT.CPP and of ours (`_node_<name>`) and each helper node (`_fold_<marker>`), all in
+one class because nodes nest in any way.
 """
 
 import re

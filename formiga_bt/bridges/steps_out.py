@@ -2,6 +2,8 @@
 
 What people wrote and BT.CPP has no room for stands in attributes that begin with `_formiga`: BT.CPP ignores them, and the
 importer believes them as long as they fit the node. `_formiga` itself tells which construct a helper node belongs to.
+
+Long on purpose: one method for each kind of step, in one class because steps nest in any way.
 """
 
 from collections.abc import Callable, Mapping, Sequence

@@ -10,6 +10,9 @@ from typing import Any, Final
 TODO: Final = "#"
 """Key of the comments of a mapping."""
 
+LONGEST_KEY: Final = 160
+"""YAML has no keys of more than 1024 characters; escaped, one is up to six times as long."""
+
 _PLAIN: Final = re.compile(r"[^\s\-?:,\[\]{}#&*!|>'\"%@`][^\x00-\x1f\x7f]*")
 _FLOW_ODD: Final = re.compile(r"[,\[\]{}]")
 
@@ -21,7 +24,9 @@ class Flow(dict[str, Any]):
 def flow(value: Any) -> str:
     """Return a value in flow style on one line."""
     if isinstance(value, dict):
-        return "{" + ", ".join(f"{_quoted(str(k), inside=True)}: {flow(v)}" for k, v in value.items()) + "}"
+        return (
+            "{" + ", ".join(f"{_quoted(str(k)[:LONGEST_KEY], inside=True)}: {flow(v)}" for k, v in value.items()) + "}"
+        )
     if isinstance(value, list):
         return "[" + ", ".join(flow(item) for item in value) + "]"
     return _quoted(str(value), inside=True)
@@ -47,7 +52,7 @@ def _mapping(value: dict[str, Any], pad: str, lines: list[str]) -> None:
 
 
 def _pair(key: str, item: Any, pad: str, lines: list[str]) -> None:
-    head = f"{pad}{_quoted(key)}:"
+    head = f"{pad}{_quoted(key[:LONGEST_KEY])}:"
     if isinstance(item, dict) and not isinstance(item, Flow) and [k for k in item if k != TODO]:
         lines.append(head)
         _mapping(item, pad + "  ", lines)

@@ -1,13 +1,17 @@
 """Trees of others become task files: the text and the remarks are pinned (UPDATE_EXPECTED=1 rewrites them)."""
 
 import os
+from itertools import cycle
 from pathlib import Path
 
 import pytest
 
 from formiga_bt.bridges.btcpp_in import import_btcpp
+from formiga_bt.bridges.elements import parse as parse_xml
+from formiga_bt.bridges.elements import write
 from formiga_bt.bridges.table import TROUBLES
 from formiga_bt.cli.inputs import World
+from formiga_bt.lang.document import parse
 from formiga_bt.lang.loader import load_task_text
 from tests.unit.bridges.conftest import ROOT
 
@@ -60,3 +64,34 @@ def test_names_and_texts_of_a_file_cannot_add_lines_to_the_task() -> None:
     assert "\non_failure" not in text
     assert "\n- wait" not in text
     assert '"a\\nb: ["' in text
+
+
+ODD_VALUES = (
+    "",
+    "{x}",
+    "-1",
+    "abc",
+    "[1",
+    "${{a: b}}",
+    "pause",
+    "guard",
+    "1e400",
+    "'",
+    "a := b := c",
+    "\u2028",
+    "!" * 3000,
+)
+
+
+@pytest.mark.parametrize("path", FOREIGN, ids=lambda path: path.stem)
+def test_a_file_with_odd_values_becomes_yaml_or_is_refused(path: Path, world: World) -> None:
+    root = parse_xml(path.read_bytes())
+    odd_values = cycle(ODD_VALUES)
+    for element in root.walk():
+        for name in [*element.attrs, "_formiga", "_skipIf", "_formiga_when"]:
+            before = dict(element.attrs)
+            for odd in (next(odd_values), next(odd_values)):
+                element.attrs[name] = odd
+                done = import_btcpp(write(root).encode(), "odd.xml", world.catalogue)
+                assert (not done.text) or parse(done.text, "odd.yaml")[1] == [], (element.tag, name, odd)
+            element.attrs = before

@@ -1,6 +1,6 @@
 """Exported trees in the real BehaviorTree.CPP: they load, and small ones come to the same end as here.
 
-Needs `pip install behaviortreepy`. Its `Sleep` node is never run.
+Needs `pip install -e ".[btcpp]"`. Its `Sleep` node is never run.
 """
 
 import json
@@ -21,9 +21,13 @@ from tests.unit.bridges.conftest import ROOT
 from tests.unit.bridges.real import load
 
 pytestmark = pytest.mark.external
-pytest.importorskip("behaviortreepy")
 
 FILES = [*find_tasks([ROOT / "trees"]).tasks, ROOT / "tests/unit/bridges/everything.yaml"]
+
+
+@pytest.fixture(autouse=True, scope="module")
+def real_btcpp() -> None:
+    pytest.importorskip("behaviortreepy")
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
