@@ -15,6 +15,7 @@ from formiga_bt.nodes.leaves import AskNode, DoNode, ReleaseNode, WaitNode, chec
 from formiga_bt.nodes.live import GuardNode, ReactiveNode, WaitForNode, WaitUntilNode
 from formiga_bt.nodes.loops import BreakIfNode, ForNode, LoopNode
 from formiga_bt.nodes.parallel import ForParallelNode, ParallelNode
+from formiga_bt.nodes.request import RequestNode
 from formiga_bt.nodes.run import Failure
 from formiga_bt.nodes.tidy import FinallyNode, TidyNode
 
@@ -82,6 +83,8 @@ def _compile_kind(step: model.Step) -> Node:
             return WaitUntilNode(step)
         case model.Guard():
             return GuardNode(step, [compile_step(s) for s in step.steps])
+        case model.Request():
+            return RequestNode(step)
         case model.WithAgents():
             return WithAgentsNode(step, [compile_step(s) for s in step.steps])
         case model.Parallel():

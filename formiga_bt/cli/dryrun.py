@@ -69,7 +69,7 @@ def command(
     answers = _answers(pairs(answer or []), the_site, world.catalogue)
     scripts = {who: [{"match": "*", "options": said}] for who, said in answers.items()}
     specs = fleet_of(the_site, world.catalogue, scripts=scripts)
-    rehearsal = Rehearsal(simulated(the_site), world.catalogue, [task], specs)
+    rehearsal = Rehearsal(simulated(the_site), world.catalogue, with_requested(task, world), specs)
     rehearsal.run_for(1.0)
     task_id = rehearsal.submit(task.name, values)
     in_time = rehearsal.run_until_ended(task_id, limit_s=limit * 3600.0)
@@ -136,6 +136,18 @@ def _refusals(verdicts: "Sequence[Verdict]") -> list[str]:
     open_roles = [v for v in verdicts if v.role not in served]
     telling = [v for v in open_roles if v.code != "wrong_type"]
     return [f"{v.role}: {v.agent} {v.code} {v.detail}".rstrip() for v in telling or open_roles]
+
+
+def with_requested(task: "Task", world: World) -> "list[Task]":
+    """Return a task and all that it requests, and what those request."""
+    found = {task.name: task}
+    queue = [task]
+    while queue:
+        for name, file in queue.pop(0).requests.items():
+            if name not in found:
+                found[name], _ = _checked(Path(file), world)
+                queue.append(found[name])
+    return list(found.values())
 
 
 def _checked(file: Path, world: World) -> "tuple[Task, Site]":

@@ -48,7 +48,14 @@ def _row(task: dict[str, Any]) -> tuple[str, ...]:
     orders = [order["text"] for order in task["orders"] if task["section"] != "done"]
     why = "; ".join([", ".join(task["held"]), *orders]).strip("; ") or f"{task['code']} {task['reason']}".strip()
     took = f"{task['duration_s']:.0f} s"
+    why = "; ".join(part for part in (why, _family(task)) if part)
     return task["id"], status, task["priority"], f"{at:%H:%M:%S}", took, " ".join(task["agents"]), why
+
+
+def _family(task: dict[str, Any]) -> str:
+    """Return who requested a task, and whom it requested."""
+    parts = [f"of {task['parent']}"] if task.get("parent") else []
+    return ", ".join(parts + ([f"requested {' '.join(task['children'])}"] if task.get("children") else []))
 
 
 def _library(found: dict[str, Any], as_json: bool) -> None:

@@ -190,6 +190,8 @@ class Allocation:
         core = self._core
         for victim in plan.victims if plan is not None else ():
             self._tasks.restart(victim, "preempted", f"for {request.holder}")
+        if request.task not in core.state.requests:
+            return  # it was of a task that has just stepped aside
         awaited = plan.awaited if plan is not None else {}
         if awaited == request.preempting:
             return

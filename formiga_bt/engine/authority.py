@@ -17,7 +17,7 @@ from typing import Final
 from formiga_bt.engine import changes as ch
 from formiga_bt.engine.core import Core, clock_stands
 from formiga_bt.engine.inputs import Alarm, Approve, Duty, Submit
-from formiga_bt.engine.preemption import why_not_preemptible
+from formiga_bt.engine.preemption import parents_of, why_not_preemptible
 from formiga_bt.engine.records import PRIORITIES, Approval, Request
 from formiga_bt.errors import TaskError
 from formiga_bt.lang.model import Task
@@ -125,6 +125,9 @@ class Authority:
         task = core.task(request.holder)
         if request.node and clock_stands(task):
             return "held", ", ".join(task.held)
+        parent = core.state.tasks.get(task.parent) if not task.detached else None
+        if parent is not None and clock_stands(parent):
+            return "held", f"{parent.id}: {', '.join(parent.held)}"
         lack = self._lack(core.model(task), task.requester)
         if lack:
             return "not_approved", lack
@@ -156,6 +159,7 @@ class Authority:
         """
         state = self._core.state
         best: tuple[str, ...] = ()
+        spared = parents_of(self._core, request.holder)
         for pilot in state.duty if request.priority == "high" else ():
             if self._core.site.pilots[pilot] < machines_of(request):
                 continue
@@ -164,7 +168,11 @@ class Authority:
                 machines = sum(a.task == task.id and not a.human for a in state.agents.values())
                 if task.again or task.status == "ENDING" or task.outcome:
                     room += machines
-                elif PRIORITIES[task.priority] > 0 and not why_not_preemptible(self._core, task):
+                elif (
+                    task.id not in spared
+                    and PRIORITIES[task.priority] > 0
+                    and not why_not_preemptible(self._core, task)
+                ):
                     willing.append((-PRIORITIES[task.priority], -task.order, task.id, machines))
             if room >= machines_of(request):
                 return ()

@@ -77,7 +77,7 @@ class Engine:
         self.fleet.orders, self.fleet.breaches, self.tasks.orders = self.orders, self.breaches, self.orders
         self.gatekeeper.clearances = self.clearances
         self.clearances.tasks = self.tasks
-        self.tasks.allocation = self.allocation
+        self.tasks.allocation, self.tasks.admit = self.allocation, self.authority.admit
         if state is not None:
             restore_trees(core, self.tasks)
 

@@ -80,7 +80,7 @@ def _why_not(core: Core, task: TaskRecord, lost: str) -> str:
     mine = [a for a in agents if not a.human and (a.task == task.id or a.id == lost)]
     if any(a.id in core.state.orders for a in mine if a.id != lost):
         return "ordered"
-    if task.spent:
+    if task.spent or any(core.state.tasks[child].spent for child in task.children):
         return "spent"
     if any(a.payload_kg > 0 for a in mine):
         return "loaded"
@@ -159,7 +159,7 @@ class Preemption:
             for agent_id, home in self._home.items()
             if home is not None and refusal(home, role) is None
         }
-        chosen = self._victims(slots, fits, ready, claimed)
+        chosen = self._victims(slots, fits, ready, claimed, parents_of(self._core, request.holder))
         if chosen is None:
             return None
         victims, team = chosen
@@ -169,13 +169,14 @@ class Preemption:
         return Plan(request.task, victims, awaited, frozenset(team)) if awaited else None
 
     def _victims(
-        self, slots: Slots, fits: set[tuple[str, str]], ready: list[str], claimed: set[str]
+        self, slots: Slots, fits: set[tuple[str, str]], ready: list[str], claimed: set[str], spared: frozenset[str]
     ) -> tuple[tuple[str, ...], list[str]] | None:
         """Return the fewest, lowest, youngest tasks that must step aside, and the agents that fill the slots then."""
         held = {
             task: useful
             for task, agents in self._held.items()
-            if (useful := [a for a in agents if a not in claimed and any((s.role, a) in fits for s in slots)])
+            if task not in spared
+            and (useful := [a for a in agents if a not in claimed and any((s.role, a) in fits for s in slots)])
         }
 
         def team(tasks: Sequence[str]) -> list[str] | None:
@@ -197,6 +198,16 @@ class Preemption:
                 if tried >= MOST_SETS:
                     return _pruned(everybody, team)
         raise AssertionError("as many tasks as slots suffice if all do")
+
+
+def parents_of(core: Core, task_id: str) -> frozenset[str]:
+    """Return the tasks by which a task was requested and with which it ends: it can gain nothing from their end."""
+    found: set[str] = set()
+    task = core.state.tasks.get(task_id)
+    while task is not None and task.parent and not task.detached:
+        found.add(task.parent)
+        task = core.state.tasks.get(task.parent)
+    return frozenset(found)
 
 
 def _steps_aside(task: TaskRecord) -> bool:

@@ -162,6 +162,14 @@ class TaskRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
     bundle: str
     priority: Priority = "medium"
     requester: str = ""
+    parent: str = ""
+    """The task that requested it, if no person did; then also the node that waits for its end, and how deep it is."""
+    parent_node: str = ""
+    depth: int = 0
+    detached: bool = False
+    """It outlives its parent."""
+    children: tuple[str, ...] = ()
+    """Tasks that it requested in this run."""
     status: TaskStatus = "PENDING"
     run: int = 1
     section: Literal["", "steps", "on_failure", "on_abort", "finally", "recover", "done"] = ""
@@ -222,6 +230,11 @@ class TaskRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
     """The pilot on duty for it (`mode: real`)."""
     notes: tuple[str, ...] = ()
     """What went wrong in cleanup; the outcome does not change."""
+
+    @property
+    def ended(self) -> bool:
+        """Return whether it has its terminal status."""
+        return self.section == "done"
 
 
 class AgentRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
@@ -362,6 +375,19 @@ class Leaving(Struct, frozen=True):
     def ended(self) -> bool:
         """Return whether the task no longer holds the machine."""
         return not self.under_way
+
+
+class Ending(Struct, frozen=True):
+    """A requested task that is being ended, with the shape of a goal, for drain sets."""
+
+    id: str
+    ended: bool
+    agent: str = ""
+    code: str = ""
+    text: str = ""
+    state: str = "canceled"
+    repeatable: bool = True
+    result: dict[str, Any] = {}
 
 
 class Answer(Struct, frozen=True):

@@ -5,19 +5,31 @@ from typing import Any, NamedTuple
 
 from formiga_bt.clock import Micros
 from formiga_bt.engine import changes as ch
+from formiga_bt.engine.children import ENDING, Children
 from formiga_bt.engine.core import Core, node_deadline
 from formiga_bt.engine.env import TaskEnv
 from formiga_bt.engine.inputs import Notify
 from formiga_bt.engine.people import People
 from formiga_bt.engine.ports import AllocationPort, GoalPort
-from formiga_bt.engine.records import RELEASE, GoalRecord, Leaving, Question, Tidy
+from formiga_bt.engine.records import RELEASE, Ending, GoalRecord, Leaving, Question, TaskRecord, Tidy
 from formiga_bt.engine.state import event_key
 from formiga_bt.engine.tidying import WORD, Tidies
 from formiga_bt.engine.treerun import CompiledTrees, TaskTrees, TreesFactory
 from formiga_bt.engine.watching import watch_keys
 from formiga_bt.lang.model import Env, Expr, Role
 from formiga_bt.nodes.memory import Mem
-from formiga_bt.nodes.run import AROUND, THROUGH, AskOrder, Failure, GoalOrder, GoalView, Runaway, Served, TidyOrder
+from formiga_bt.nodes.run import (
+    AROUND,
+    THROUGH,
+    AskOrder,
+    Failure,
+    GoalOrder,
+    GoalView,
+    Runaway,
+    Served,
+    TaskOrder,
+    TidyOrder,
+)
 
 BUDGET = 10_000
 """Nodes that a task may visit in one input."""
@@ -40,6 +52,7 @@ class TaskRun:
         goals: GoalPort,
         people: People,
         allocation: AllocationPort,
+        children: Children,
         task_id: str,
         factory: TreesFactory,
     ) -> None:
@@ -47,6 +60,7 @@ class TaskRun:
         self._goals = goals
         self._people = people
         self._allocation = allocation
+        self._children = children
         self.task_id = task_id
         self._fresh: dict[str, Mem | None] = {}
         self._spent = 0
@@ -217,8 +231,10 @@ class TaskRun:
         assert found is not None, f"no {goal_id}"
         return found
 
-    def find(self, goal_id: str) -> GoalRecord | Tidy | Leaving | None:
+    def find(self, goal_id: str) -> GoalRecord | Tidy | Leaving | Ending | None:
         """Return what stands in a drain set, or None if it was dropped."""
+        if goal_id.startswith(ENDING):
+            return Ending(goal_id, self._core.task(goal_id.removeprefix(ENDING)).ended)
         if goal_id.startswith(RELEASE):
             agent = goal_id.removeprefix(RELEASE)
             return Leaving(agent, agent in self._core.task(self.task_id).releasing)
@@ -228,7 +244,7 @@ class TaskRun:
         """Forget an ended goal, or an ended `finally`."""
         if goal_id.startswith(WORD):
             self.tidies.drop(goal_id)
-        elif not goal_id.startswith(RELEASE):
+        elif not goal_id.startswith((RELEASE, ENDING)):
             self._core.emit(ch.GoalDrop(goal_id))
 
     def tidy(self, order: TidyOrder, tree: Any = None) -> str:
@@ -243,11 +259,30 @@ class TaskRun:
         """Change who is woken for a goal, for a `finally`, or for a release."""
         if goal_id.startswith(WORD):
             self.tidies.adopt(goal_id, owner)
+        elif goal_id.startswith(ENDING):
+            self._children.adopt(goal_id.removeprefix(ENDING), owner)
         elif not goal_id.startswith(RELEASE):
             self._core.put_goal(goal_id, owner=owner)
         elif not self.goal(goal_id).ended:
             releasing = self._core.task(self.task_id).releasing
             self._core.put_task(self.task_id, releasing={**releasing, goal_id.removeprefix(RELEASE): owner})
+
+    # -- other tasks -----------------------------------------------------------------------------------------------
+    def start_task(self, order: TaskOrder) -> str | Failure:
+        """Start another task."""
+        return self._children.start(self.task_id, order)
+
+    def child(self, task_id: str) -> TaskRecord:
+        """Return a started task's record; it has the shape of a TaskView."""
+        return self._core.task(task_id)
+
+    def end_task(self, task_id: str) -> bool:
+        """Abort a started task."""
+        return self._children.end(task_id)
+
+    def ending(self, task_id: str) -> str:
+        """Return the id of a task's end in a drain set."""
+        return ENDING + task_id
 
     # -- agents of a block -----------------------------------------------------------------------------------------
     def want_agents(self, path: str, roles: Mapping[str, Role], env: Env, but_not: tuple[str, ...]) -> Micros:

@@ -12,13 +12,14 @@ The parts run in this order, each after the goals of the former have drained; an
 | recover | done: release, terminal status |
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Final
 
 from msgspec.structs import replace
 
 from formiga_bt.clock import SECOND, Micros
 from formiga_bt.engine import changes as ch
+from formiga_bt.engine.children import Children
 from formiga_bt.engine.core import Core, task_deadline
 from formiga_bt.engine.fleet import Fleet
 from formiga_bt.engine.goals import Goals
@@ -36,7 +37,7 @@ from formiga_bt.engine.treerun import Ended, TreesFactory
 from formiga_bt.errors import TaskError
 from formiga_bt.lang.model import Step, Task
 from formiga_bt.lang.types import AgentRef
-from formiga_bt.nodes.run import Failure, Served
+from formiga_bt.nodes.run import Failure, Served, TaskOrder
 
 CLEANUP_US = 300 * SECOND
 """Default of cleanup_timeout."""
@@ -53,6 +54,8 @@ class Tasks:
 
     allocation: AllocationPort
     orders: OrderPort
+    admit: Callable[[Submit], None]
+    """Asked before a task is started for another one (`Authority.admit`)."""
 
     def __init__(self, core: Core, goals: Goals, people: People, fleet: Fleet, factory: TreesFactory) -> None:
         self._core = core
@@ -62,10 +65,11 @@ class Tasks:
         self._factory = factory
         self.runs: dict[str, TaskRun] = {}
         self.recovery = Recovery(core, fleet, self)
+        self.children = Children(core, self)
 
     # -- coming in -----------------------------------------------------------------------------------------------
-    def submit(self, request: Submit) -> str:
-        """Admit a task; return its id.
+    def submit(self, request: Submit, parent: TaskRecord | None = None, order: TaskOrder | None = None) -> str:
+        """Admit a task, of a person or of a step of its parent; return its id.
 
         Raises:
             TaskError: unknown task, too many wait already (`busy`), or a parameter, var or role cannot be evaluated.
@@ -79,11 +83,11 @@ class Tasks:
         if len(core.state.requests) >= MAX_QUEUED:
             raise TaskError("busy", f"{MAX_QUEUED:,} tasks wait already")
         values = root_values(core, model, request.params)
-        order = core.state.counters.get("task", 0) + 1
+        number = core.state.counters.get("task", 0) + 1
         task = TaskRecord(
-            id=f"{model.name}-{order}",
+            id=f"{model.name}-{number}",
             name=model.name,
-            order=order,
+            order=number,
             bundle=model.bundle,
             priority=request.priority or model.priority,
             requester=request.requester,
@@ -91,6 +95,10 @@ class Tasks:
             events_from=core.state.counters.get("happening", 0),
             params=dict(request.params),
         )
+        if parent is not None and order is not None:
+            task = replace(
+                task, parent=parent.id, parent_node=order.owner, depth=parent.depth + 1, detached=order.detached
+            )
         wish = self.allocation.request(task, values)  # raises before anything is recorded
         core.count("task")
         core.emit(ch.TaskPut(task))
@@ -230,7 +238,7 @@ class Tasks:
         run = self.runs.get(task_id)
         if run is None:
             run = self.runs[task_id] = TaskRun(
-                self._core, self._goals, self._people, self.allocation, task_id, self._factory
+                self._core, self._goals, self._people, self.allocation, self.children, task_id, self._factory
             )
         return run
 
@@ -308,6 +316,7 @@ class Tasks:
             id=task.id, name=task.name, order=task.order, bundle=task.bundle, priority=task.priority,
             requester=task.requester, run=task.run + 1, submitted_at=task.submitted_at, params=task.params,
             events_from=core.state.counters.get("happening", 0),
+            parent=task.parent, parent_node=task.parent_node, depth=task.depth, detached=task.detached,
             notes=task.notes, past=(*task.past, f"run {task.run}: {task.again} {task.reason}".rstrip()),
             held=("lockdown",) if core.state.lockdown is not None else (),
         )  # fmt: skip
@@ -453,6 +462,8 @@ class Tasks:
         roles = {role: tuple(a for a in agents if a != agent_id) for role, agents in task.roles.items()}
         held = tuple(c for c in task.held if not c.endswith(f":{agent_id}"))
         core.put_task(task_id, roles=roles)
+        if agent_id in task.releasing:
+            core.wake(task_id, task.releasing[agent_id])
         if held != task.held:
             for cause in task.held:
                 if cause not in held:
@@ -464,6 +475,9 @@ class Tasks:
     # -- from part to part -----------------------------------------------------------------------------------------
     def _next(self, task_id: str) -> None:
         task = self._core.task(task_id)
+        if task.section == "steps" and (waited := self.children.end_all(task_id)):
+            self._core.put_task(task_id, stopping=True, drain=(*task.drain, *waited))
+            return  # what it leaves open ends first
         if task.abort_now:
             self._enter(task_id, "recover")
         elif task.section == "steps":
@@ -554,6 +568,7 @@ class Tasks:
         core.put_task(
             task_id, status=task.outcome, section="done", ended_at=core.now, held=(), paused={}, roles={}, drain=()
         )
+        self.children.ended(core.task(task_id))
         core.emit(ch.TaskForget(task_id))
         self.runs.pop(task_id, None)
         if task.stop:

@@ -21,6 +21,7 @@ from msgspec.structs import replace
 
 from formiga_bt.clock import SECOND
 from formiga_bt.engine import changes as ch
+from formiga_bt.engine.children import ENDING
 from formiga_bt.engine.core import Core
 from formiga_bt.engine.records import RELEASE, GoalRecord, TaskRecord, Tidy
 from formiga_bt.engine.treerun import Ended, TaskTrees
@@ -129,6 +130,8 @@ class Tidies:
     def _ended(self, drain: tuple[str, ...]) -> bool:
         goals = self._core.state.goals
         if any(g.startswith(RELEASE) and g.removeprefix(RELEASE) in self._task.releasing for g in drain):
+            return False
+        if any(g.startswith(ENDING) and not self._core.task(g.removeprefix(ENDING)).ended for g in drain):
             return False
         found: list[GoalRecord | Tidy | None] = [self.find(g) if g.startswith(WORD) else goals.get(g) for g in drain]
         return all(one is None or one.ended for one in found)

@@ -21,6 +21,7 @@ from formiga_bt.lang.model import (
     Loop,
     Parallel,
     Release,
+    Request,
     Sequence,
     Step,
     Subtree,
@@ -34,7 +35,7 @@ from formiga_bt.lang.model import (
 from formiga_bt.lang.reading import Problems
 from formiga_bt.lang.spacing import check_spacing
 from formiga_bt.lang.types import agent_type
-from formiga_bt.lang.walk import all_roles, children, orders, roles_inside
+from formiga_bt.lang.walk import all_roles, children, orders, requests_inside, roles_inside
 from formiga_bt.units import format_quantity
 
 
@@ -95,7 +96,7 @@ def _all_can(steps: tuple[Step, ...]) -> bool:
 def waits(step: Step) -> bool:
     """Return whether some path through a step takes time."""
     match step:
-        case Do() | Ask() | WaitUntil() | Release() | WithAgents():
+        case Do() | Ask() | WaitUntil() | Release() | WithAgents() | Request():
             return True
         case Wait():
             return not step.duration.is_const or bool(step.duration.const)
@@ -139,6 +140,14 @@ class _Checks:
                 if cleanup and isinstance(step, WithAgents):
                     what = "a section that tidies up cannot use with_agents"
                     self.problems.add("E065", step.mark, what, "it has the agents that the task still holds")
+                if cleanup and isinstance(step, Request):
+                    what = "a section that tidies up cannot request a task"
+                    self.problems.add(
+                        "E065", step.mark, what, "request it in steps, with detached: true to outlive this one"
+                    )
+                if cleanup and isinstance(step, Call) and any(requests_inside(step.subtree.steps)):
+                    what = f"a section that tidies up cannot request a task, as {step.subtree.name} does"
+                    self.problems.add("E065", step.mark, what, "request it in steps")
                 if cleanup and isinstance(step, Call) and any(roles_inside(step.subtree.steps)):
                     what = f"a section that tidies up cannot use with_agents, as {step.subtree.name} does"
                     self.problems.add("E065", step.mark, what, "it has the agents that the task still holds")

@@ -70,7 +70,7 @@ class Shelf:
         self._read = read
         self.sources: dict[str, str] = {}
         self.units: dict[str, Unit] = {}
-        self._library = tuple(library)
+        self.library = tuple(library)
         self._labels: dict[str, Path] = {}
         self._open: list[str] = []
 
@@ -179,14 +179,14 @@ class Shelf:
 
     def label(self, path: Path) -> str:
         """Return how messages call a file: one of the library by its place in it (`trees/lib/flying.yaml`)."""
-        for place in self._library:
+        for place in self.library:
             if path.is_relative_to(place):
                 short = (Path(place.name) / path.relative_to(place)).as_posix()
                 return short if self._labels.setdefault(short, path) == path else str(path)
         return str(path)
 
     def _report_missing(self, unit: Unit, at: Scalar) -> None:
-        folders = [*([unit.folder] if unit.folder is not None else []), *self._library]
+        folders = [*([unit.folder] if unit.folder is not None else []), *self.library]
         known = sorted({str(p.relative_to(folder)) for folder in folders for p in (folder / "lib").glob("*.yaml")})
         meant = nearest(at.text, known)
         help_ = f"libraries: {', '.join(known)}" if known and not meant else "a path relative to this file"
@@ -198,7 +198,7 @@ class Shelf:
         """Return where an import lies, or None."""
         if not name or "\0" in name or len(name) > 200 or Path(name).is_absolute():
             return None
-        for place in (*([folder] if folder is not None else []), *self._library):
+        for place in (*([folder] if folder is not None else []), *self.library):
             path = place / name
             try:
                 if path.is_file():

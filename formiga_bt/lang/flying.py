@@ -27,6 +27,7 @@ from formiga_bt.lang.model import (
     Loop,
     Parallel,
     Release,
+    Request,
     Role,
     Sequence,
     Step,
@@ -175,7 +176,7 @@ class Interpreter:
                 return Ends(narrow(sky, step.cond, True), failing(narrow(sky, step.cond, False), step.mark, here))
             case Fail():
                 return Ends(None, failing(sky, step.mark, here))
-            case Ask() | WaitFor():
+            case Ask() | WaitFor() | Request():
                 return Ends(sky, failing(sky, step.mark, here))
             case WaitUntil():
                 return Ends(narrow(sky, step.cond, True) or sky, failing(sky, step.mark, here))

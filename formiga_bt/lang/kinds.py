@@ -132,7 +132,6 @@ _KINDS: Final = (
             Option("detached", "flag", "Let it outlive this task (false)."),
             _SAVE,
         ),
-        available=False,
     ),
     Kind("wait", "value", "Wait this long.", type="duration"),
     Kind("wait_until", "cond", "Wait until this holds."),

@@ -21,6 +21,7 @@ from formiga_bt.lang.envelope import check_task as check_tightens
 from formiga_bt.lang.envelope import read_envelope
 from formiga_bt.lang.files import Shelf, Unit, read_file
 from formiga_bt.lang.model import MIN_SPACING_M, Catalogue, Role, Site, Step, Subtree, Task
+from formiga_bt.lang.neighbours import Neighbours
 from formiga_bt.lang.params import read_params
 from formiga_bt.lang.reading import Problems, read_flag, read_text, read_word, shorten
 from formiga_bt.lang.records import ABORT, ERROR
@@ -88,6 +89,7 @@ def load_task_text(
     folder_: Path | None = None,
     read: Callable[[Path], str] = read_file,
     watch: Callable[[Mark, Scope], None] | None = None,
+    others: Mapping[str, str] | None = None,
 ) -> Loaded:
     """Read and check a task's text.
 
@@ -100,11 +102,13 @@ def load_task_text(
         folder_: where imports are looked up first.
         read: gives the text of an import.
         watch: is told what is visible at each step.
+        others: texts of tasks that it may request, by name, besides those of its folder and of the library.
     """
     problems = Problems()
     shelf = Shelf((folder("trees"),) if library is None else library, problems, read)
     unit = shelf.open_text(text, file, folder_, library=False)
-    world = World(catalogue, site, watch)
+    neighbours = Neighbours(folder_, shelf.library, read, others)
+    world = World(catalogue, site, watch, neighbours)
     task = _TaskReader(world, problems, shelf, unit).read() if unit.root is not None else None
     found = in_order(problems.found)
     if any(d.severity == "error" for d in found):
@@ -127,7 +131,8 @@ def load_library_text(
     problems = Problems()
     shelf = Shelf((folder("trees"),) if library is None else library, problems, read)
     unit = shelf.open_text(text, file, folder_, library=True)
-    subtrees = Subtrees(World(catalogue, site, watch), problems)
+    world = World(catalogue, site, watch, Neighbours(folder_, shelf.library, read))
+    subtrees = Subtrees(world, problems)
     for one in shelf.units.values():
         subtrees.read_all(one)
     for at, imported in unit.imports:
@@ -166,6 +171,7 @@ class _TaskReader:
             task = self._task(name, parts)
             if "steps" in self.unit.keys:
                 self._report_unused()
+            self._check_requests(name)
             if not self.body.dropped and not self.subtrees.dropped and name and "steps" in self.unit.keys:
                 self._check(task)
         return task if name else None
@@ -182,6 +188,16 @@ class _TaskReader:
             site = self.world.site
             spacing = site.min_spacing_m if site is not None else MIN_SPACING_M
             check_task(task, self.world.catalogue, self.problems, min_spacing_m=spacing)
+
+    def _check_requests(self, name: str) -> None:
+        """Report E051 for a task that comes back to itself by what it requests."""
+        others = self.world.others
+        through = others.through(name) if others is not None and name else []
+        if others is None or not through:
+            return
+        first = next(one for one in others.asked if one in through)
+        way = f" through {' and '.join(through[:-1])}" if through[:-1] else ""
+        self.problems.add("E051", others.asked[first].mark, f"{name} requests itself{way}", "tasks cannot be recursive")
 
     def _name(self) -> str:
         entry = self.unit.keys.get("task")
@@ -272,6 +288,9 @@ class _TaskReader:
             subtrees=self._visible_subtrees(),
             bundle=bundle_hash(self.shelf.sources, self.unit.file, self.world.catalogue),
             files=tuple(self.shelf.sources),
+            requests={one: others.path(one) for one in others.asked}
+            if (others := self.world.others) is not None
+            else {},
         )
 
     def _options(self) -> dict[str, Any]:

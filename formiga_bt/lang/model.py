@@ -387,6 +387,24 @@ class Switch(Step):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Request(Step):
+    """Start another task and, unless `wait` is false, wait for its end; it ends with its parent unless `detached`."""
+
+    task: str
+    args: Mapping[str, Expr]
+    priority: Literal["", "low", "medium", "high"] = ""
+    """Empty = as its own file says."""
+    wait: bool = True
+    detached: bool = False
+    save_as: str = ""
+
+    @property
+    def title(self) -> str:
+        """Return the step's name, or the task's."""
+        return self.name or self.task
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class WithAgents(Step):
     """Extra agents for its steps (segments `steps[i]`), given back at their end; the expressions of roles are read at entry."""
 
@@ -487,6 +505,8 @@ class Task:
     bundle: str = ""
     """SHA-256 (hex) of the task's file, its imports and the catalogue: what a run is pinned to."""
     files: tuple[str, ...] = ()
+    requests: Mapping[str, str] = field(default_factory=dict)
+    """Tasks that it requests -> their files."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,6 +15,10 @@ ABORT: Final[Type] = record_of(reason=enum_of("operator", "preempted"))
 """`abort`, in on_abort."""
 
 
+CHILD: Final[Type] = record_of(status=enum_of("PENDING", "SUCCEEDED", "FAILED", "CANCELED"), reason=TEXT, task_id=TEXT)
+"""The result of `request`; PENDING when nothing waits for the end."""
+
+
 def answer(options: tuple[str, ...], policy: str) -> Type:
     """Return the type of an answer; with `policy: all` the answer may be `mixed`, and `.all` lists the answers."""
     if policy == "all":

@@ -8,7 +8,7 @@ import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from formiga_bt.diagnostics import Diagnostic, Fix, Mark
 from formiga_bt.lang.binding import run_outside
@@ -23,6 +23,9 @@ from formiga_bt.lang.scope import OUTSIDE
 from formiga_bt.lang.synonyms import nearest, surely
 from formiga_bt.lang.types import AGENT, ANY, DURATION, TEXT, Type
 from formiga_bt.units import format_number
+
+if TYPE_CHECKING:
+    from formiga_bt.lang.neighbours import Neighbours
 
 BUILT_IN: Final = frozenset({"base", "task", "now", "site", "error", "abort", "result", "agent"})
 """Names that no author may define."""
@@ -97,6 +100,8 @@ class World:
     site: Site | None
     watch: "Callable[[Mark, Scope], None] | None" = None
     """Told what is visible at the start of each step, and behind the last one of a list (an editor listens)."""
+    others: "Neighbours | None" = None
+    """The tasks that may be requested."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -32,6 +32,7 @@ from formiga_bt.lang.model import (
     Notify,
     Parallel,
     Release,
+    Request,
     Retry,
     Sequence,
     Set,
@@ -53,6 +54,7 @@ from formiga_bt.lang.reading import (
     shorten,
     what_is,
 )
+from formiga_bt.lang.requests import read_request
 from formiga_bt.lang.scopes import Body, Flow, join
 from formiga_bt.lang.synonyms import ADVICE, BY_HAND, KIND_SYNONYMS, is_sure, kind_for
 from formiga_bt.lang.types import DURATION, INT, NUMBER
@@ -67,6 +69,7 @@ _CLASSES: Final[Mapping[str, type[Step]]] = MappingProxyType(
         "do": Do,
         "ask": Ask,
         "call": Call,
+        "request": Request,
         "wait": Wait,
         "wait_until": WaitUntil,
         "wait_for": WaitFor,
@@ -335,6 +338,7 @@ _READERS: Final[Mapping[str, Callable[[Body, Keys], dict[str, Any] | None]]] = M
         "do": leaves.read_do,
         "ask": leaves.read_ask,
         "call": leaves.read_call,
+        "request": read_request,
         "wait": moments.read_wait,
         "wait_until": moments.read_wait_until,
         "wait_for": leaves.read_wait_for,

@@ -20,6 +20,7 @@ from formiga_bt.lang.model import (
     Loop,
     Parallel,
     Release,
+    Request,
     Role,
     Sequence,
     Step,
@@ -103,6 +104,14 @@ def roles_inside(steps: tuple[Step, ...]) -> Iterator[Role]:
         if isinstance(step, WithAgents):
             yield from step.roles.values()
         yield from roles_inside(step.subtree.steps if isinstance(step, Call) else children(step))
+
+
+def requests_inside(steps: tuple[Step, ...]) -> Iterator[Request]:
+    """Iterate over every request of a task among the steps and in what they call."""
+    for step in steps:
+        if isinstance(step, Request):
+            yield step
+        yield from requests_inside(step.subtree.steps if isinstance(step, Call) else children(step))
 
 
 def all_roles(task: Task) -> Iterator[Role]:

@@ -156,6 +156,12 @@ class LoopMem(Struct, frozen=True, tag="loop", tag_field="mem"):
     failure: Any = None
 
 
+class RequestMem(Struct, frozen=True, tag="request", tag_field="mem"):
+    """The task waited for."""
+
+    task: str
+
+
 class WithMem(Struct, frozen=True, tag="with_agents", tag_field="mem"):
     """A block with agents of its own: it waits for them, runs its steps with them, or waits until they are given back."""
 
@@ -172,5 +178,5 @@ class WithMem(Struct, frozen=True, tag="with_agents", tag_field="mem"):
 
 Mem = (
     SequenceMem | FallbackMem | IfMem | SwitchMem | CallMem | DoMem | AskMem | WaitMem | WaitForMem | PassMem | TimeoutMem
-    | RetryMem | TidyMem | LiveMem | GatherMem | ItemsMem | LoopMem | WithMem
+    | RetryMem | TidyMem | LiveMem | GatherMem | ItemsMem | LoopMem | WithMem | RequestMem
 )  # fmt: skip

@@ -125,6 +125,46 @@ THROUGH: Final = ".="
 """Among the values of a scope: what is written in it belongs to the scope around it."""
 
 
+class TaskView(Protocol):
+    """What a `request` sees of its task."""
+
+    @property
+    def id(self) -> str:
+        """Return the task's id."""
+        ...
+
+    @property
+    def status(self) -> str:
+        """Return its status."""
+        ...
+
+    @property
+    def code(self) -> str:
+        """Return the reason code of its outcome."""
+        ...
+
+    @property
+    def reason(self) -> str:
+        """Return the reason in words."""
+        ...
+
+    @property
+    def ended(self) -> bool:
+        """Return whether its status is terminal."""
+        ...
+
+
+class TaskOrder(Struct, frozen=True):
+    """A leaf's wish to start another task."""
+
+    owner: str
+    """Key of the node to wake at its end."""
+    task: str
+    params: dict[str, Any]
+    priority: Literal["", "low", "medium", "high"]
+    detached: bool
+
+
 class TidyOrder(Struct, frozen=True):
     """A stopped sequence hands its `finally` over to whoever waits for the ends of its goals."""
 
@@ -282,6 +322,22 @@ class Run(Protocol):
 
     def notify(self, text: str, to: tuple[str, ...], severity: str, path: str) -> None:
         """Tell people something."""
+        ...
+
+    def start_task(self, order: TaskOrder) -> str | Failure:
+        """Start another task; return its id, or why it cannot be."""
+        ...
+
+    def child(self, task_id: str) -> TaskView:
+        """Return a started task."""
+        ...
+
+    def end_task(self, task_id: str) -> bool:
+        """Abort a started task; return whether its end must be waited for."""
+        ...
+
+    def ending(self, task_id: str) -> str:
+        """Return the id under which a task that is being ended stands in a drain set."""
         ...
 
     def want_agents(self, path: str, roles: Mapping[str, Role], env: Env, but_not: tuple[str, ...]) -> Micros:

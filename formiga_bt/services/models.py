@@ -97,6 +97,10 @@ class TaskOut(BaseModel):
     section: str
     priority: str
     requester: str
+    parent: str = ""
+    """The task that requested it; empty: a person did."""
+    children: list[str] = []
+    """Tasks that it requested in this run."""
     run: int
     outcome: str
     code: str

@@ -35,6 +35,8 @@ def task_out(state: EngineState, task: TaskRecord, now: Micros) -> out.TaskOut:
         section=task.section,
         priority=task.priority,
         requester=task.requester,
+        parent=task.parent,
+        children=list(task.children),
         run=task.run,
         outcome=task.outcome,
         code=task.code,

@@ -36,14 +36,20 @@ def why(
     interrupted action requires.
     """
     if task.status == "PENDING":
-        return [*locked(state, now), *_waiting(state, task, now), *earlier_runs(task)]
+        return [*locked(state, now), *_waiting(state, task, now), *_requested(task), *earlier_runs(task)]
     over = task.section == "done"
     lines = [*_outcome(task, places)] if task.outcome and (over or not task.again) else []
     if not over:
         lines += stopped(state, task, now, catalogue, places.task if places is not None else None)
         lines += _silent(state, task, silences or {})
         lines += _running(state, task, now, places, desk)
-    return [*lines, *_chosen(state, task), *earlier_runs(task)]
+    return [*lines, *_chosen(state, task), *_requested(task), *earlier_runs(task)]
+
+
+def _requested(task: TaskRecord) -> Iterator[Because]:
+    if task.parent:
+        ends = "outlives it" if task.detached else "ends with it"
+        yield Because("parent", f"{task.parent} requested it, and it {ends}", f"formiga why {task.parent}")
 
 
 # -- waiting for agents ------------------------------------------------------------------------------------------------
@@ -118,6 +124,9 @@ def _running(
             yield Because(f"gate.{goal.code or 'open'}", f"{goal.agent}.{goal.action} {words}", agent=goal.agent)
         elif goal.in_flight:
             yield Because(f"goal.{goal.state}", _flight(goal, now), agent=goal.agent)
+    for child in [state.tasks[one] for one in task.children if not state.tasks[one].ended]:
+        detached = ", which outlives it" if child.detached else ""
+        yield Because("child", f"its task {child.id} is {child.status}{detached}", f"formiga why {child.id}")
     for request in state.requests.values():
         if request.node and request.holder == task.id:
             since = span(now - request.at)

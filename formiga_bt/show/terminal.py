@@ -201,6 +201,8 @@ def _label(step: Step) -> tuple[Span, ...]:
             spans = Span("ask ", "kind"), Span(people, "agent"), Span(f': "{source(step.question)}" {choices}')
         case model.Call():
             spans = Span("call ", "kind"), Span(step.subtree.name, "agent"), Span(_args(step.args))
+        case model.Request():
+            spans = Span("request ", "kind"), Span(step.task, "agent"), Span(_args(step.args))
         case model.Wait():
             spans = Span("wait ", "kind"), Span(source(step.duration))
         case model.Check():
@@ -278,6 +280,10 @@ def _options(step: Step) -> list[str]:
         case model.Loop():
             facts = (("until", step.until), ("every", step.every), ("at most", step.max))
             return [f"{word} {source(e)}" for word, e in facts if e is not None]
+        case model.Request():
+            words = [f"priority {step.priority}"] if step.priority else []
+            words += [] if step.wait else ["not waited for"]
+            return [*words, "detached"] if step.detached else words
         case model.Sequence() | model.Fallback():
             return ["reactive"] if step.reactive else []
         case model.Parallel() | model.For():

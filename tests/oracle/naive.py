@@ -5,6 +5,7 @@ instance path. Written from the language's and the engine's rules, not from `for
 """
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
@@ -12,7 +13,7 @@ from formiga_bt.clock import micros
 from formiga_bt.engine.treerun import Ended, TreeHost
 from formiga_bt.lang import model
 from formiga_bt.lang.types import AgentRef
-from formiga_bt.nodes.run import AskOrder, Failure, GoalOrder, GoalView, Runaway, TidyOrder
+from formiga_bt.nodes.run import AskOrder, Failure, GoalOrder, GoalView, Runaway, TaskOrder, TidyOrder
 
 
 class Done(NamedTuple):
@@ -222,6 +223,9 @@ class NaiveTrees:
                 self.host.close_scope(at.path)
         elif isinstance(at.step, model.WithAgents):
             goals = self._stop_block(at, mem)
+        elif isinstance(at.step, model.Request):
+            if "child" in mem and not at.step.detached and self.host.end_task(mem["child"]):
+                goals = [self.host.ending(mem["child"])]
         elif isinstance(at.step, model.Parallel) or (isinstance(at.step, model.For) and at.step.parallel):
             goals = self._stop_branches(at, mem)
         elif isinstance(at.step, model.Loop | model.For):
@@ -766,6 +770,32 @@ class NaiveTrees:
         for name in names:
             if name and (always or self.host.env(at.scope).is_set(name)):
                 self.host.set_var(at.scope, name, None)
+
+    # -- other tasks -----------------------------------------------------------------------------------------------------
+    def _request(self, at: At, mem: dict[str, Any], fresh: bool) -> Done | None:
+        host, step = self.host, at.step
+        assert isinstance(step, model.Request)
+        if fresh:
+            env = self._env(at)
+            params = {}
+            for name, expr in step.args.items():
+                with suppress(model.Unset):
+                    params[name] = expr.run(env)
+            child = host.start_task(TaskOrder(at.key, step.task, params, step.priority, step.detached))
+            if isinstance(child, Failure):
+                return Done(child)
+            mem["child"] = child
+        view = host.child(mem["child"])
+        if step.wait and not view.ended:
+            return None
+        status = view.status if view.ended else "PENDING"
+        if step.save_as:
+            told = {"status": status, "reason": view.reason, "task_id": view.id}
+            host.set_var(at.scope, step.save_as, told)
+        if status in ("SUCCEEDED", "PENDING"):
+            return Done()
+        word = status.lower()
+        return failed(at, f"request:{view.code or word}", f"{view.id}: {view.reason or word}")
 
     # -- agents of a block -----------------------------------------------------------------------------------------------
     def _with_agents(self, at: At, mem: dict[str, Any], fresh: bool) -> Done | None:

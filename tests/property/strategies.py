@@ -20,6 +20,22 @@ from tests.property.world import CARTS, PEOPLE, Deed, Event, yard
 EXAMPLES = int(os.environ.get("FORMIGA_EXAMPLES", "0"))
 
 
+HELPER = """\
+formiga: 1
+task: Helper
+params: {n: {type: int, default: 1}}
+agents: {aid: {type: cart, wait: 4 s}}
+steps:
+  - do: aid.Move
+    with: {far: "${n + 1}"}
+    expect: result.n > 0
+  - do: aid.Home
+on_abort:
+  - notify: the helper stops
+"""
+"""A task that others request."""
+
+
 class Mission(Struct, frozen=True):
     """All that decides a run."""
 
@@ -29,20 +45,24 @@ class Mission(Struct, frozen=True):
 
     def tasks(self) -> list[Task]:
         """Return the checked tasks."""
-        return [task for text in self.texts if (task := load(text)) is not None]
+        return [task for text in (*self.texts, HELPER) if (task := load(text)) is not None]
 
 
 @lru_cache(maxsize=64)
 def load(text: str) -> Task | None:
     """Return the checked task of a text; None if there are errors."""
     site, catalogue = yard()
-    return load_task_text(text, "random.yaml", catalogue=catalogue, site=site, library=[]).task
+    return load_task_text(
+        text, "random.yaml", catalogue=catalogue, site=site, library=[], others={"Helper": HELPER}
+    ).task
 
 
 def why_refused(text: str) -> str:
     """Return the errors of a text that `load` refuses."""
     site, catalogue = yard()
-    found = load_task_text(text, "random.yaml", catalogue=catalogue, site=site, library=[]).diagnostics
+    found = load_task_text(
+        text, "random.yaml", catalogue=catalogue, site=site, library=[], others={"Helper": HELPER}
+    ).diagnostics
     return "\n".join(f"{d.code} line {d.mark.line}: {d.message}" for d in found if d.code.startswith("E"))
 
 
@@ -77,7 +97,7 @@ class Writer:
         """Saved names that a parallel `for` keeps to itself."""
         self.loops = 0
         self.blocks = 0
-        """How many `with_agents` there are; none stands in another one."""
+        """How many `with_agents` and requests there are; none of those stands in a block, none of either in cleanup."""
         self.may_want = True
         self.wanting: tuple[str, ...] = ()
         """Subtrees with a `with_agents`."""
@@ -178,6 +198,7 @@ class Writer:
             "for_all",
             *(["with_agents"] * 3 if self.may_want else []),
         )
+        leaves = (*leaves, *(["request"] if self.may_want else []))
         kind = self.pick(*(leaves if depth <= 0 else (*leaves, *blocks)))
         if kind == "call" and not (self.callable() and self.carts):
             kind = "wait"
@@ -380,6 +401,21 @@ class Writer:
             name = self.pick(*saved)
             step["collect"] = f"s{name}"
             self.gone.discard(name)
+        return step
+
+    def _request(self, depth: int) -> dict[str, Any]:
+        self.blocks += 1
+        step: dict[str, Any] = {"request": "Helper"}
+        if self.chance(40):
+            step["with"] = {"n": "${n}"}
+        if self.chance(25):
+            step["wait"] = False
+        if self.chance(15):
+            step["detached"] = True
+        if self.chance(20):
+            step["priority"] = self.pick("low", "high")
+        if self.chance(25):
+            step["save_as"] = self.save()
         return step
 
     def _with_agents(self, depth: int) -> dict[str, Any]:

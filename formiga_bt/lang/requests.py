@@ -1,0 +1,82 @@
+"""`request`: a step that starts another task. Its params are known here, so that what it is given is checked now."""
+
+from collections.abc import Mapping
+
+from formiga_bt.lang.blocks import Keys, Part
+from formiga_bt.lang.document import Node, Scalar
+from formiga_bt.lang.leaves import read_save
+from formiga_bt.lang.model import Expr, Param
+from formiga_bt.lang.params import read_params
+from formiga_bt.lang.reading import (
+    Problems,
+    did_you_mean,
+    fix_word,
+    quoted_list,
+    read_flag,
+    read_mapping,
+    read_name,
+    read_word,
+    shorten,
+)
+from formiga_bt.lang.records import CHILD
+from formiga_bt.lang.scopes import Body, World
+from formiga_bt.lang.synonyms import nearest
+
+
+def read_request(body: Body, keys: Keys) -> Part | None:
+    """Read the request of another task with its params."""
+    at = read_name(keys["request"].value, body.problems, "request")
+    others = body.world.others
+    if at is None or others is None:
+        return None
+    params = others.params(at.text, lambda node: _params(node, body.world))
+    if params is None:
+        known = others.names()
+        meant = nearest(at.text, known)
+        help_ = f"tasks: {quoted_list(known)}" if known and not meant else "its file stands beside this one"
+        what = f"no task is called '{shorten(at.text)}'{did_you_mean(at.text, known)}"
+        body.problems.add("E050", at.mark, what, help_, fix_word(at, meant))
+        return None
+    others.asked.setdefault(at.text, at)
+    waits = "wait" not in keys or read_flag(keys["wait"].value, body.problems, "wait")
+    part: Part = {"task": at.text, "args": _read_args(body, keys, params, at), "wait": waits}
+    if "priority" in keys:
+        part["priority"] = read_word(keys["priority"].value, body.problems, "priority", ("low", "medium", "high"))
+    part["detached"] = "detached" in keys and read_flag(keys["detached"].value, body.problems, "detached")
+    if "save_as" in keys:
+        part["save_as"] = read_save(body, keys["save_as"].value, CHILD)
+    return part
+
+
+def _params(node: Node, world: World) -> dict[str, Param]:
+    return read_params(node, world, Problems())
+
+
+def _read_args(body: Body, keys: Keys, params: Mapping[str, Param], at: Scalar) -> dict[str, Expr]:
+    by_name = {name: param for param in params.values() for name in (param.name, *param.aliases)}
+    mapping = read_mapping(keys["with"].value, body.problems, "with") if "with" in keys else None
+    args: dict[str, Expr] = {}
+    complete = "with" not in keys or mapping is not None
+    for entry in mapping.entries if mapping is not None else ():
+        name = entry.key.text
+        param = by_name.get(name)
+        if param is None:
+            complete = False
+            what = f"{at.text} has no param '{shorten(name)}'{did_you_mean(name, params)}"
+            help_ = f"params: {quoted_list(params)}" if params else "it has no params"
+            body.problems.add("E050", entry.key.mark, what, help_, fix_word(entry.key, nearest(name, params)))
+            body.count(entry.value)
+        elif param.name in args:
+            what = f"'{name}' and '{param.name}' are the same param"
+            body.problems.add("E018", entry.key.mark, what, "remove one")
+        else:
+            absent = param.optional or param.default is not None
+            args[param.name] = body.value(entry.value, param.type, name, optional=absent)
+            if param.min is None:
+                body.not_negative(args[param.name], name)
+    for param in params.values():
+        if param.name not in args and param.default is None and not param.optional and complete:
+            where = mapping.mark if mapping is not None else at.mark
+            what = f"{at.text} needs '{param.name}' ({param.type})"
+            body.problems.add("E050", where, what, f"add with: {param.name}: ...")
+    return args

@@ -1,0 +1,205 @@
+"""`request`: a task starts another one, waits for it, and takes it along when it ends."""
+
+from typing import Any
+
+import pytest
+
+from formiga_bt.engine.inputs import LockdownOrder, Operator
+from formiga_bt.engine.records import TaskRecord
+from formiga_bt.engine.state import load_snapshot, snapshot
+from formiga_bt.lang.loader import load_task_text
+from formiga_bt.lang.model import Task
+from tests.unit.engine import yard as yards
+from tests.unit.engine.conftest import Make
+from tests.unit.engine.yard import CART, Yard
+
+LOOK = "params: {n: {type: int, default: 1}}\n" + CART + "steps: [{do: cart.Rise}, {do: cart.Move}, {do: cart.Home}]\n"
+ASKS = "steps: [{request: Look, save_as: look}, {notify: '${look.task_id} ${look.status}'}]"
+
+
+def tasks(**texts: str) -> list[Task]:
+    """Return checked tasks that may request one another."""
+    whole = {name: f"formiga: 1\ntask: {name}\n{text}" for name, text in texts.items()}
+    found = []
+    site, catalogue = yards.yard()
+    for name, text in whole.items():
+        loaded = load_task_text(text, f"{name}.yaml", catalogue=catalogue, site=site, library=[], others=whole)
+        assert loaded.task is not None, loaded.diagnostics
+        found.append(loaded.task)
+    return found
+
+
+def child(yard: Yard, parent: str, index: int = 0) -> TaskRecord:
+    return yard.task(yard.task(parent).children[index])
+
+
+def step(yard: Yard, action: str, cart: int = 0) -> None:
+    assert yard.carts[cart].goal.action == action
+    yard.carts[cart].succeed()
+    yard.run_for(0.3)
+
+
+def started(make: Make, text: str = ASKS, look: str = LOOK, **options: Any) -> tuple[Yard, str]:
+    yard = make(*tasks(Try=text, Look=look), **options)
+    return yard, yard.start()
+
+
+def test_the_step_ends_well_with_its_task(make: Make) -> None:
+    yard, mine = started(make)
+    look = child(yard, mine)
+    assert (look.name, look.parent, look.depth, look.status) == ("Look", mine, 1, "ACTIVE")
+
+    for action in ("Rise", "Move", "Home"):
+        step(yard, action)
+
+    assert child(yard, mine).status == "SUCCEEDED"
+    assert yard.outcome(mine) == ("SUCCEEDED", "")
+
+
+def test_its_failure_is_a_failure_of_the_step_that_the_tree_may_catch(make: Make) -> None:
+    code = "{check: error.code == 'request:failed:stuck'}"
+    yard, mine = started(make, f"steps: [{{fallback: [{{request: Look}}, {code}]}}]")
+
+    yard.cart.fail("stuck")
+    yard.run_for(0.5)
+
+    assert child(yard, mine).code == "failed:stuck"
+    assert yard.outcome(mine) == ("SUCCEEDED", "")
+
+
+def test_params_and_priority_are_handed_on(make: Make) -> None:
+    yard, mine = started(make, "steps: [{request: Look, with: {n: '${2 + 3}'}, priority: high}]")
+
+    look = child(yard, mine)
+
+    assert (look.params, look.priority) == ({"n": 5}, "high")
+    yard.abort(mine)
+
+
+def test_an_abort_of_the_parent_aborts_the_child_and_waits_for_its_way_home(make: Make) -> None:
+    yard, mine = started(make, ASKS + "\non_abort: [{notify: aborted}]")
+    step(yard, "Rise")
+
+    yard.abort(mine)
+    yard.run_for(0.3)
+
+    assert (yard.task(mine).section, child(yard, mine).section) == ("steps", "recover")
+    step(yard, "Home")
+    assert child(yard, mine).status == "CANCELED"
+    assert child(yard, mine).reason == f"by {mine}"
+    assert yard.outcome(mine) == ("CANCELED", "aborted")
+
+
+def test_a_timeout_fails_once_the_child_has_ended(make: Make) -> None:
+    yard, mine = started(make, "steps: [{request: Look, timeout: 5 s}]")
+    step(yard, "Rise")
+    yard.run_for(6)
+
+    assert yard.task(mine).status == "ACTIVE"
+    step(yard, "Home")
+
+    assert yard.outcome(mine) == ("FAILED", "timeout")
+
+
+def test_one_that_waits_for_agents_ends_at_once(make: Make) -> None:
+    yard, mine = started(make, f"{CART}steps: [{{request: Look, timeout: 5 s}}]")
+    assert child(yard, mine).status == "PENDING"
+
+    yard.run_for(6)
+
+    assert child(yard, mine).status == "CANCELED"
+    assert yard.outcome(mine) == ("FAILED", "timeout")
+
+
+def test_one_that_nobody_waits_for_ends_with_its_parent(make: Make) -> None:
+    yard, mine = started(
+        make, "steps: [{request: Look, wait: false, save_as: look}, {check: look.status == 'PENDING'}, {wait: 5 s}]"
+    )
+    step(yard, "Rise")
+    yard.run_for(5)
+
+    assert (yard.task(mine).outcome, yard.task(mine).status) == ("SUCCEEDED", "ACTIVE")
+    step(yard, "Home")
+
+    assert child(yard, mine).status == "CANCELED"
+    assert yard.outcome(mine) == ("SUCCEEDED", "")
+
+
+@pytest.mark.parametrize("wait", ["true", "false"])
+def test_a_detached_one_outlives_its_parent(make: Make, wait: str) -> None:
+    yard, mine = started(make, f"steps: [{{request: Look, wait: {wait}, detached: true}}]")
+    if wait == "true":
+        yard.abort(mine)
+    yard.run_for(1)
+
+    assert yard.task(mine).section == "done"
+    for action in ("Rise", "Move", "Home"):
+        step(yard, action)
+    assert child(yard, mine).status == "SUCCEEDED"
+
+
+def test_more_than_twenty_open_children_are_refused(make: Make) -> None:
+    body = "{repeat: 21, steps: [{request: Look, wait: false}]}"
+    yard, mine = started(make, f"steps: [{body}]")
+
+    assert len(yard.task(mine).children) == 20
+    yard.end(mine)
+
+    assert yard.outcome(mine) == ("FAILED", "request:too_many")
+
+
+def test_four_deep_is_too_deep(make: Make) -> None:
+    chain = {"Try": "A", "A": "B", "B": "C", "C": "Look"}
+    texts = {name: f"steps: [{{request: {other}}}]" for name, other in chain.items()}
+    yard = make(*tasks(**texts, Look=LOOK))
+
+    mine = yard.start()
+
+    assert yard.outcome(mine)[0] == "FAILED"
+    assert yard.task(mine).code == "request:request:request:request:too_deep"
+
+
+def test_a_task_that_the_engine_does_not_serve_fails_the_step(make: Make) -> None:
+    yard = make(tasks(Try=ASKS, Look=LOOK)[0])
+
+    mine = yard.start()
+
+    assert yard.outcome(mine) == ("FAILED", "request:unknown_task")
+
+
+def test_lockdown_admits_no_child(make: Make) -> None:
+    yard, mine = started(make, "steps: [{wait: 5 s}, {request: Look}]")
+    yard.ask(LockdownOrder("hold", "ann"))
+    yard.run_for(20)
+    assert yard.task(mine).children == ()
+
+    yard.ask(LockdownOrder("release", "ann"))
+    yard.run_for(6)
+
+    assert child(yard, mine).status == "ACTIVE"
+    yard.abort(mine)
+
+
+def test_while_its_parent_is_held_a_child_gets_no_agents(make: Make) -> None:
+    yard = make(*tasks(Try="steps: [{request: Look}]", Look=LOOK, Long=CART + "steps: [{wait: 60 s}]"))
+    other, mine = yard.start("Long"), yard.start()
+    yard.ask(Operator("hold", mine, "ann"))
+    yard.abort(other)
+    yard.run_for(1)
+    assert child(yard, mine).status == "PENDING"
+
+    yard.ask(Operator("continue", mine, "ann"))
+    yard.run_for(0.3)
+
+    assert child(yard, mine).status == "ACTIVE"
+    yard.abort(mine)
+
+
+def test_a_snapshot_with_a_child_under_way_is_whole(make: Make) -> None:
+    yard, mine = started(make)
+
+    shot = snapshot(yard.engine.state)
+
+    assert snapshot(load_snapshot(shot)) == shot
+    assert b'"mem":"request"' in shot
+    yard.abort(mine)
