@@ -23,6 +23,7 @@ from formiga_bt.engine.fleet import Fleet
 from formiga_bt.engine.gatekeeper import Gatekeeper
 from formiga_bt.engine.inputs import Alarm, CancelGoal, EffectFailed, QueryGoal
 from formiga_bt.engine.records import GoalRecord
+from formiga_bt.engine.room import BUSY
 from formiga_bt.geo import Place, Position
 from formiga_bt.lang.types import Type
 from formiga_bt.nodes.run import Failure, GoalOrder
@@ -260,10 +261,18 @@ class Goals:
             self._drop(goal)
             if state not in ("lost", "in_doubt"):
                 self._fleet.orders.bring_home_if_idle(goal.agent, "engine")
+            if state == "succeeded" and goal.leg is not None and goal.leg[0].ground == goal.leg[1].ground:
+                self._read_anew(goal.agent)
         elif goal.owner == "!question":
             core.answered.append(goal_id)
         elif goal.task:
             core.wake(goal.task, goal.owner)
+
+    def _read_anew(self, agent_id: str) -> None:
+        """The engine moved a machine to another layer: what waits for its way is ordered again, from there."""
+        for goal in [g for g in self._core.state.goals.values() if g.agent == agent_id and g.state == "gated" and g.task]:
+            if goal.code in (*BUSY, "draining"):
+                self.again(goal.id)
 
     def _free_agent(self, goal: GoalRecord) -> None:
         core = self._core
