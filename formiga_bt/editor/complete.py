@@ -5,7 +5,7 @@ Called by the server for each completion; it looks at the lines around the posit
 """
 
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Final, Literal
 
@@ -16,6 +16,7 @@ from formiga_bt.editor.view import View, look
 from formiga_bt.editor.wording import field_line, param_line, type_words
 from formiga_bt.lang.helpers import STANDARD
 from formiga_bt.lang.kinds import KINDS, MODIFIERS, Kind, Option
+from formiga_bt.lang.model import AgentType
 from formiga_bt.lang.params import SIMPLE
 from formiga_bt.lang.scope import fields_of
 from formiga_bt.lang.types import ANY, Type
@@ -241,7 +242,7 @@ def _values(view: View) -> Iterator[Item]:
         return
     match form:
         case "action":
-            yield from _role_action(view)
+            yield from _role_and(view, _actions)
         case "flag":
             yield from _words(view, ("true", "false"))
         case "roles":
@@ -259,7 +260,8 @@ def _words(view: View, words: Iterable[str], what: What = "value", detail: str =
         yield Item(word, word, view.at.start, view.at.end, what, detail)
 
 
-def _role_action(view: View) -> Iterator[Item]:
+def _role_and(view: View, after_dot: Callable[[View, list[AgentType], int], Iterator[Item]]) -> Iterator[Item]:
+    """Propose for `role.Word`: agents before the dot, what their types have after it."""
     text, start = view.at.text, view.at.start
     dot = text.find(".")
     if dot < 0 or view.at.offset <= dot:
@@ -269,12 +271,21 @@ def _role_action(view: View) -> Iterator[Item]:
             if of.name == "agent":
                 yield Item(name, name + tail, start, end, "name", str(of))
         return
-    of = view.scope.type_of(text[:dot].strip()) or ANY
-    types = [view.catalogue.types[name] for name in of.of if name in view.catalogue.types]
+    agent = view.scope.type_of(text[:dot].strip()) or ANY
+    types = [view.catalogue.types[name] for name in agent.of if name in view.catalogue.types]
+    yield from after_dot(view, types, start + dot + 1)
+
+
+def _actions(view: View, types: list[AgentType], start: int) -> Iterator[Item]:
     for spec in view.catalogue.actions.values():
         if not spec.cuts and all(spec.name in one.actions for one in types):
-            fields = ", ".join(spec.fields)
-            yield Item(spec.name, spec.name, start + dot + 1, view.at.end, "action", f"({fields})", spec.help)
+            yield Item(spec.name, spec.name, start, view.at.end, "action", f"({', '.join(spec.fields)})", spec.help)
+
+
+def _events(view: View, types: list[AgentType], start: int) -> Iterator[Item]:
+    for name in dict.fromkeys(name for one in types or view.catalogue.types.values() for name in one.events):
+        if all(name in one.events for one in types):
+            yield Item(name, name, start, view.at.end, "action", "event")
 
 
 def _agents(view: View, *, site_roles: bool) -> Iterator[Item]:
@@ -296,7 +307,9 @@ def _named(view: View, option: Option | None) -> Iterator[Item]:
             for signature in view.subtrees.values():
                 shown = ", ".join(f"{param.name}: {param.type}" for param in signature.params.values())
                 yield Item(signature.name, signature.name, start, end, "subtree", f"({shown})")
-        case "release" | "role" | "wait_for":
+        case "wait_for":
+            yield from _role_and(view, _events)
+        case "release" | "role":
             yield from _agents(view, site_roles=False)
         case "type" if view.slot.section in ("params", "subtrees", "actions"):
             yield from _words(view, (*SIMPLE, "enum"), "value", "type")

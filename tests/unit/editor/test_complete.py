@@ -156,3 +156,35 @@ def test_a_library_an_empty_file_and_a_site_have_their_own_keys(tmp_path: Path) 
 def test_the_task_of_the_tests_has_no_problem(editor: Editor) -> None:
     assert [one for one in editor.document.diagnostics if one.severity == "error"] == []
     assert TASK.startswith("formiga: 1")
+
+
+def test_the_events_of_an_agents_type_are_offered(tmp_path: Path) -> None:
+    text = "formiga: 1\ntask: T\nagents:\n  user: {type: picker}\nsteps:\n  - wait_for: user.sos\n    timeout: 1 min\n"
+    found = labels(Editor(text, tmp_path), "user.sos", "user.|")
+    assert "sos" in found
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "old", "new", "wanted"),
+    [
+        (
+            "day.yaml",
+            "scenario: day\nsite: demo-site.yaml\nagents:\n  - id: a\n",
+            "  - id: a\n",
+            "  - id: a\n    |\n",
+            "battery",
+        ),
+        ("day.yaml", "scenario: day\nsite: demo-site.yaml\nfaults: [{at: 1 s}]\n", "at: 1 s", "at: 1 s, |", "kind"),
+        (
+            "t.test.yaml",
+            "formiga_test: 1\ntask: t.yaml\ncases:\n  - name: x\n",
+            "  - name: x\n",
+            "  - name: x\n    |\n",
+            "expect",
+        ),
+        ("own.yaml", "types:\n  crane:\n    label: x\n", "    label: x\n", "    label: x\n    |\n", "extends"),
+        ("own.yaml", "types:\n  crane:\n    actions: [x]\n", "[x]", "[|]", "TakeOff"),
+    ],
+)
+def test_other_files_have_their_own_keys(name: str, text: str, old: str, new: str, wanted: str, tmp_path: Path) -> None:
+    assert wanted in labels(Editor(text, tmp_path, name), old, new)
