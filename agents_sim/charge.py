@@ -1,4 +1,4 @@
-"""What a drone's motion costs in charge; the engine's estimate (`formiga_bt.safety.energy`) uses the same limits."""
+"""What a drone's motion costs in charge; the engine's estimate (`formiga_bt.energy`) uses the same limits."""
 
 from agents_sim.limits import DroneLimits
 from agents_sim.motion import MotionKind, Segment

@@ -8,11 +8,11 @@ import math
 import timeit
 from array import array
 
+from formiga_bt.energy import Power
 from formiga_bt.geo import Place, Position, Region
 from formiga_bt.heights import HeightGrid
 from formiga_bt.lang.model import Site
 from formiga_bt.safety.airspace import Airspace
-from formiga_bt.safety.energy import Power
 from formiga_bt.safety.envelope import FlightState, GateFlight, at_gate, in_flight, ways_of
 from formiga_bt.safety.rules import Rules
 

@@ -10,6 +10,7 @@ from typing import Any
 from msgspec.structs import replace
 
 from formiga_bt.clock import SECOND, Micros, micros
+from formiga_bt.energy import CALM
 from formiga_bt.engine import changes as ch
 from formiga_bt.engine.allocator.candidate import Candidate
 from formiga_bt.engine.allocator.energy import Charge
@@ -27,7 +28,6 @@ from formiga_bt.errors import TaskError
 from formiga_bt.geo import Place, Position
 from formiga_bt.lang.model import Env, Role, Some, Unset
 from formiga_bt.lang.types import AgentRef
-from formiga_bt.safety.energy import CALM
 
 EVERY_US: Micros = 50_000
 """Least engine time between two looks."""

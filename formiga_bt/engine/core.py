@@ -13,6 +13,7 @@ from msgspec.structs import replace
 
 from formiga_bt.blackboard import Blackboard
 from formiga_bt.clock import Micros
+from formiga_bt.energy import Power, power_of
 from formiga_bt.engine import changes as ch
 from formiga_bt.engine.inputs import Effect, PublishState, SendGoal
 from formiga_bt.engine.records import AgentRecord, Deadline, GoalRecord, TaskRecord
@@ -20,7 +21,6 @@ from formiga_bt.engine.state import EngineState, apply, board_of
 from formiga_bt.geo import Frame
 from formiga_bt.lang.model import ActionSpec, AgentType, Catalogue, Site, Task
 from formiga_bt.safety.airspace import Airspace
-from formiga_bt.safety.energy import Power, power_of
 from formiga_bt.safety.rules import Rules, rules_of
 
 NO_ENVELOPE: Final[Mapping[str, float]] = MappingProxyType({})

@@ -5,11 +5,11 @@ Traffic and its grid are kept and made anew only for machines that changed (`Cor
 """
 
 from formiga_bt.clock import SECOND, Micros
+from formiga_bt.energy import Power
 from formiga_bt.engine.core import Core
 from formiga_bt.engine.ports import ClearancePort
 from formiga_bt.engine.records import AgentRecord, GoalRecord, StandingOrder, TaskRecord
 from formiga_bt.geo import Place, Position, Region, horizontal_m
-from formiga_bt.safety.energy import Power
 from formiga_bt.safety.envelope import Breach, GateFlight, at_gate, ways_of
 from formiga_bt.safety.gate import AT_PORT_M, Ask
 from formiga_bt.safety.grid import Box, Grid, grown

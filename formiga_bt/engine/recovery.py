@@ -9,6 +9,7 @@ from typing import Any, Literal
 from msgspec.structs import replace
 
 from formiga_bt.clock import SECOND
+from formiga_bt.energy import CALM, reach_m
 from formiga_bt.engine import changes as ch
 from formiga_bt.engine.core import Core
 from formiga_bt.engine.fleet import Fleet
@@ -18,7 +19,6 @@ from formiga_bt.engine.treerun import Ended, TaskTrees
 from formiga_bt.geo import Place
 from formiga_bt.lang.model import Subtree
 from formiga_bt.lang.types import AgentRef
-from formiga_bt.safety.energy import CALM, reach_m
 from formiga_bt.safety.envelope import safe_landing_spot
 
 Way = Literal["recover", "fetch", "land"]

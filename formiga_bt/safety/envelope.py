@@ -14,12 +14,12 @@ from collections.abc import Iterator, Sequence
 
 from msgspec import structs
 
+from formiga_bt.energy import Wind
 from formiga_bt.geo import Place, Position
 from formiga_bt.safety.airspace import Airspace
 from formiga_bt.safety.area import Area, area_of, height_offence, zone_offence
 from formiga_bt.safety.charge import charge_at_gate, charge_in_flight
 from formiga_bt.safety.clearing import first_too_high, first_too_low
-from formiga_bt.safety.energy import Wind
 from formiga_bt.safety.flights import Breach, FlightState, GateFlight, ways_of
 from formiga_bt.safety.rules import Rules
 from formiga_bt.safety.spots import safe_landing_spot

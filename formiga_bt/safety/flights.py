@@ -5,9 +5,9 @@ Made by the gate and the fleet of the engine, judged in `envelope`.
 
 from msgspec import Struct
 
+from formiga_bt.energy import Power
 from formiga_bt.geo import Place, Position, Region
 from formiga_bt.safety.airspace import Airspace
-from formiga_bt.safety.energy import Power
 from formiga_bt.safety.traffic import Way
 
 

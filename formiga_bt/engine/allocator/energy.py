@@ -8,8 +8,8 @@ import math
 
 from msgspec import Struct
 
+from formiga_bt.energy import CALM, Power, home_pct, way_pct
 from formiga_bt.geo import Place, Position
-from formiga_bt.safety.energy import CALM, Power, home_pct, way_pct
 
 
 class Charge(Struct, frozen=True, kw_only=True):
