@@ -93,6 +93,7 @@ REASONS: Final[Mapping[str, str]] = {
     "guard": "the condition of a guard became false",
     "spot_busy": "another machine was on its landing place until it had to come home",
     "leg_busy": "another machine was in its way until it had to come home",
+    "port_busy": "its port, and every other, was taken until it had to come down",
     "bad_result": "an agent's result could not be read",
     "nothing_applied": "none of the alternatives applied",
     "zip_length": "lists that belong together have different lengths",
