@@ -5,9 +5,12 @@ What one step or one name shows by itself is checked while it is read; this is w
 
 from formiga_bt.lang.contention import check_contention
 from formiga_bt.lang.deadlock import check_blocks
+from formiga_bt.lang.effort import check_effort
+from formiga_bt.lang.fleet import check_fleet
 from formiga_bt.lang.flight import check_flight
 from formiga_bt.lang.landing import check_landings
 from formiga_bt.lang.model import (
+    MIN_SPACING_M,
     ActionSpec,
     Ask,
     Call,
@@ -23,6 +26,7 @@ from formiga_bt.lang.model import (
     Release,
     Request,
     Sequence,
+    Site,
     Step,
     Subtree,
     Switch,
@@ -39,8 +43,9 @@ from formiga_bt.lang.walk import all_roles, children, orders, requests_inside, r
 from formiga_bt.units import format_quantity
 
 
-def check_task(task: Task, catalogue: Catalogue, problems: Problems, *, min_spacing_m: float) -> None:
+def check_task(task: Task, catalogue: Catalogue, problems: Problems, site: Site | None = None) -> None:
     """Report what only the whole task shows, in its own steps and in the subtrees that it sees."""
+    min_spacing_m = site.min_spacing_m if site is not None else MIN_SPACING_M
     checks = _Checks(catalogue, problems)
     types = {role.name: role.types for role in task.roles.values()}
     types |= {param.name: agent_type(param.type).of for param in task.params.values()}
@@ -62,7 +67,11 @@ def check_task(task: Task, catalogue: Catalogue, problems: Problems, *, min_spac
         checks.check_subtree(subtree)
     with problems.within("steps"):
         check_landings(task, catalogue, problems)
+    with problems.within("agents"):
+        check_fleet(task, catalogue, site, problems)
     check_flight(task, catalogue, problems, contended)
+    if not problems.has_errors():  # what was refused has no value
+        check_effort(task, catalogue, site, problems)
 
 
 def can_succeed(step: Step) -> bool:

@@ -20,7 +20,7 @@ from formiga_bt.lang.document import Entry, Node
 from formiga_bt.lang.envelope import check_task as check_tightens
 from formiga_bt.lang.envelope import read_envelope
 from formiga_bt.lang.files import Shelf, Unit, read_file
-from formiga_bt.lang.model import MIN_SPACING_M, Catalogue, Role, Site, Step, Subtree, Task
+from formiga_bt.lang.model import Catalogue, Role, Site, Step, Subtree, Task
 from formiga_bt.lang.neighbours import Neighbours
 from formiga_bt.lang.params import read_params
 from formiga_bt.lang.reading import Problems, read_flag, read_text, read_word, shorten
@@ -185,9 +185,7 @@ class _TaskReader:
             what = f"with all calls written out this has {most} steps"
             self.problems.add("E003", task.mark, what, f"at most {_MOST_STEPS}; use a loop, or call less deep")
         else:
-            site = self.world.site
-            spacing = site.min_spacing_m if site is not None else MIN_SPACING_M
-            check_task(task, self.world.catalogue, self.problems, min_spacing_m=spacing)
+            check_task(task, self.world.catalogue, self.problems, self.world.site)
 
     def _check_requests(self, name: str) -> None:
         """Report E051 for a task that comes back to itself by what it requests."""

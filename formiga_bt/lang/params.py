@@ -148,7 +148,7 @@ def _bound(keys: dict[str, Entry], key: str, of: Type, world: World, problems: P
     expr, found = compile_value(keys[key].value, scope, of, what=key)
     problems.extend(_as_default(d) for d in found)
     if key == "default" and not found:
-        warn_outside(expr, world.site, problems)
+        warn_outside(expr, keys[key].value, world.site, problems)
     return expr
 
 

@@ -11,9 +11,11 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Final
 
 from formiga_bt.diagnostics import Diagnostic, Fix, Mark
+from formiga_bt.geo import Place, Position
 from formiga_bt.lang.binding import run_outside
 from formiga_bt.lang.document import Listing, Mapping_, Node, Scalar
 from formiga_bt.lang.expressions import Scope, compile_bare, compile_cond, compile_expr, compile_value
+from formiga_bt.lang.far import warn_far, warn_metres
 from formiga_bt.lang.fence import leaves
 from formiga_bt.lang.helpers import STANDARD
 from formiga_bt.lang.interpolation import holes
@@ -263,7 +265,7 @@ class Body:
         """Compile a value of an expected type."""
         expr, found = compile_value(node, self.scope(), expected, what=what, optional=optional)
         if not found:
-            warn_outside(expr, self.world.site, self.problems)
+            warn_outside(expr, node, self.world.site, self.problems)
         return self._took(expr, found, node)
 
     def span(self, node: Node, what: str) -> Expr:
@@ -390,18 +392,21 @@ class Body:
         self.problems.add("E020", at, f"no role is called '{name}'{guess}", help_, Fix(at, meant) if meant else None)
 
 
-def warn_outside(expr: Expr, site: Site | None, problems: Problems) -> None:
-    """Report W063 for a constant place that lies outside the site's fence."""
-    if site is None or site.fence is None or any(read.name not in OUTSIDE or read.field for read in expr.reads):
+def warn_outside(expr: Expr, node: Node, site: Site | None, problems: Problems) -> None:
+    """Report W071 for a constant place far from the base, else W063 for one that lies outside the site's fence."""
+    if warn_far(node, site, problems) or any(read.name not in OUTSIDE or read.field for read in expr.reads):
         return
     type_ = expr.type
     while type_.item is not None:
         type_ = type_.item
-    if type_.name in ("place", "position", "region"):
-        value, none = run_outside(expr, site, expr.mark, "this")
-        if not none and leaves(value, site):
-            what = f"this lies outside the fence of site {site.name}"
-            problems.add("W063", expr.mark, what, "choose a place inside, or widen the fence of the site")
+    if type_.name not in ("place", "position", "region") or (site is None and not expr.is_const):
+        return
+    value, none = (expr.const, []) if site is None else run_outside(expr, site, expr.mark, "this")
+    if none or (isinstance(value, Place | Position) and warn_metres(value, expr.mark, problems)):
+        return
+    if leaves(value, site):
+        what = f"this lies outside the fence of site {site.name if site is not None else ''}"
+        problems.add("W063", expr.mark, what, "choose a place inside, or widen the fence of the site")
 
 
 def scalars(node: Node) -> Iterator[Scalar]:

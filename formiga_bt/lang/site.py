@@ -15,6 +15,7 @@ from formiga_bt.geo import Frame, Place, Position, Region, mm
 from formiga_bt.heights import HeightGrid
 from formiga_bt.lang.document import Entry, Listing, Mapping_, Node, Scalar, parse
 from formiga_bt.lang.envelope import check_site, read_envelope, read_on_breach
+from formiga_bt.lang.far import warn_degrees, warn_metres
 from formiga_bt.lang.fence import crossing
 from formiga_bt.lang.ground import load_heights
 from formiga_bt.lang.kinds import ENVELOPE, Option
@@ -296,7 +297,7 @@ class _SiteReader:
         keys = read_keys(node, options, self.problems, f"'{what}'")
         if any(option.name not in keys for option in options):
             return None
-        place = self._from_degrees(keys) if in_degrees else self._from_metres(keys)
+        place = self._from_degrees(keys, node.mark) if in_degrees else self._from_metres(keys, node.mark)
         if place is None or not height:
             return place
         up = read_quantity(keys["height"].value, self.problems, "height", "distance")
@@ -307,14 +308,20 @@ class _SiteReader:
         help_ = f"such as: {{east: 10 m, north: -4 m{more}}}"
         self.problems.add("E008", node.mark, f"'{what}' must be a point, this is {what_is(node)}", help_)
 
-    def _from_degrees(self, keys: Mapping[str, Entry]) -> Place | None:
+    def _from_degrees(self, keys: Mapping[str, Entry], mark: Mark) -> Place | None:
         lat, lng = self._degrees(keys, "lat", 90.0), self._degrees(keys, "lng", 180.0)
+        if lat is not None and lng is not None and not self.problems.has_errors():  # else the base may be wrong
+            warn_degrees(lat, lng, (self.lat, self.lng), mark, self.problems)
         return self.frame.place(lat, lng) if lat is not None and lng is not None else None
 
-    def _from_metres(self, keys: Mapping[str, Entry]) -> Place | None:
+    def _from_metres(self, keys: Mapping[str, Entry], mark: Mark) -> Place | None:
         east = read_quantity(keys["east"].value, self.problems, "east", "distance")
         north = read_quantity(keys["north"].value, self.problems, "north", "distance")
-        return Place(mm(east), mm(north)) if east is not None and north is not None else None
+        if east is None or north is None:
+            return None
+        place = Place(mm(east), mm(north))
+        warn_metres(place, mark, self.problems)
+        return place
 
     def _point_named(self, at: Scalar) -> Place | None:
         if at.text == "base":
