@@ -5,6 +5,7 @@ from typing import Any
 
 from formiga_bt.engine.core import Core
 from formiga_bt.engine.records import AgentRecord, TaskRecord
+from formiga_bt.engine.state import is_member
 from formiga_bt.geo import Place, Position
 from formiga_bt.lang.ground import ground_up_m
 from formiga_bt.lang.model import UnknownState, Unset
@@ -12,6 +13,12 @@ from formiga_bt.lang.types import AgentRef, Value
 from formiga_bt.nodes.run import Failure
 
 BASE = Place(0.0, 0.0)
+
+
+def with_extensions(core: Core, agent_type: str) -> tuple[str, ...]:
+    """Return an agent type and those that extend it, in the catalogue's order."""
+    types = core.catalogue.types
+    return tuple(name for name, kind in types.items() if name == agent_type or agent_type in kind.extends)
 
 
 class TaskEnv:
@@ -103,6 +110,13 @@ class TaskEnv:
                 port = self._core.site.ports.get(agent.home)
                 return port.at if port else None
         raise AssertionError(f"agents have no field {name}")
+
+    def members(self, agent_type: str) -> tuple[AgentRef, ...]:
+        """Return the agents of a type that are there (see `lang.model.Env`)."""
+        core = self._core
+        kinds = with_extensions(core, agent_type)
+        found = [one for one in core.state.agents.values() if one.type in kinds and is_member(one)]
+        return tuple(AgentRef(one.id) for one in sorted(found, key=lambda one: one.order))
 
     def lat_lng(self, point: Place | Position) -> tuple[float, float]:
         """Return WGS84 degrees of a point."""

@@ -144,6 +144,16 @@ def event_key(agent: str, event: str) -> str:
     return f"/events/{agent}/{event}"
 
 
+def is_member(agent: AgentRecord) -> bool:
+    """Return whether an agent is there for those who look at the fleet: admitted and not lost."""
+    return not agent.refused and agent.liveness != "LOST"
+
+
+def members_key(agent_type: str) -> str:
+    """Return the blackboard key that tells how many agents of exactly this type are there."""
+    return f"/fleet/{agent_type}/members"
+
+
 def _set_or_drop(table: dict[str, Any], key: str, value: Any) -> None:
     if value is None:
         table.pop(key, None)
@@ -168,6 +178,11 @@ _SHOWN = (
 
 def _show_agent(board: Blackboard, agent: AgentRecord) -> None:
     root = f"/fleet/{agent.type}/{agent.id}"
+    member = is_member(agent)
+    if board.get(f"{root}/member", False) != member:
+        board.put(f"{root}/member", member)
+        key = members_key(agent.type)
+        board.put(key, board.get(key, 0) + (1 if member else -1))
     for name in _SHOWN:
         board.put(f"{root}/{name}", getattr(agent, name))
 
@@ -233,3 +248,9 @@ def board_of(state: EngineState) -> Blackboard:
     for task_id, request in state.requests.items():
         board.put(f"/allocation/requests/{task_id}", request)
     return board
+
+
+def family(state: EngineState, task_id: str) -> tuple[str, ...]:
+    """Return a task, then those that it requested and that end with it, and theirs: what has not ended."""
+    mine = [state.tasks[child] for child in state.tasks[task_id].children]
+    return (task_id, *(one for child in mine if child.attached for one in family(state, child.id)))

@@ -1,10 +1,11 @@
-"""What a live condition reads, as blackboard keys: fields of agents, and names of the task's scopes."""
+"""What a live condition reads, as blackboard keys: fields of agents, who is in the fleet, and names of the task's scopes."""
 
 from typing import Final
 
 from formiga_bt.engine.core import Core
-from formiga_bt.engine.env import TaskEnv
-from formiga_bt.engine.state import name_key
+from formiga_bt.engine.env import TaskEnv, with_extensions
+from formiga_bt.engine.state import members_key, name_key
+from formiga_bt.lang.members import type_read
 from formiga_bt.lang.model import Expr, Unset
 from formiga_bt.lang.types import AgentRef
 
@@ -16,11 +17,15 @@ def watch_keys(core: Core, env: TaskEnv, cond: Expr, task_id: str, scope: str) -
     """Return the keys whose change may change the condition. Each name is also watched in the scopes around."""
     keys: list[str] = []
     for read in cond.reads:
-        keys += [name_key(task_id, where, read.name) for where in scopes_up(core, task_id, scope)]
+        of = type_read(read)
+        if of:
+            keys += [members_key(one) for one in with_extensions(core, of)]
+        else:
+            keys += [name_key(task_id, where, read.name) for where in scopes_up(core, task_id, scope)]
         if not read.field:
             continue
         try:
-            value = env.name(read.name)
+            value = env.members(of) if of else env.name(read.name)
         except Unset:
             continue
         for ref in value if isinstance(value, tuple) else (value,):

@@ -53,6 +53,10 @@ class SiteEnv:
         """Refuse."""
         raise Unset(name)
 
+    def members(self, agent_type: str) -> tuple[AgentRef, ...]:
+        """Refuse."""
+        raise Unset(agent_type)
+
     def lat_lng(self, point: Any) -> tuple[float, float]:
         """Return degrees."""
         return self._frame.lat_lng(point)

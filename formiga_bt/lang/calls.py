@@ -108,6 +108,11 @@ def _unify(arg: Arg, want: Type, value: Typed, have: Type, bound: dict[str, Type
         return _unify_point(arg, value, have, bound, scope)
     if want.name == "$quantity":
         return _unify_quantity(arg, value, have, bound, scope)
+    if want.name == "$agent":
+        if have.name != "agent":
+            return Mismatch("E013", f"'{arg.name}' is due an agent, this is {in_words(have)}")
+        bound["$agent"] = join(bound.get("$agent", have), have) or ANY
+        return None
     if want.name == "$item":
         bound["$item"] = join(bound.get("$item", have), have) or ANY
         return None

@@ -11,6 +11,8 @@ from typing import Final
 
 from formiga_bt.lang.calls import Bound, bind
 from formiga_bt.lang.daytime import TODAY
+from formiga_bt.lang.fleet_calls import type_of, why_no_type
+from formiga_bt.lang.members import FLEET, fleet, read_of, type_read
 from formiga_bt.lang.model import Read
 from formiga_bt.lang.operands import Operands
 from formiga_bt.lang.operators import (
@@ -142,13 +144,17 @@ class Checker(Operands):
         type_ = fields[name]
         reads = base.reads
         if base.type.name in ("agent", "any"):
-            owners = {read.name for read in reads if not read.field and self._holds_agents(read.name)}
-            reads = tuple(dict.fromkeys((*reads, *(Read(owner, name) for owner in sorted(owners)))))
+            reads = self._and_fields(reads, name)
         known = self._of_site(base.source, name)
         if known is not None:
             return self.part(node, type_, constant(known), reads, const=known)
         code = _FIELD_CODE.get(base.type.name, record_field_code)
         return self.part(node, type_, code(base.run, name), reads)
+
+    def _and_fields(self, reads: tuple[Read, ...], name: str) -> tuple[Read, ...]:
+        """Return what is read of agents: what they are found by, and this field of each of them."""
+        owners = {read.name for read in reads if not read.field and (type_read(read) or self._holds_agents(read.name))}
+        return tuple(dict.fromkeys((*reads, *(Read(owner, name) for owner in sorted(owners)))))
 
     def _of_site(self, owner: str, name: str) -> object | None:
         """Return the value of `site.places.camp` where the site file is known."""
@@ -208,6 +214,8 @@ class Checker(Operands):
         token = self.parsed.token(node.func.id)
         if token.text == "is_set":
             return self._is_set(node)
+        if token.text == FLEET and self.scope.helpers.forms(FLEET):
+            return self._fleet(node)
         positional = [self.visit(argument) for argument in node.args]
         keywords: dict[str, Typed] = {}
         for keyword in node.keywords:
@@ -231,9 +239,26 @@ class Checker(Operands):
         why_not = bound.helper.refuses(first.const) if bound.helper.refuses and first and first.is_const else ""
         if why_not:
             return self.bad(node.args[0] if node.args else node, "E013", why_not, reads=reads_of(parts))
+        if bound.helper.looks_at and not poisoned(*bound.args):
+            reads = self._and_fields(reads_of(bound.args), bound.helper.looks_at)
+            return self.part(node, bound.returns, run, reads)
         if bound.helper.daily and not poisoned(*bound.args):
             return self.part(node, bound.returns, run, (*reads_of(bound.args), TODAY))
         return self.made(node, bound.returns, run, bound.args, pure=not bound.helper.needs_env)
+
+    def _fleet(self, node: ast.Call) -> Typed:
+        argument = node.args[0] if len(node.args) == 1 and not node.keywords else None
+        token = self.parsed.token(argument.id) if isinstance(argument, ast.Name) else None
+        text = token.value if token is not None and token.kind == "text" else None
+        written = self.parsed.text(argument) if argument is not None else ""
+        why = why_no_type(argument, written, None if text is None else str(text), self.scope)
+        if why is not None:
+            return self.bad(argument or node, why.code, why.message, why.mend, mended=why.mended)
+        if "task" not in self.scope.built_ins:
+            said = "'fleet' has no value here: this is read before there is a task"
+            return self.bad(node, "E027", said, f"it may read {' and '.join(self.scope.built_ins)}")
+        of = str(text)
+        return self.part(node, type_of(of, self.scope), lambda env: fleet(env, of), (read_of(of),))
 
     def _unknown_helper(self, node: ast.Call, name: str, reads: tuple[Read, ...]) -> Typed:
         start, end = self.parsed.span(node.func)

@@ -146,7 +146,8 @@ def narrows_when_false(expr: Expr) -> frozenset[str]:
 def plain_name(expr: Expr) -> str:
     """Return the name that an expression is, when it is nothing but a name; else ""."""
     name = expr.reads[0].name if len(expr.reads) == 1 and not expr.reads[0].field else ""
-    return name if expr.source.strip().removeprefix("${").removesuffix("}").strip() == name else ""
+    same = expr.source.strip().removeprefix("${").removesuffix("}").strip() == name
+    return name if same and name.isidentifier() else ""
 
 
 def _facts(expr: Expr) -> tuple[frozenset[str], frozenset[str]]:

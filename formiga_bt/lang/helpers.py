@@ -2,8 +2,8 @@
 
 A helper declares its arguments as the author sees them; the checker binds and types a call before anything runs.
 Pseudo-types: `$point` (a place or a position, the same for all such arguments of one call), `$quantity` (a number,
-a quantity or a time), `$item` (of a list). A further helper is one `Helper` in the tuple below, or of a registry of
-one's own given to `Scope`.
+a quantity or a time), `$agent` (the result has the types of the argument), `$item` (of a list). A further helper is one
+`Helper` in the tuples below, or of a registry of one's own given to `Scope`.
 """
 
 import math
@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any, Final
 
-from formiga_bt.lang import daytime, region_shapes, shapes
+from formiga_bt.lang import daytime, members, region_shapes, shapes
 from formiga_bt.lang.model import EvalError
 from formiga_bt.lang.types import (
     ANGLE,
@@ -32,6 +32,7 @@ from formiga_bt.lang.types import (
 REQUIRED: Final[Any] = object()
 """Default of an argument that must be given."""
 
+AGENT: Final = Type("$agent")
 POINT: Final = Type("$point")
 QUANTITY: Final = Type("$quantity")
 ITEM: Final = Type("$item")
@@ -61,6 +62,8 @@ class Helper:
     """Its value depends on the day of `now`."""
     refuses: Callable[[Any], str] | None = None
     """Tells why a constant first argument is none, or ""."""
+    looks_at: str = ""
+    """Field of the agents given that it reads."""
 
     @property
     def signature(self) -> str:
@@ -166,6 +169,8 @@ _POINTS: Final = (
     Helper("zigzag", (Arg("start", POINT), Arg("end", POINT), Arg("amplitude", DISTANCE), Arg("legs", INT)),
            list_of(POINT), shapes.zigzag, "legs + 1 points, exactly to the end"),
     Helper("nearest", (_P, Arg("list", list_of(POINT))), POINT, shapes.nearest, "the nearest of a list"),
+    Helper("nearest", (_P, Arg("agents", list_of(AGENT))), AGENT, members.nearest_agent,
+           "the nearest of those whose position is known", needs_env=True, looks_at="position"),
 )  # fmt: skip
 
 _REGIONS: Final = (
@@ -205,5 +210,11 @@ _TIMES: Final = (
            needs_env=True, daily=True),
 )  # fmt: skip
 
-STANDARD: Final = Helpers((*_POINTS, *_REGIONS, *_NUMBERS, *_TIMES))
+_FLEET: Final = (
+    Helper(members.FLEET, (Arg("type", TEXT),), list_of(Type("agent")), members.fleet,
+           "the agents of a type (and of types that extend it) that are there now, in the order of their admission; "
+           "to read and to ask, not to command", needs_env=True),
+)  # fmt: skip
+
+STANDARD: Final = Helpers((*_POINTS, *_REGIONS, *_NUMBERS, *_TIMES, *_FLEET))
 """The helpers of the language."""

@@ -13,6 +13,7 @@ from typing import Any, Final
 
 from formiga_bt.clock import SECOND, Micros
 from formiga_bt.lang.daytime import TODAY, next_midnight
+from formiga_bt.lang.members import type_read
 from formiga_bt.lang.model import Env, EvalError, Read, UnknownState, Unset
 from formiga_bt.lang.parts import NOW, Compared, Parts
 from formiga_bt.lang.tokens import Parsed
@@ -70,9 +71,9 @@ def _refused(compared: Compared, parsed: Parsed, volatile: frozenset[str]) -> st
     if compared.op not in ("<", "<=", ">", ">="):
         return f"'now' is compared with '{compared.op}', which holds for no length of time; use < or >="
     for read in compared.left.reads + compared.right.reads:
-        if read != NOW and (read.field not in _CONSTANT_FIELDS or read.name in volatile):
-            what = f"{read.name}.{read.field}" if read.field else read.name
-            return f"the deadline of 'now' depends on '{what}', which may change while this is watched"
+        if read != NOW and (read.field not in _CONSTANT_FIELDS or read.name in volatile or type_read(read)):
+            what = read.name if type_read(read) else f"'{read.name}.{read.field}'" if read.field else f"'{read.name}'"
+            return f"the deadline of 'now' depends on {what}, which may change while this is watched"
     return ""
 
 
@@ -176,6 +177,10 @@ class _At:
     def agent_field(self, agent: AgentRef, name: str) -> Value:
         """Ask the environment."""
         return self._env.agent_field(agent, name)
+
+    def members(self, agent_type: str) -> tuple[AgentRef, ...]:
+        """Ask the environment."""
+        return self._env.members(agent_type)
 
     def lat_lng(self, point: Any) -> tuple[float, float]:
         """Ask the environment."""

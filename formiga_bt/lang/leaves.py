@@ -34,6 +34,8 @@ from formiga_bt.lang.synonyms import action_for, is_sure, nearest, surely
 from formiga_bt.lang.types import ANY, TIME, Type, record_of
 from formiga_bt.units import format_quantity, parse_quantity
 
+_NOT_HELD: Final = "it may be looked at and asked; to command one, declare a role under agents:"
+
 _HEIGHTS: Final = ("altitude", "height")
 """Fields of actions that are heights over the ground."""
 
@@ -65,7 +67,7 @@ def read_do(body: Body, keys: Keys) -> Part | None:
         )
         return None
     role, word = found[1], found[2]
-    who = read_who(body, role, at, at.mark_at(0, len(role)))
+    who = read_held(body, role, at, at.mark_at(0, len(role)))
     spec = _find_action(body, role, word, at.mark_at(len(role) + 1, len(at.text)), known=who is not None)
     if who is None or spec is None:
         return None
@@ -138,6 +140,18 @@ def read_who(body: Body, name: str, at: Scalar, mark: Mark) -> Who | None:
     body.unknown_agent(mark, name)
     body.used.add(name)
     return None
+
+
+def read_held(body: Body, name: str, at: Scalar, mark: Mark, *, people: bool = True) -> Who | None:
+    """Return an agent that a step commands; report E023 for one that the task does not hold. `people` are not commanded."""
+    named = body.names.get(name)
+    types = body.world.catalogue.types
+    human = people and all(of in types and types[of].human for of in body.agents.get(name, ()))
+    if named is not None and named.type.is_foreign and not (human and body.agents.get(name)):
+        body.used.add(name)
+        body.problems.add("E023", mark, f"'{name}' comes from fleet(): this task does not hold it", _NOT_HELD)
+        return None
+    return read_who(body, name, at, mark)
 
 
 def _find_action(body: Body, role: str, word: str, mark: Mark, *, known: bool) -> ActionSpec | None:
@@ -344,7 +358,7 @@ def _read_clears(body: Body, node: Node, options: tuple[str, ...]) -> tuple[Who 
     who = None
     at = read_text(keys["role"].value, body.problems, "role") if "role" in keys else None
     if at is not None:
-        who = read_who(body, at.text, at, at.mark)
+        who = read_held(body, at.text, at, at.mark)
         types = body.world.catalogue.types
         human = [name for name in body.agents.get(at.text, ()) if name in types and types[name].human]
         if human:
@@ -440,7 +454,10 @@ def _read_args(body: Body, given: Entry | None, callee: Callee, at: Scalar) -> d
         if param.type.name == "agent" or (param.type.item is not None and param.type.item.name == "agent"):
             _check_abilities(body, entry.value, args[param.name], callee.needs.get(param.name, ()), at.text)
         name = plain_name(args[param.name])
-        if param.name in callee.releases and name:
+        if param.name in callee.releases and args[param.name].type.is_foreign:
+            what = f"{at.text} releases an agent from fleet(): this task does not hold it"
+            body.problems.add("E023", entry.value.mark, what, _NOT_HELD)
+        elif param.name in callee.releases and name:
             body.flow.released.setdefault(name, at.mark)
     _check_called_heights(body, args, callee)
     for param in params.values():
@@ -457,6 +474,11 @@ def _check_abilities(body: Body, node: Node, arg: Expr, needs: tuple[str, ...], 
     name = arg.reads[0].name if len(arg.reads) == 1 and not arg.reads[0].field else ""
     types = body.agents.get(name, arg.type.item.of if arg.type.item is not None else arg.type.of)
     known = body.world.catalogue.types
+    machines = [one for one in types if one not in known or not known[one].human]
+    if arg.type.is_foreign and needs and (machines or not types):
+        what = f"{callee} orders {needs[0]} of an agent from fleet(): this task does not hold it"
+        body.problems.add("E023", node.mark, what, _NOT_HELD)
+        return
     for action in needs:
         lacking = [one for one in types if one in known and action not in known[one].actions]
         if lacking and arg.type != ANY:

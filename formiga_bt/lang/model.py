@@ -63,6 +63,14 @@ class Env(Protocol):
         """
         ...
 
+    def members(self, agent_type: str) -> tuple[AgentRef, ...]:
+        """Return the agents of a type, and of those that extend it, that are admitted and not lost, in order of admission.
+
+        Raises:
+            Unset: read where there is no task.
+        """
+        ...
+
     def lat_lng(self, point: Any) -> tuple[float, float]:
         """Return latitude and longitude (degrees) of a place or position, for `.lat` and `.lng`."""
         ...

@@ -5,11 +5,12 @@ Each function reads the keys of one step and returns its own part of the model; 
 
 import re
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any, Final
 
 from formiga_bt.lang.document import Entry
 from formiga_bt.lang.expressions import narrows, narrows_when_false
-from formiga_bt.lang.leaves import read_who
+from formiga_bt.lang.leaves import read_held
 from formiga_bt.lang.model import Expr
 from formiga_bt.lang.reading import did_you_mean, read_mapping, read_text, shorten
 from formiga_bt.lang.scopes import Body
@@ -45,6 +46,8 @@ def read_set(body: Body, keys: Keys) -> Part | None:
         name = entry.key.text
         if name in body.vars:
             assign[name] = body.value(entry.value, body.names[name].type, name)
+            if assign[name].type.is_foreign:
+                body.names[name] = replace(body.names[name], type=assign[name].type)
             continue
         kind = body.names[name].origin if name in body.names else "saved name" if name in body.flow.saved else ""
         what = f"'{name}' is a {kind}, only vars can be set" if kind else f"no var is called '{name}'"
@@ -104,7 +107,7 @@ def read_break_if(body: Body, keys: Keys) -> Part | None:
 def read_release(body: Body, keys: Keys) -> Part | None:
     """Read the release of an agent, which nothing may use after it."""
     at = read_text(keys["release"].value, body.problems, "release")
-    who = read_who(body, at.text, at, at.mark) if at is not None else None
+    who = read_held(body, at.text, at, at.mark, people=False) if at is not None else None
     if at is None or who is None:
         return None
     body.flow.released.setdefault(at.text, at.mark)

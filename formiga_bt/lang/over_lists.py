@@ -179,7 +179,8 @@ def _loop_names(body: Body, lists: Mapping[str, tuple[Expr, Entry]], line: int) 
             roles = tuple(read.name for read in expr.reads if not read.field and read.name in body.agents)
             body.agents[name] = item.of or _common(body, roles)
             body.items[name] = roles
-            body.names[name] = Named(Type("agent", of=body.agents[name]), entry.key.mark, "loop name")
+            of = Type("agent", of=body.agents[name], foreign=item.foreign)
+            body.names[name] = Named(of, entry.key.mark, "loop name")
     try:
         yield
     finally:

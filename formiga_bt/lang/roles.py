@@ -7,6 +7,7 @@ from typing import Final
 from formiga_bt.lang.document import Entry, Mapping_, Node, Scalar
 from formiga_bt.lang.expressions import compile_value
 from formiga_bt.lang.kinds import COUNT, ROLE
+from formiga_bt.lang.members import type_read
 from formiga_bt.lang.model import Expr, Role, Some
 from formiga_bt.lang.over_lists import length_of
 from formiga_bt.lang.params import read_agent_types
@@ -90,6 +91,10 @@ def _reads(node: Node) -> set[str]:
 def _check_admission(body: Body, expr: Expr, key: str) -> None:
     """Report E027 for an expression that reads what is not known at admission."""
     for read in expr.reads:
+        if type_read(read):
+            help_ = "who is there changes: it is read once, before any agent is held"
+            body.problems.add("E027", expr.mark, f"'{key}' reads {read.name}", help_)
+            return
         if read.name == "now" or read.field or read.name in body.agents or read.name in body.flow.saved:
             what = (
                 f"the field '{read.field}' of an agent"

@@ -45,6 +45,13 @@ class Type:
     """Agent types that an agent value may have; empty = any."""
     fields: Mapping[str, "Type"] = field(default_factory=dict, hash=False)
     """Of a record."""
+    foreign: bool = field(default=False, compare=False)
+    """Of an agent that the task does not hold (`fleet('hwd')`): it may be looked at and asked, not commanded."""
+
+    @property
+    def is_foreign(self) -> bool:
+        """Return whether it is an agent that the task does not hold, or a list of such agents."""
+        return self.foreign or (self.item is not None and self.item.is_foreign)
 
     def __str__(self) -> str:
         if self.name == "list" and self.item is not None:

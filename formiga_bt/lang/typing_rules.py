@@ -73,7 +73,7 @@ def join(a: Type, b: Type) -> Type | None:
         return None if item is None else Type("list", item=item)
     if a.name == b.name == "agent":
         of = tuple(dict.fromkeys(a.of + b.of)) if a.of and b.of else ()
-        return Type("agent", of=of)
+        return Type("agent", of=of, foreign=a.foreign or b.foreign)
     if fits(a, b):
         return b
     return a if fits(b, a) else None

@@ -111,6 +111,7 @@ class Writer:
     def cond(self) -> str:
         conds = ["n == 0", "n < 2", "n != 1", "flag", "not flag", f"{self.seen[0]}.battery > 50 %"]
         conds += [f"{self.seen[0]}.airborne", f"not {self.seen[-1]}.airborne", "10 // (n - 2) > 3"]
+        conds += ["len(fleet('cart')) == 3", "first(fleet('cart')).airborne"]
         conds += [f"{name} < 2" for name in self.rounds]
         if self.errors:
             conds += ["error.code == 'timeout'", "error.code != 'check'"]
@@ -122,6 +123,7 @@ class Writer:
         conds = ["n > 0", "n > 1", "n != 1", "flag", "not flag", f"{one}.battery > 50 %", f"{one}.battery <= 50 %"]
         conds += [f"{one}.battery > 50 %", f"{one}.airborne", f"not {one}.airborne", "n > 0 or flag"]
         conds += [f"distance(ground({one}.position), base) < 100 m", f"{one}.battery > 50 % and not flag"]
+        conds += ["len(fleet('cart')) > 2", "nearest(base, fleet('cart')).battery > 50 %", f"{one} in fleet('cart')"]
         if not self.inside:
             conds += [
                 "now < t5",

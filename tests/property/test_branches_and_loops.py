@@ -183,6 +183,27 @@ CASES: dict[str, Case] = {
         [{"wait_until": "one.battery < 50 %", "timeout": "9 s"}, say("low")],
         {}, [Event(3.0, "pulse", "c1")], "SUCCEEDED", "", ["3 low"],
     ),
+    "wait_until: who is lost leaves the fleet, and nothing polls": (
+        [{"wait_until": "len(fleet('cart')) < 3", "timeout": "50 s"}, say("${len(fleet('cart'))} left")],
+        {}, [Event(2.0, "kill", "c3")], "SUCCEEDED", "", ["25 =2 left"],
+    ),
+    "wait_until: who comes back is there again, in the order of admission": (
+        [
+            {"wait_until": "len(fleet('cart')) < 3", "timeout": "50 s"},
+            {"wait_until": "len(fleet('cart')) > 2", "timeout": "50 s"},
+            {"for": {"cart": "${fleet('cart')}"}, "steps": [say("${cart.id}")]},
+        ],
+        {}, [Event(2.0, "kill", "c3"), Event(40.0, "restart", "c3")],
+        "SUCCEEDED", "", ["40 =c1", "40 =c2", "40 =c3"],
+    ),
+    "guard: a loss in the fleet stops it": (
+        [{"guard": "len(fleet('cart')) > 2", "steps": [{"wait": "50 s"}], "ignore_failure": True}, say("end")],
+        {}, [Event(2.0, "kill", "c3")], "SUCCEEDED", "", ["25 end"],
+    ),
+    "guard: the nearest of the fleet is looked at, also when it is no agent of the task": (
+        [{"guard": "nearest(offset(base, east=90 m), fleet('cart')).battery > 50 %", "steps": [{"wait": "9 s"}]}],
+        {}, [Event(3.0, "pulse", "c3")], "FAILED", "guard", [],
+    ),
     "wait_until: `now` in two places is seen by both in one step": (
         [{"parallel": [{"wait_until": FIVE, "timeout": "9 s"}, {"wait_until": FIVE, "timeout": "9 s"}]}, say("end")],
         {}, [], "SUCCEEDED", "", ["5 end"],
