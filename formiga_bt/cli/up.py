@@ -64,6 +64,7 @@ def command(
     beside = Path() if is_demo(site) else site.parent
     check_free(beside, world.site.name)
     served, refused = _library(tasks, beside, world)
+    _warn(served, world)
     people = _people(desk or [], world)
     from formiga_bt.services.host import EngineHost
 
@@ -124,6 +125,14 @@ def _library(tasks: list[Path] | None, beside: Path, world: World) -> "tuple[dic
         else:
             served[read.task.name] = read.task
     return served, refused
+
+
+def _warn(served: "dict[str, Task]", world: World) -> None:
+    """Say which of the tasks may wait for one another's machines; each alone is sound, so they are served."""
+    from formiga_bt.lang.deadlock import check_tasks
+
+    for one in check_tasks(list(served.values()), world.catalogue):
+        typer.echo(f"warning: {one.mark}: {one.code}: {one.message}\n  help: {one.help}\n", err=True)
 
 
 def _people(words: list[str], world: World) -> dict[str, str]:

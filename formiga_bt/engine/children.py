@@ -6,7 +6,7 @@ A detached one outlives its parent.
 """
 
 from contextlib import suppress
-from typing import Final, Protocol
+from typing import Final, Literal, Protocol
 
 from formiga_bt.engine.core import Core
 from formiga_bt.engine.inputs import Abort, Submit
@@ -69,18 +69,23 @@ class Children:
         return tuple(child for child in self._core.task(parent_id).children if tasks[child].section != "done")
 
     def end(self, child_id: str) -> bool:
-        """End a task because its parent does; return whether its end must be waited for."""
+        """End a task because its parent does, as quickly as that; return whether its end must be waited for."""
         child = self._core.task(child_id)
         if child.section == "done":
             return False
+        how: Literal["", "now"] = "now" if self._core.task(child.parent).abort_now else ""
         with suppress(TaskError):  # it is ending already
-            self._tasks.abort(Abort(child_id, "", child.parent, "operator"))
+            self._tasks.abort(Abort(child_id, how, child.parent, "operator"))
         return self._core.task(child_id).section != "done"
+
+    def hurry(self, parent_id: str) -> None:
+        """A person is in a hurry with the end of a task: so with what ends with it."""
+        for child in self._attached(parent_id):
+            self.end(child)
 
     def end_all(self, parent_id: str) -> tuple[str, ...]:
         """End what a task leaves open behind its steps; return what must be waited for, as ids of a drain set."""
-        mine = [child for child in self.open(parent_id) if not self._core.task(child).detached]
-        waited = [child for child in mine if self.end(child)]
+        waited = [child for child in self._attached(parent_id) if self.end(child)]
         for child in waited:
             self.adopt(child, "!task")
         return tuple(ENDING + child for child in waited)
@@ -88,6 +93,9 @@ class Children:
     def adopt(self, child_id: str, owner: str) -> None:
         """Change which node of the parent is woken at a child's end."""
         self._core.put_task(child_id, parent_node=owner)
+
+    def _attached(self, parent_id: str) -> list[str]:
+        return [child for child in self.open(parent_id) if self._core.task(child).attached]
 
     def ended(self, child: TaskRecord) -> None:
         """A child has ended: wake who waits for it."""

@@ -1,7 +1,10 @@
 """What a person may order: the stops, continue, handback, restart, clear; each on an agent, a task, or all.
 
+An order for a task is one for its family: also for the tasks that it requested and that end with it.
 Called by the engine with each `Operator` input. A refusal is a TaskError with a code, and then nothing was changed.
 """
+
+from collections.abc import Sequence
 
 from formiga_bt.engine.core import Core
 from formiga_bt.engine.fleet import Fleet
@@ -9,7 +12,7 @@ from formiga_bt.engine.goals import Goals
 from formiga_bt.engine.holds import hold, unhold
 from formiga_bt.engine.inputs import Operator
 from formiga_bt.engine.orders import Orders
-from formiga_bt.engine.records import AgentRecord, Stop, TaskRecord
+from formiga_bt.engine.records import AgentRecord, Stop, TaskRecord, family
 from formiga_bt.engine.tasks import Tasks
 from formiga_bt.errors import TaskError
 
@@ -70,11 +73,12 @@ class Command:
         if target in core.state.agents:
             self._orders.stop(self._machine(target), stop, by, "agent")
         elif target:
-            task = self._task(target)
-            if not task.system_agent:
-                hold(core, task.id, "operator")
-            for agent in self._orders.machines_of(task):
-                self._orders.stop(agent, stop, by, "task", strict=False)
+            for one in family(core.state.tasks, self._task(target).id):
+                task = core.task(one)
+                if not task.system_agent:
+                    hold(core, task.id, "operator")
+                for agent in self._orders.machines_of(task):
+                    self._orders.stop(agent, stop, by, "task", strict=False)
         else:
             for agent in [a for a in core.state.agents.values() if not a.human and not a.refused]:
                 self._orders.stop(agent, stop, by, "all", strict=False)
@@ -88,8 +92,9 @@ class Command:
             agent = self._machine(target)
             self._continue_machines([agent], target)
         elif target:
-            task = self._task(target)
-            self._continue_machines(self._orders.machines_of(task), target)
+            tasks = [core.task(one) for one in family(core.state.tasks, self._task(target).id)]
+            machines = [agent for task in tasks for agent in self._orders.machines_of(task)]
+            self._continue_machines(machines, target, tasks)
         else:
             for task_id in list(core.open):
                 if any(cause.startswith("operator") for cause in core.task(task_id).held):
@@ -103,11 +108,10 @@ class Command:
         except TaskError:
             return  # it stays held, which `why` explains
 
-    def _continue_machines(self, machines: list[AgentRecord], target: str) -> None:
+    def _continue_machines(self, machines: list[AgentRecord], target: str, named: Sequence[TaskRecord] = ()) -> None:
         core = self._core
         tasks = {t.id: t for t in (core.state.tasks.get(a.task) for a in machines) if t is not None}
-        if target in core.state.tasks:
-            tasks[target] = core.task(target)
+        tasks |= {task.id: task for task in named}
         held = any(c.startswith("operator") for t in tasks.values() for c in t.held)
         ordered = [core.state.orders[a.id] for a in machines if a.id in core.state.orders]
         if not held and not ordered:
@@ -119,7 +123,7 @@ class Command:
         for task in tasks.values():
             for cause in task.held:
                 mine = cause == "operator" or cause.removeprefix("operator:") in [a.id for a in machines]
-                if cause.startswith("operator") and (mine or target == task.id):
+                if cause.startswith("operator") and (mine or task.id in [one.id for one in named]):
                     unhold(core, task.id, cause)
         for agent in machines:
             self._orders.resume(agent)

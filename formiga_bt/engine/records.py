@@ -3,6 +3,7 @@
 Written only by `state.apply`; everything here is data that a journal can keep and a new process can load.
 """
 
+from collections.abc import Mapping
 from typing import Any, Final, Literal
 
 from msgspec import Struct
@@ -235,6 +236,17 @@ class TaskRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
     def ended(self) -> bool:
         """Return whether it has its terminal status."""
         return self.section == "done"
+
+    @property
+    def attached(self) -> bool:
+        """Return whether it will end with the task that requested it."""
+        return bool(self.parent) and not self.detached and not self.ended
+
+
+def family(tasks: Mapping[str, TaskRecord], task_id: str) -> tuple[str, ...]:
+    """Return a task, then those that it requested and that end with it, and theirs: what has not ended."""
+    mine = [child for child in tasks[task_id].children if tasks[child].attached]
+    return (task_id, *(one for child in mine for one in family(tasks, child)))
 
 
 class AgentRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):

@@ -418,6 +418,8 @@ class Tasks:
         self.orders.ended_by_word(task.id)
         if not task.stopping and task.section != "recover":
             self.stop(task.id, task.section)
+        if order.how == "now":
+            self.children.hurry(task.id)
         return ""
 
     def _abort_order(self, task: TaskRecord, order: Abort) -> str:

@@ -6,7 +6,7 @@ Pure functions over the view's copy of the state.
 from collections.abc import Iterable, Mapping
 
 from formiga_bt.clock import Micros
-from formiga_bt.engine.records import AgentRecord, StandingOrder
+from formiga_bt.engine.records import AgentRecord, StandingOrder, family
 from formiga_bt.engine.state import EngineState
 from formiga_bt.services import order_models as out
 from formiga_bt.services.standing import doing
@@ -18,11 +18,11 @@ def machines(state: EngineState) -> list[AgentRecord]:
 
 
 def machines_of(state: EngineState, task_id: str) -> list[AgentRecord]:
-    """Return the machines of a task; none if it is unknown."""
-    task = state.tasks.get(task_id)
-    if task is None:
-        return []
-    ids = dict.fromkeys([agent for group in task.roles.values() for agent in group] + [task.system_agent])
+    """Return the machines of a task and of those that it requested and that end with it; none if it is unknown."""
+    tasks = [state.tasks[one] for one in family(state.tasks, task_id)] if task_id in state.tasks else []
+    ids = {agent for task in tasks for group in task.roles.values() for agent in group} | {
+        t.system_agent for t in tasks
+    }
     return [a for a in machines(state) if a.id in ids]
 
 

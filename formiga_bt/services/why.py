@@ -125,8 +125,9 @@ def _running(
         elif goal.in_flight:
             yield Because(f"goal.{goal.state}", _flight(goal, now), agent=goal.agent)
     for child in [state.tasks[one] for one in task.children if not state.tasks[one].ended]:
-        detached = ", which outlives it" if child.detached else ""
-        yield Because("child", f"its task {child.id} is {child.status}{detached}", f"formiga why {child.id}")
+        words = " HELD" if child.held else ""
+        words += ", which outlives it" if child.detached else ""
+        yield Because("child", f"its task {child.id} is {child.status}{words}", f"formiga why {child.id}")
     for request in state.requests.values():
         if request.node and request.holder == task.id:
             since = span(now - request.at)

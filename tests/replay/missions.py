@@ -152,6 +152,27 @@ on_failure:
 """
 
 
+ERRAND = """\
+formiga: 1
+task: Errand
+params: {robot: {type: agent, of: [lwd]}}
+steps:
+  - fallback:
+      - request: MoveTask
+        with: {robot: "${robot}"}
+        timeout: 32 s                                 # it is in the air then: its way home drains
+      - request: MoveTask
+        with: {robot: "${robot}"}
+        priority: high
+        save_as: moved
+  - request: MoveTask
+    wait: false
+  - wait: 12 s
+  - notify: ${moved.task_id} ${moved.status}
+    when: is_set(moved)
+"""
+
+
 class Recorded(msgspec.Struct):
     """One step as recorded: what went in, and the bytes of what came out."""
 
@@ -171,6 +192,7 @@ def world() -> tuple[Site, Catalogue, dict[str, Task]]:
     loaded.append(load_task_text(DETOUR, "detour.yaml", catalogue=catalogue, site=site))
     loaded.append(load_task_text(SURVEY, "survey.yaml", catalogue=catalogue, site=site))
     loaded.append(load_task_text(RELIEF, "relief.yaml", catalogue=catalogue, site=site))
+    loaded.append(load_task_text(ERRAND, "errand.yaml", catalogue=catalogue, site=site))
     tasks = [one.task for one in loaded]
     assert all(tasks), [str(d) for one in loaded for d in one.diagnostics]
     return site, catalogue, {task.name: task for task in tasks if task is not None}
@@ -262,6 +284,25 @@ def relief_aborted(flight: Rehearsal) -> None:
     assert flight.run_until_ended()
 
 
+def errand(flight: Rehearsal) -> None:
+    """One child is stopped in flight, the next one is waited for, the last one ends with its parent."""
+    mine = flight.submit("Errand", {"robot": AgentRef("lwd_1")})
+    assert flight.run_until_ended()
+    assert flight.task(mine).status == "SUCCEEDED"
+    assert [flight.task(one).status for one in flight.task(mine).children] == ["CANCELED", "SUCCEEDED", "CANCELED"]
+
+
+def errand_held_and_aborted(flight: Rehearsal) -> None:
+    mine = flight.submit("Errand", {"robot": AgentRef("lwd_1")})
+    flight.run_for(28)
+    flight.ask(inp.Operator("hold", mine, "watcher_1"))
+    flight.run_for(20)
+    flight.ask(inp.Operator("continue", mine, "watcher_1"))
+    flight.run_for(3)
+    flight.abort(mine, by="watcher_1")
+    assert flight.run_until_ended()
+
+
 def explore_region(flight: Rehearsal) -> None:
     flight.submit("ExploreRegion", {"region": world()[0].regions["bog"]})
     assert flight.run_until_ended()
@@ -280,7 +321,7 @@ MISSIONS: dict[str, Callable[[Rehearsal], None]] = {
     mission.__name__: mission
     for mission in (
         move_task, pick_up, pick_up_beside_move_task, pick_up_aborted, detour, detour_aborted, detour_taken_over,
-        survey, survey_aborted, relief, relief_aborted, explore_region, watch_dogs,
+        survey, survey_aborted, relief, relief_aborted, errand, errand_held_and_aborted, explore_region, watch_dogs,
     )
 }  # fmt: skip
 

@@ -28,7 +28,9 @@ def test_the_missions_pass_through_what_must_be_restored(films: dict[str, tuple[
     text = b"".join(shot for _, shots in films.values() for shot in shots)
     for part in ("steps", "on_abort", "finally", "recover"):
         assert f'"section":"{part}"'.encode() in text, part
-    kinds = "sequence fallback switch call do ask wait pass timeout retry tidy live gather loop items with_agents"
+    kinds = (
+        "sequence fallback switch call do ask wait pass timeout retry tidy live gather loop items with_agents request"
+    )
     for memory in kinds.split():
         assert f'"mem":"{memory}"'.encode() in text, memory
     for detail in ('"halting":true', '"waiting":true', '"state":"canceling"', '"stopping":true', '"held":["take-over:'):
@@ -37,6 +39,7 @@ def test_the_missions_pass_through_what_must_be_restored(films: dict[str, tuple[
     assert re.search(rb'"releasing":\{"lwd', text)
     assert re.search(rb'"tidying":\[\{"id":"finally:Survey[^{}]*"state":"running"', text)
     assert re.search(rb'"tidying":\[\{"id":"finally:Survey[^{}]*"state":"waiting"', text)
+    assert re.search(rb'"drain":\["[^]]*task:MoveTask-', text)
     for state in ("runs", "releases"):
         assert f'"mem":"with_agents","state":"{state}"'.encode() in text, state
     assert re.search(rb'"drain":\["[^]]*release:lwd', text)

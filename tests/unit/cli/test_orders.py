@@ -262,3 +262,13 @@ def test_tasks_show_lockdown_and_what_held_tasks_wait_for(paper: Paper, capsys: 
     assert "ACTIVE HELD" in lines[3]
     assert lines[3].endswith(f"operator:hwd_1; {HOVERS}")
     assert said.err == "next: formiga lockdown release    or: formiga why PickUp-3\n"
+
+
+def test_tasks_show_who_requested_whom(paper: Paper, capsys: Capture) -> None:
+    tour = task("Tour-1", agents=[], parent="", children=["Move-2", "Move-3"])
+    move = task("Move-2", parent="Tour-1", children=[], held=["operator"])
+    paper.answers["/v1/tasks"] = {"tasks": [tour, move], "total": 2, "lockdown": {"on": False}}
+    assert run(["tasks"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[1].endswith("  requested Move-2 Move-3")
+    assert lines[2].endswith("  operator; of Tour-1")

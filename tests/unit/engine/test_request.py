@@ -4,11 +4,14 @@ from typing import Any
 
 import pytest
 
-from formiga_bt.engine.inputs import LockdownOrder, Operator
+from formiga_bt.engine.inputs import Abort, Approve, Duty, LockdownOrder, Operator
 from formiga_bt.engine.records import TaskRecord
 from formiga_bt.engine.state import load_snapshot, snapshot
+from formiga_bt.errors import TaskError
 from formiga_bt.lang.loader import load_task_text
 from formiga_bt.lang.model import Task
+from formiga_bt.safety.approval import approval_digest
+from formiga_bt.transport.messages import PreflightCheck
 from tests.unit.engine import yard as yards
 from tests.unit.engine.conftest import Make
 from tests.unit.engine.yard import CART, Yard
@@ -189,6 +192,201 @@ def test_while_its_parent_is_held_a_child_gets_no_agents(make: Make) -> None:
     assert child(yard, mine).status == "PENDING"
 
     yard.ask(Operator("continue", mine, "ann"))
+    yard.run_for(0.3)
+
+    assert child(yard, mine).status == "ACTIVE"
+    yard.abort(mine)
+
+
+@pytest.mark.parametrize("stop", ["hold", "return", "land"])
+def test_a_stop_of_the_parent_stops_its_child_and_continue_goes_on_with_both(make: Make, stop: str) -> None:
+    yard, mine = started(make)
+    look = child(yard, mine).id
+    yard.ask(Operator(stop, mine, "ann"))  # type: ignore[arg-type]
+
+    assert (yard.task(mine).held, yard.task(look).held) == (("operator",), ("operator",))
+    assert yard.engine.state.orders["c1"].scope == "task"
+    yard.run_for(300)
+    assert child(yard, mine).status == "ACTIVE"
+
+    yard.ask(Operator("continue", mine, "ann"))
+    yard.run_for(0.3)
+
+    assert (yard.task(mine).held, yard.task(look).held, yard.engine.state.orders) == ((), (), {})
+    for action in ("Rise", "Move", "Home"):
+        step(yard, action)
+    assert yard.outcome(mine) == ("SUCCEEDED", "")
+
+
+def test_a_stop_reaches_the_tasks_that_a_child_requested(make: Make) -> None:
+    yard = make(*tasks(Try="steps: [{request: Mid}]", Mid="steps: [{request: Look}]", Look=LOOK))
+    mine = yard.start()
+    look = child(yard, child(yard, mine).id)
+    yard.ask(Operator("hold", mine, "ann"))
+    assert yard.task(look.id).held == ("operator",)
+
+    yard.ask(Operator("continue", child(yard, mine).id, "ann"))
+
+    assert (yard.task(mine).held, child(yard, mine).held, yard.task(look.id).held) == (("operator",), (), ())
+    yard.abort(mine)
+
+
+def test_a_stop_leaves_a_detached_child_alone(make: Make) -> None:
+    yard, mine = started(make, "steps: [{request: Look, detached: true}]")
+
+    yard.ask(Operator("hold", mine, "ann"))
+
+    assert (yard.task(mine).held, child(yard, mine).held, yard.engine.state.orders) == (("operator",), (), {})
+    yard.abort(mine)
+    yard.abort(child(yard, mine).id)
+
+
+def test_the_wait_of_a_child_stands_still_while_its_parent_is_stopped(make: Make) -> None:
+    look = LOOK.replace("type: cart", "type: cart, wait: 10 s")
+    yard = make(*tasks(Try="steps: [{request: Look}]", Look=look, Long=CART + "steps: [{wait: 400 s}]"))
+    other, mine = yard.start("Long"), yard.start()
+    yard.ask(Operator("hold", mine, "ann"))
+    yard.run_for(300)
+    assert child(yard, mine).status == "PENDING"
+
+    yard.ask(Operator("continue", mine, "ann"))
+    yard.run_for(11)
+
+    assert yard.outcome(mine) == ("FAILED", "request:no_agent")
+    yard.abort(other)
+
+
+def test_what_cannot_go_on_keeps_the_whole_family_held(make: Make) -> None:
+    yard, mine = started(make, look=CART + "steps: [{do: cart.Haul}]")
+    yard.ask(Operator("hold", mine, "ann"))
+    yard.run_for(1)
+
+    with pytest.raises(TaskError) as refused:
+        yard.ask(Operator("continue", mine, "ann"))
+
+    assert refused.value.code == "cannot_continue"
+    assert str(refused.value) == (
+        "Haul of c1 may not be done a second time; formiga restart Look-2 begins anew, formiga abort Look-2 ends it"
+    )
+    assert (yard.task(mine).held, child(yard, mine).held) == (("operator",), ("operator",))
+    yard.abort(mine)
+    yard.run_for(1)
+    assert yard.outcome(mine) == ("CANCELED", "aborted")
+
+
+def test_a_parent_that_is_held_may_be_aborted_and_its_child_comes_home(make: Make) -> None:
+    yard, mine = started(make)
+    step(yard, "Rise")
+    yard.ask(Operator("hold", mine, "ann"))
+    yard.run_for(1)
+
+    yard.abort(mine)
+    yard.run_for(0.5)
+    step(yard, "Home")
+
+    assert child(yard, mine).status == "CANCELED"
+    assert yard.outcome(mine) == ("CANCELED", "aborted")
+    assert yard.engine.state.orders == {}
+
+
+def test_a_person_who_aborts_a_child_fails_the_step_of_its_parent(make: Make) -> None:
+    yard, mine = started(make)
+
+    yard.abort(child(yard, mine).id)
+    yard.run_for(0.5)
+
+    assert yard.outcome(mine) == ("FAILED", "request:aborted")
+    assert yard.task(mine).reason == "Look-2: by an operator"
+
+
+def test_abort_now_skips_the_cleanup_of_the_children_too(make: Make) -> None:
+    yard, mine = started(make, look=LOOK + "on_abort: [{wait: 60 s}]")
+    step(yard, "Rise")
+    yard.abort(mine)
+    yard.run_for(1)
+    assert child(yard, mine).section == "on_abort"
+
+    yard.ask(Abort(mine, "now", "ann"))
+    yard.run_for(0.5)
+
+    assert child(yard, mine).section == "recover"
+    step(yard, "Home")
+    assert yard.outcome(mine) == ("CANCELED", "aborted")
+
+
+@pytest.mark.parametrize("how", ["return", "hold", "land"])
+def test_after_a_lockdown_a_child_that_it_stopped_goes_on_with_its_parent(make: Make, how: str) -> None:
+    yard, mine = started(make)
+    step(yard, "Rise")
+    yard.ask(LockdownOrder(how, "ann"))  # type: ignore[arg-type]
+    assert (yard.task(mine).held, child(yard, mine).held) == (("lockdown",), ("lockdown",))
+    yard.run_for(1)
+
+    yard.ask(LockdownOrder("release", "ann"))
+    assert "operator" in child(yard, mine).held
+
+    yard.abort(mine)
+    yard.run_for(0.5)
+    assert child(yard, mine).code == "aborted"
+
+
+def test_a_child_stopped_by_a_lockdown_waits_for_the_word_to_its_parent(make: Make) -> None:
+    yard, mine = started(make)
+    yard.ask(LockdownOrder("hold", "ann"))
+    yard.run_for(1)
+    yard.ask(LockdownOrder("release", "ann"))
+    yard.run_for(30)
+    assert (yard.task(mine).held, child(yard, mine).held) == ((), ("operator",))
+
+    yard.ask(Operator("continue", mine, "ann"))
+    yard.run_for(0.3)
+
+    for action in ("Rise", "Move", "Home"):
+        step(yard, action)
+    assert yard.outcome(mine) == ("SUCCEEDED", "")
+
+
+# -- mode: real --------------------------------------------------------------------------------------------------------
+def real(make: Make, *approved: str, on: bool = True) -> tuple[Yard, str]:
+    """Return a yard of `mode: real`, some of whose tasks are approved; Try is requested by rita."""
+    mine = tasks(Try=ASKS, Look=LOOK)
+    yard = make(*mine, mode="real")
+    yard.cart.say(checks=(PreflightCheck("brakes", True),))
+    for one in mine:
+        if one.name in approved:
+            yard.ask(Approve(approval_digest(one, yard.site), one.name, "ann"))
+    if on:
+        yard.ask(Duty("pia", True))
+    found = yard.submit("Try", {}, requester="rita")
+    yard.run_for(0.5)
+    return yard, found
+
+
+def test_on_a_real_site_a_child_needs_an_approval_of_its_own(make: Make) -> None:
+    yard, mine = real(make, "Try")
+
+    assert yard.outcome(mine) == ("FAILED", "request:not_approved")
+    assert "an approver (ann) must: formiga approve Look --by NAME" in yard.task(mine).reason
+
+
+def test_an_approved_child_flies_for_who_requested_its_parent_with_a_pilot_of_its_own(make: Make) -> None:
+    yard, mine = real(make, "Try", "Look")
+
+    look = child(yard, mine)
+    assert (look.status, look.requester, look.pilot) == ("ACTIVE", "rita", "pia")
+    assert yard.task(mine).pilot == ""  # it flies nothing itself
+    for action in ("Rise", "Move", "Home"):
+        step(yard, action)
+    assert yard.outcome(mine) == ("SUCCEEDED", "")
+
+
+def test_a_child_waits_for_a_pilot(make: Make) -> None:
+    yard, mine = real(make, "Try", "Look", on=False)
+    look = child(yard, mine)
+    assert look.status == "PENDING"
+    assert [v.code for v in yard.engine.state.explanations[look.id] if not v.role] == ["no_pilot"]
+
+    yard.ask(Duty("pia", True))
     yard.run_for(0.3)
 
     assert child(yard, mine).status == "ACTIVE"

@@ -56,7 +56,7 @@ ports:
   d: {at: {east: 120 m, north: 0 m}}
 places: {far: {east: 200 m, north: 0 m}}
 terrain: {flat: true, relief: 1 m}
-people: {watchers: [ann, bob]}
+people: {watchers: [ann, bob], approvers: [ann]}
 agents:
   c1: {type: cart, home: a}
   c2: {type: cart, home: b}

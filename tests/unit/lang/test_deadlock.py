@@ -6,9 +6,12 @@ from pathlib import Path
 import pytest
 
 from formiga_bt.cli.checking import check
+from formiga_bt.cli.inputs import read_world
+from formiga_bt.cli.up import _library, _warn
 from formiga_bt.lang.deadlock import check_tasks
 from formiga_bt.lang.loader import load_task_text
 from formiga_bt.lang.model import Catalogue, Task
+from formiga_bt.packaged import folder
 
 Tasks = Callable[..., list[str]]
 
@@ -74,3 +77,18 @@ def test_check_with_several_files_tells_it(tmp_path: Path, capsys: pytest.Captur
     assert check(files[:1], None, (), strict=True, form="text") == 0
     assert check(files, None, (), strict=False, form="text") == 1
     assert "E035: Patrol holds an lwd" in capsys.readouterr().out
+
+
+def test_an_engine_that_starts_warns_of_it_and_serves_both(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    world = read_world([], folder("trees") / "demo-site.yaml")
+    for name in ("Patrol", "Escort"):
+        (tmp_path / f"{name}.yaml").write_text(text(name, "lwd", "lwd"), encoding="utf-8")
+    served, _ = _library([tmp_path], tmp_path, world)
+
+    _warn(served, world)
+
+    said = capsys.readouterr().err
+    assert {"Patrol", "Escort"} <= set(served)
+    assert said.startswith(f"warning: {tmp_path / 'Escort.yaml'}:7:7: E035: Escort holds an lwd ('mine')")
+    assert said.count("E035") == 1
+    assert "help: ask for both together" in said

@@ -80,6 +80,21 @@ def test_an_order_tells_what_its_machine_does(
     assert [one.text for one in reply.ordered] == [text]
 
 
+def test_a_stop_of_a_task_tells_of_the_machines_of_those_that_it_requested(paper: Paper) -> None:
+    paper.put(
+        TaskPut(task("Tour-1", children=("PickUp-3", "Look-4"))),
+        TaskPut(task("PickUp-3", "hwd_1", parent="Tour-1")),
+        TaskPut(task("Look-4", "lwd_1", parent="Tour-1", detached=True)),
+        AgentPut(machine("lwd_1", task="Look-4", order=2)),
+    )
+    paper.then(OrderPut("hwd_1", order("hwd_1", "land", scope="task")))
+
+    reply = paper.stops.task("Tour-1", "land", "eve")
+
+    assert reply.text == "land is ordered for 1 machine"
+    assert [one.text for one in reply.ordered] == ["hwd_1 lands where it is"]
+
+
 def test_an_order_carried_out_by_a_system_task_names_it(paper: Paper) -> None:
     own = TaskPut(task("Return-4", system_agent="hwd_1", stop="return"))
     paper.then(own, OrderPut("hwd_1", order("hwd_1", "return", task="Return-4")))

@@ -224,3 +224,30 @@ def test_each_limit_of_the_envelope_has_words_and_an_unknown_one_too() -> None:
     assert [name for name in BREACHES if f"envelope.{name}" not in REASONS] == []
     assert say(REASONS, "envelope.new") == REASONS["envelope"]
     assert say(GATE, "stopped", text="cut", agent="a") == "waits: the order `cut` stands on a"
+
+
+# -- families ----------------------------------------------------------------------------------------------------------
+def test_a_task_names_the_open_tasks_that_it_requested(state: EngineState) -> None:
+    state.tasks["PickUp-3"] = task("PickUp-3", children=("Look-4", "Look-5", "Look-6"))
+    state.tasks["Look-4"] = task("Look-4", parent="PickUp-3", section="done", status="SUCCEEDED")
+    state.tasks["Look-5"] = task("Look-5", parent="PickUp-3", held=("operator",))
+    state.tasks["Look-6"] = task("Look-6", parent="PickUp-3", detached=True, status="PENDING", section="")
+
+    lines = [(line.text, line.hint) for line in told(state) if line.code == "child"]
+
+    assert lines == [
+        ("its task Look-5 is ACTIVE HELD", "formiga why Look-5"),
+        ("its task Look-6 is PENDING, which outlives it", "formiga why Look-6"),
+    ]
+
+
+@pytest.mark.parametrize(("detached", "then"), [(False, "ends with it"), (True, "outlives it")])
+@pytest.mark.parametrize(("status", "section"), [("PENDING", ""), ("ACTIVE", "steps"), ("SUCCEEDED", "done")])
+def test_a_requested_task_names_who_requested_it(
+    state: EngineState, status: str, section: str, detached: bool, then: str
+) -> None:
+    state.tasks["PickUp-3"] = task("PickUp-3", parent="Tour-1", detached=detached, status=status, section=section)
+
+    line = one(state, "parent")
+
+    assert (line.text, line.hint) == (f"Tour-1 requested it, and it {then}", "formiga why Tour-1")

@@ -12,6 +12,7 @@ from formiga_bt.lang.model import (
     Expr,
     If,
     Param,
+    Request,
     Retry,
     Role,
     Some,
@@ -54,6 +55,23 @@ def test_a_block_with_agents_of_its_own_tells_whom_it_asks_for(role: Role, shown
 
     assert lines[2].startswith(f"`- {shown} ")
     assert lines[3].lstrip().startswith("`- wait 5 s")
+
+
+@pytest.mark.parametrize(
+    ("options", "shown"),
+    [
+        ({}, "request Look(spot: camp)"),
+        ({"priority": "high"}, "request Look(spot: camp)  [priority high]"),
+        ({"wait": False}, "request Look(spot: camp)  [not waited for]"),
+        ({"wait": False, "detached": True}, "request Look(spot: camp)  [not waited for; detached]"),
+    ],
+)
+def test_a_request_tells_of_whom_with_what_and_whether_it_is_waited_for(options: dict[str, Any], shown: str) -> None:
+    step = Request(kind="request", seg="steps[0]", mark=at(5), task="Look", args={"spot": expr("camp")}, **options)
+
+    lines = [line.plain() for line in draw(Task("Tour", at(2), (step,)), ascii_only=True)]
+
+    assert lines[2].split("`- ")[1].removesuffix("Fetch.yaml:5").rstrip() == shown
 
 
 def who(name: str) -> Who:
