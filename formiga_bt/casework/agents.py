@@ -5,6 +5,7 @@ from dataclasses import replace
 from typing import Any
 
 from formiga_bt.casework.options import AGENT
+from formiga_bt.casework.rules import all_roles
 from formiga_bt.diagnostics import Mark
 from formiga_bt.geo import Place
 from formiga_bt.lang.document import Entry, Scalar
@@ -54,7 +55,8 @@ class CaseAgents:
         """Return the agents that a key means: one, or all that fit a role."""
         if key.text in self.agents:
             return [key.text]
-        role = self.task.roles.get(key.text)
+        roles = all_roles(self.task)
+        role = roles.get(key.text)
         if role is not None:
             types = self.book.catalogue.types
             fits = [a.id for a in self.agents.values() if {a.type, *types[a.type].extends} & set(role.types)]
@@ -63,7 +65,7 @@ class CaseAgents:
             return fits
         if "type" in keys:
             return self._new(key, keys["type"])
-        known = [*self.agents, *self.task.roles]
+        known = [*self.agents, *roles]
         what = f"no agent and no role is called '{shorten(key.text)}'{did_you_mean(key.text, known)}"
         self.book.problems.add("E010", key.mark, what, f"known: {quoted_list(known)}; a further agent needs type:")
         return []

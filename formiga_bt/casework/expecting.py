@@ -5,7 +5,7 @@ from typing import cast, get_args
 
 from formiga_bt.casework.cases import GAP, Expect, Standing
 from formiga_bt.casework.options import EXPECT
-from formiga_bt.casework.rules import read_order
+from formiga_bt.casework.rules import all_roles, read_order
 from formiga_bt.lang.document import Entry, Listing
 from formiga_bt.lang.model import Task
 from formiga_bt.lang.reading import (
@@ -60,7 +60,7 @@ def _actions(book: Book, task: Task, keys: Mapping[str, Entry]) -> tuple[str, ..
 def _end_state(book: Book, task: Task, keys: Mapping[str, Entry]) -> dict[str, Standing]:
     mapping = read_mapping(keys["end_state"].value, book.problems, "end_state") if "end_state" in keys else None
     machines = [name for name, type_ in book.types.items() if not book.catalogue.types[type_].human]
-    roles = [r.name for r in task.roles.values() if not all(book.catalogue.types[t].human for t in r.types)]
+    roles = [r.name for r in all_roles(task).values() if not all(book.catalogue.types[t].human for t in r.types)]
     known = [*roles, *machines]
     found: dict[str, Standing] = {}
     for one in mapping.entries if mapping is not None else ():

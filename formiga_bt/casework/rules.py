@@ -1,13 +1,14 @@
 """Reads `answers` of a case: how questions are answered, and what becomes of goals."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 from formiga_bt.casework.cases import AnswerRule, GoalRule
 from formiga_bt.casework.options import ANSWER, GOAL
 from formiga_bt.geo import Place, Position
 from formiga_bt.lang.document import Entry, Mapping_, Scalar
-from formiga_bt.lang.model import Ask, Call, Param, Step, Task
+from formiga_bt.lang.model import Ask, Call, Param, Role, Step, Task, WithAgents
 from formiga_bt.lang.reading import (
     did_you_mean,
     fix_word,
@@ -60,6 +61,18 @@ def all_steps(task: Task) -> Iterator[Step]:
         yield from inside(section)
 
 
+def all_roles(task: Task) -> Mapping[str, Role]:
+    """Return the roles of a task and of its `with_agents`, by name; of one name in several blocks the types of all."""
+    found = dict(task.roles)
+    for step in all_steps(task):
+        for role in step.roles.values() if isinstance(step, WithAgents) else ():
+            known = found.get(role.name)
+            found[role.name] = (
+                role if known is None else replace(known, types=tuple(dict.fromkeys((*known.types, *role.types))))
+            )
+    return found
+
+
 def _answer(book: Book, task: Task, mapping: Mapping_) -> AnswerRule | None:
     keys = read_keys(mapping, ANSWER, book.problems, "an answer")
     which = read_text(keys["ask"].value, book.problems, "ask") if "ask" in keys else None
@@ -88,11 +101,12 @@ def _answer(book: Book, task: Task, mapping: Mapping_) -> AnswerRule | None:
 def read_order(book: Book, task: Task, at: Scalar, what: str) -> tuple[str, str] | None:
     """Return who and what of `role.Action` or `agent.Action`, or None if it was reported."""
     who, dot, action = at.text.partition(".")
-    known = [*task.roles, *book.types]
+    roles = all_roles(task)
+    known = [*roles, *book.types]
     if not dot or not who or not action:
         book.problems.add("E008", at.mark, f"'{what}' must be role.Action, this is '{shorten(at.text)}'")
         return None
-    types = list(task.roles[who].types) if who in task.roles else [book.types[who]] if who in book.types else []
+    types = list(roles[who].types) if who in roles else [book.types[who]] if who in book.types else []
     if not types:
         text = f"no role and no agent is called '{shorten(who)}'{did_you_mean(who, known)}"
         book.problems.add("E020", at.mark, text, f"known: {quoted_list(known)}")

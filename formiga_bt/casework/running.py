@@ -109,7 +109,7 @@ def _came(run: VirtualRun, story: "_Story", mocks: Mocks, *, in_time: bool) -> C
         played.refused[0][1] if played.refused else "",
         in_time,
         (ended_at - task.submitted_at) / 1e6 if task is not None else 0.0,
-        tuple(story.sent(goal) for goal in story.goals.values()),
+        tuple(story.sent(goal, role) for goal, role in story.goals.values()),
         tuple(story.asked.values()),
         tuple(story.notices),
         dict(state.agents),
@@ -127,7 +127,8 @@ class _Story:
     """What the engine's steps tell of the task under test."""
 
     cases: CaseFile
-    goals: dict[str, SendGoal] = field(default_factory=dict)
+    goals: dict[str, tuple[SendGoal, str]] = field(default_factory=dict)
+    """Id of a goal -> the goal, and the role that its agent had when it was sent."""
     owners: dict[str, str] = field(default_factory=dict)
     asked: dict[str, str] = field(default_factory=dict)
     """Id of a question -> its text."""
@@ -147,19 +148,21 @@ class _Story:
         for effect in step.effects:
             match effect:
                 case SendGoal() if self._mine(effect.task) and effect.action != CONFIRM:
-                    self.goals.setdefault(effect.goal_id, effect)
+                    self.goals.setdefault(effect.goal_id, (effect, self._role(effect.agent)))
                 case Notify() if self._mine(effect.task):
                     self.notices.append(effect.text)
 
-    def sent(self, goal: SendGoal) -> Sent:
+    def sent(self, goal: SendGoal, role: str) -> Sent:
         """Return a goal with its role and its place in the tree."""
-        role = next((name for name, agents in self.roles.items() if goal.agent in agents), "")
         return Sent(goal.agent, role, goal.action, self.mark_of(self.owners.get(goal.goal_id, "")))
 
     def mark_of(self, key: str) -> Mark | None:
         """Return where the step of a node's key stands, None for a way home."""
         around = steps_around(self.cases.task, key)
         return around[-1].mark if around else None
+
+    def _role(self, agent: str) -> str:
+        return next((name for name, agents in self.roles.items() if agent in agents), "")
 
     def _mine(self, task: str) -> bool:
         return task.startswith(f"{self.cases.task.name}-")
