@@ -2,7 +2,7 @@
 
 The validator, the docs and the editor and LLM schemas all read it, so that a key exists in one place only. A kind or
 option with `available=False` belongs to the language but not to this version: it is refused with its own words, not as
-"unknown". `form` says what a value may be; `docs/language.md` explains the forms.
+"unknown". `form` says what a value may be; `docs/reference.md` shows them all.
 """
 
 from collections.abc import Mapping

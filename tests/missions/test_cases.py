@@ -12,13 +12,14 @@ from formiga_bt.packaged import folder
 from formiga_bt.testing import packaged_world
 
 TREES = folder("trees")
-FILES = sorted(TREES.glob("*.test.yaml"))
-TASKS = sorted(p for p in TREES.glob("*.yaml") if not p.name.endswith((".test.yaml", "site.yaml")))
+SHELVES = (TREES, TREES / "cookbook")
+FILES = sorted(p for shelf in SHELVES for p in shelf.glob("*.test.yaml"))
+TASKS = sorted(p for shelf in SHELVES for p in shelf.glob("*.yaml") if not p.name.endswith((".test.yaml", "site.yaml")))
 CATALOGUE = packaged_world()[1]
 
 
 def test_every_tree_has_its_cases() -> None:
-    assert [p.name.removesuffix(".test.yaml") for p in FILES] == [p.stem for p in TASKS]
+    assert {str(p).removesuffix(".test.yaml") for p in FILES} == {str(p).removesuffix(".yaml") for p in TASKS}
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.name)

@@ -1,27 +1,41 @@
-"""The tables of docs/language.md are what the catalogue, the registry of helpers and the shipped libraries say.
+"""The tables of docs/reference.md are what the tables of the language, the catalogue and the helpers say.
 
 `UPDATE_EXPECTED=1 pytest tests/repo/test_reference.py` rewrites the generated tables; read the difference.
 """
 
 import os
 import re
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 import pytest
 
 from formiga_bt.heights import parse_heights
+from formiga_bt.lang import kinds
 from formiga_bt.lang.actions import ACTION
 from formiga_bt.lang.catalogue import TYPE
 from formiga_bt.lang.helpers import REQUIRED, STANDARD, Helper
-from formiga_bt.lang.kinds import ENVELOPE
+from formiga_bt.lang.kinds import ENVELOPE, KINDS, Option
 from formiga_bt.lang.loader import load_catalogue, load_task_text
 from formiga_bt.lang.model import ActionSpec, Catalogue, FieldSpec
+from formiga_bt.lang.scope import AGENT_FIELDS, PLACE_FIELDS, POSITION_FIELDS, TASK_FIELDS
 from formiga_bt.lang.site import SITE, load_site_text
 from formiga_bt.lang.types import Type
-from formiga_bt.units import LIKELY, format_quantity
+from formiga_bt.units import LIKELY, UNITS, format_quantity
 
 ROOT = Path(__file__).parents[2]
-GUIDE = ROOT / "docs" / "language.md"
+PAGE = ROOT / "docs" / "reference.md"
+SUBTREES_PAGE = ROOT / "docs" / "language" / "subtrees.md"
+NAMES = (
+    "task", "subtree", "param", "role", "kinds", "modifiers", "retry", "clears", "envelope", "units", "fields", "actions",
+    "events", "helpers",
+)  # fmt: skip
+PRINTED = {
+    "action": "`role.Action`", "text": "text", "flag": "true or false", "cond": "a condition", "expr": "an expression",
+    "name": "a name", "roles": "roles", "map": "names with values", "steps": "steps",
+    "words": "a list of words", "word": "a word",
+}  # fmt: skip
+"""What the value of a key looks like, in words."""
 
 
 @pytest.fixture(scope="module")
@@ -29,6 +43,56 @@ def catalogue() -> Catalogue:
     found, problems, _ = load_catalogue([ROOT / "actions" / "base.yaml"])
     assert problems == []
     return found
+
+
+def takes(option: Option) -> str:
+    """Return what may stand as the value of a key."""
+    if option.values:
+        return ", ".join(f"`{word}`" for word in option.values)
+    if option.form == "value":
+        return option.type or "a value"
+    return "keys of its own" if option.form == "options" else PRINTED.get(option.form, option.form)
+
+
+def needs(option: Option) -> str:
+    return " **Required.**" if option.required else ""
+
+
+def keys(options: Iterable[Option]) -> str:
+    rows = [f"| `{o.name}` | {takes(o)} | {o.doc}{needs(o)} |" for o in options if o.available]
+    return "\n".join(["| key | takes | |", "|---|---|---|", *rows])
+
+
+def step_kinds() -> str:
+    rows = []
+    for kind in (kind for kind in KINDS.values() if kind.available):
+        own = Option(kind.name, kind.form, kind.doc, type=kind.type)
+        rows.append(f"| **`{kind.name}`** | {takes(own)} | {kind.doc} |")
+        rows += [f"| `{o.name}` | {takes(o)} | {o.doc}{needs(o)} |" for o in kind.options if o.available]
+    return "\n".join(["| kind, its options | takes | |", "|---|---|---|", *rows])
+
+
+def units() -> str:
+    rows = [f"| {name} | {', '.join(f'`{unit}`' for unit, of in UNITS.items() if of[0] == name)} |" for name in LIKELY]
+    return "\n".join(["| type | units |", "|---|---|", *rows])
+
+
+def fields() -> str:
+    rows: list[tuple[str, Mapping[str, Type]]] = [
+        ("agent", AGENT_FIELDS), ("place", PLACE_FIELDS), ("position", POSITION_FIELDS), ("`task`", TASK_FIELDS.fields)
+    ]  # fmt: skip
+    told = (f"| {name} | {'; '.join(f'`{one}`: {spoken(of)}' for one, of in known.items())} |" for name, known in rows)
+    return "\n".join(["| of | fields |", "|---|---|", *told])
+
+
+def events(catalogue: Catalogue) -> str:
+    rows = []
+    for name, of in catalogue.types.items():
+        for event, known in of.events.items():
+            rows.append(
+                f"| {name} | `{event}` | {'; '.join(f'`{n}`: {spoken(t)}' for n, t in known.items()) or 'none'} |"
+            )
+    return "\n".join(["| agent type | event | fields |", "|---|---|---|", *rows])
 
 
 def spoken(type_: Type) -> str:
@@ -66,26 +130,43 @@ def tables(catalogue: Catalogue) -> dict[str, str]:
     actions = [action(spec, catalogue) for spec in catalogue.actions.values()]
     helpers = [argument(helper) for name in STANDARD.names() for helper in STANDARD.forms(name)]
     return {
+        "task": keys(kinds.TASK),
+        "subtree": keys(kinds.SUBTREE),
+        "param": keys(kinds.PARAM),
+        "role": keys(kinds.ROLE),
+        "kinds": step_kinds(),
+        "modifiers": keys(kinds.MODIFIERS),
+        "retry": keys(kinds.RETRY),
+        "clears": keys(kinds.CLEARS),
+        "envelope": keys(ENVELOPE),
+        "units": units(),
+        "fields": fields(),
         "actions": "\n".join(["| action | fields | result | agent types | |", "|---|---|---|---|---|", *actions]),
+        "events": events(catalogue),
         "helpers": "\n".join(["| helper | gives | |", "|---|---|---|", *helpers]),
     }
 
 
-@pytest.mark.parametrize("name", ["actions", "helpers"])
-def test_a_table_of_the_guide_is_what_the_program_says(name: str, catalogue: Catalogue) -> None:
+@pytest.mark.parametrize("name", NAMES)
+def test_a_table_of_the_reference_is_what_the_program_says(name: str, catalogue: Catalogue) -> None:
     table = tables(catalogue)[name]
-    text = GUIDE.read_text(encoding="utf-8")
-    block = re.compile(rf"(<!-- table: {name} -->\n\n).*?(\n\n<!-- end -->)", re.DOTALL)
+    text = PAGE.read_text(encoding="utf-8")
+    block = re.compile(rf"(<!-- table: {name} -->\n).*?(<!-- end -->)", re.DOTALL)
     if os.environ.get("UPDATE_EXPECTED"):
-        GUIDE.write_text(block.sub(lambda m: m[1] + table + m[2], text), encoding="utf-8")
-        text = GUIDE.read_text(encoding="utf-8")
+        text = block.sub(lambda m: f"{m[1]}\n{table}\n\n{m[2]}", text)
+        PAGE.write_text(text, encoding="utf-8")
     found = block.search(text)
     assert found is not None
     assert found[0].split("\n\n", 1)[1].removesuffix("\n\n<!-- end -->") == table
 
 
+def test_the_reference_has_no_table_that_is_not_made(catalogue: Catalogue) -> None:
+    assert re.findall(r"<!-- table: (\w+) -->", PAGE.read_text(encoding="utf-8")) == [*NAMES]
+    assert set(tables(catalogue)) == set(NAMES)
+
+
 def test_every_shipped_subtree_is_listed_with_its_params(catalogue: Catalogue) -> None:
-    text = GUIDE.read_text(encoding="utf-8")
+    text = SUBTREES_PAGE.read_text(encoding="utf-8")
     files = sorted((ROOT / "trees" / "lib").glob("*.yaml"))
     assert files
     for path in files:

@@ -1,0 +1,50 @@
+"""docs/cookbook.md shows the files of trees/cookbook as they are, and its commands fly them.
+
+`UPDATE_EXPECTED=1 pytest tests/repo/test_cookbook.py` copies the files into the page. Their cases are played by tests/missions.
+"""
+
+import os
+import re
+import shlex
+from pathlib import Path
+
+import pytest
+
+from formiga_bt.cli.app import run
+
+ROOT = Path(__file__).parents[2]
+PAGE = ROOT / "docs" / "cookbook.md"
+FOLDER = ROOT / "trees" / "cookbook"
+BLOCK = re.compile(r"(<!-- file: (\w+) -->\n).*?(<!-- end -->)", re.DOTALL)
+COMMANDS = re.findall(r"^formiga (dryrun .*)$", PAGE.read_text(encoding="utf-8"), re.MULTILINE)
+
+
+def filled(found: "re.Match[str]") -> str:
+    text = (FOLDER / f"{found[2]}.yaml").read_text(encoding="utf-8")
+    return f"{found[1]}\n```yaml\n{text}```\n\n{found[3]}"
+
+
+def test_the_page_shows_every_file_as_it_is() -> None:
+    text = PAGE.read_text(encoding="utf-8")
+    if os.environ.get("UPDATE_EXPECTED"):
+        text = BLOCK.sub(filled, text)
+        PAGE.write_text(text, encoding="utf-8")
+
+    assert text == BLOCK.sub(filled, text)
+    shown = [found[1] for found in BLOCK.findall(text)]
+    assert sorted(shown) == sorted(p.stem for p in FOLDER.glob("*.yaml") if not p.name.endswith(".test.yaml"))
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_a_command_of_the_page_flies_its_task(
+    command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    code = run(shlex.split(command))
+    assert code == 0, "".join(capsys.readouterr())
+
+
+def test_every_task_of_the_page_has_its_command() -> None:
+    named = {command.split()[1] for command in COMMANDS}
+    tasks = set(re.findall(r"^task: (\w+)", PAGE.read_text(encoding="utf-8"), re.MULTILINE))
+    assert named == tasks

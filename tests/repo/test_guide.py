@@ -1,0 +1,80 @@
+"""The guide to the language: its pages in order, each complete task in it flown as the page says, each test file played.
+
+An example is saved under the name in the command that follows it; the command is run, in virtual time, and has exit code 0.
+"""
+
+import re
+import shlex
+from collections.abc import Iterator
+from itertools import pairwise
+from pathlib import Path
+
+import pytest
+
+from formiga_bt.cli.app import run
+from formiga_bt.lang.kinds import KINDS, MODIFIERS
+
+ROOT = Path(__file__).parents[2]
+FOLDER = ROOT / "docs" / "language"
+INDEX = (FOLDER / "index.md").read_text(encoding="utf-8")
+PAGES = re.findall(r"^\| \d+ \| \[([^]]+)\]\((\S+\.md)\)", INDEX, re.MULTILINE)
+FENCE = re.compile(r"^```(\w*)\n(.*?)^```", re.MULTILINE | re.DOTALL)
+
+
+def guide(page: str) -> str:
+    return (FOLDER / page).read_text(encoding="utf-8")
+
+
+def sessions(page: str) -> Iterator[tuple[str, str, list[str]]]:
+    """Iterate over the YAML of a page, each with the file that it is saved as and the commands shown after it."""
+    blocks = FENCE.findall(guide(page))
+    for (language, text), (after, commands) in zip(blocks, [*blocks[1:], ("", "")], strict=True):
+        if language == "yaml":
+            told = commands.splitlines() if not after else []
+            names = [word for line in told for word in line.split() if word.endswith(".yaml")]
+            yield text, (names or [""])[0], told
+
+
+@pytest.mark.parametrize("page", [page for _, page in PAGES])
+def test_the_examples_of_a_page_do_as_it_says(
+    page: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    flown = 0
+    for text, file, commands in sessions(page):
+        if not file:
+            assert "\ntask:" not in text, "a complete task is followed by the command that flies it"
+            continue
+        Path(file).write_text(text, encoding="utf-8")
+        for command in commands:
+            words = shlex.split(command.removeprefix("formiga "))
+            assert run(words) == 0, f"{command}\n{''.join(capsys.readouterr())}"
+            flown += words[0] == "dryrun"
+    assert flown >= 1
+
+
+def test_the_index_names_every_page_under_its_title() -> None:
+    assert sorted(page for _, page in PAGES) == sorted({p.name for p in FOLDER.glob("*.md")} - {"index.md"})
+    for title, page in PAGES:
+        assert guide(page).startswith(f"# {title}\n"), page
+
+
+def test_each_page_leads_to_the_next() -> None:
+    for (_, page), (title, following) in pairwise(PAGES):
+        assert guide(page).endswith(f"\nNext: [{title}]({following})\n"), page
+
+
+def test_the_page_of_steps_names_every_kind_and_modifier() -> None:
+    steps = guide("steps.md")
+    kinds = [kind.name for kind in KINDS.values() if kind.available]
+    assert [
+        word for word in [*kinds, *(m.name for m in MODIFIERS)] if f"| `{word}" not in steps and word != "note"
+    ] == []
+    absent = [kind.name for kind in KINDS.values() if not kind.available]
+    assert [word for word in absent if f"| `{word}:" in steps] == []
+
+
+def test_every_option_of_a_step_is_spoken_of_somewhere() -> None:
+    text = "".join(guide(page) for _, page in PAGES)
+    options = {option.name for kind in KINDS.values() for option in kind.options if option.available}
+    assert sorted(name for name in options if not re.search(rf"(?<!\w){name}\b", text)) == []
