@@ -307,6 +307,8 @@ def _named(view: View, option: Option | None) -> Iterator[Item]:
             for signature in view.subtrees.values():
                 shown = ", ".join(f"{param.name}: {param.type}" for param in signature.params.values())
                 yield Item(signature.name, signature.name, start, end, "subtree", f"({shown})")
+        case "request":
+            yield from _words(view, view.project.task_names(view.document), "subtree", "task")
         case "wait_for":
             yield from _role_and(view, _events)
         case "release" | "role":

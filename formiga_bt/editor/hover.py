@@ -115,12 +115,12 @@ def _about_value(view: View) -> str:
             spec = view.catalogue.actions.get(action)
             return about_action(spec) if spec is not None else ""
         return _about_name(view, role)
-    if name == "call":
-        callee = view.subtrees.get(word)
+    if name in ("call", "request"):
+        callee = view.callee
         if callee is None:
             return ""
         params = "".join(f"\n- `{param.name}`: {param_line(param)}" for param in callee.params.values())
-        return f"**{word}**: subtree of {callee.path.name}{params}"
+        return f"**{word}**: {'subtree' if name == 'call' else 'task'} of {callee.path.name}{params}"
     if (
         name in ("type", "any_of", "of", "extends")
         and word in view.catalogue.types

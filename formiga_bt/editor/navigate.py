@@ -51,8 +51,8 @@ def definition(project: Project, document: Document, line: int, col: int) -> Pla
     if name == "imports":
         path = project.locate(document.path, word)
         return Place(path, 0, 0, 0) if path is not None else None
-    if name == "call":
-        return _subtree(view, word)
+    if name in ("call", "request"):
+        return _at(view.callee.mark, view.callee.path) if view.callee is not None else None
     if option is not None and option.form == "action":
         role, dot, action = word.partition(".")
         spec = view.catalogue.actions.get(action)
@@ -73,11 +73,6 @@ def _of_key(view: View) -> Place | None:
     if view.action is not None and word in view.action.fields:
         return _at(view.action.mark)
     return _own(view, word)
-
-
-def _subtree(view: View, name: str) -> Place | None:
-    signature = view.subtrees.get(name)
-    return _at(signature.mark, signature.path) if signature is not None else None
 
 
 def _own(view: View, name: str) -> Place | None:

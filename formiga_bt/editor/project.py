@@ -17,6 +17,7 @@ from formiga_bt.editor.seen import Seen
 from formiga_bt.lang.catalogue import load_catalogue
 from formiga_bt.lang.document import Mapping_, Scalar, parse
 from formiga_bt.lang.model import Catalogue, Param, Site
+from formiga_bt.lang.neighbours import Neighbours
 from formiga_bt.lang.params import read_params
 from formiga_bt.lang.reading import Problems
 from formiga_bt.lang.scopes import World
@@ -30,7 +31,7 @@ SITE_FILE: Final = "site.yaml"
 
 @dataclass(frozen=True, slots=True)
 class Signature:
-    """A subtree that a file may call."""
+    """A subtree that a file may call, or a task that it may request."""
 
     name: str
     params: Mapping[str, Param]
@@ -174,6 +175,26 @@ class Project:
             for name, signature in self._signatures(self._unit(path), path, imported=True).items():
                 found.setdefault(name, signature)
         return found
+
+    def task_names(self, document: Document) -> list[str]:
+        """Return the names of the tasks that a file may request."""
+        own = document.last_known().root
+        named = own.get("task") if isinstance(own, Mapping_) else None
+        mine = named.value.text if named is not None and isinstance(named.value, Scalar) else ""
+        return [name for name in self._neighbours(document).names() if name != mine]
+
+    def task(self, document: Document, name: str) -> Signature | None:
+        """Return a task that a file may request; None if there is none of that name."""
+        neighbours = self._neighbours(document)
+        mark = neighbours.mark(name)
+        world = World(self.catalogue(), None)
+        params = neighbours.params(name, lambda node: read_params(node, world, Problems()))
+        if mark is None or params is None:
+            return None
+        return Signature(name, params, Path(neighbours.path(name)), mark, True)
+
+    def _neighbours(self, document: Document) -> Neighbours:
+        return Neighbours(document.path.parent, (folder("trees"),), self.read)
 
     def imports(self, document: Document, index: Index | None = None) -> dict[str, Path]:
         """Return the files that a file imports, by the words that name them."""

@@ -64,9 +64,11 @@ class View:
         """Return the action that the step around orders."""
         return self.catalogue.actions.get(self.slot.step.get("do", "").partition(".")[2].strip())
 
-    @property
+    @cached_property
     def callee(self) -> Signature | None:
-        """Return the subtree that the step around calls."""
+        """Return the subtree that the step around calls, or the task that it requests."""
+        if "request" in self.slot.step:
+            return self.project.task(self.document, self.slot.step["request"])
         return self.subtrees.get(self.slot.step.get("call", ""))
 
     @property
@@ -108,7 +110,7 @@ class View:
         return None
 
     def params(self) -> Mapping[str, Param]:
-        """Return the params of the subtree that the step around calls."""
+        """Return the params of what the step around calls or requests."""
         return self.callee.params if self.callee is not None else {}
 
     def expression(self) -> tuple[str, int, int] | None:

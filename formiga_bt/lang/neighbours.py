@@ -7,6 +7,7 @@ their own check tells.
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 
+from formiga_bt.diagnostics import Mark
 from formiga_bt.lang.document import Entry, Listing, Mapping_, Node, Scalar
 from formiga_bt.lang.files import Shelf, Unit
 from formiga_bt.lang.model import Param
@@ -54,6 +55,12 @@ class Neighbours:
             return None
         entry: Entry | None = unit[1].keys.get("params")
         return read(entry.value) if entry is not None else {}
+
+    def mark(self, name: str) -> Mark | None:
+        """Return where a task is named; None if there is none of that name."""
+        unit = self._unit(name)
+        entry = unit[1].keys.get("task") if unit is not None else None
+        return entry.value.mark if entry is not None else None
 
     def through(self, name: str) -> list[str]:
         """Return the tasks by which the requests of this task come back to `name`; empty if they do not."""

@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from formiga_bt.editor.complete import Item, complete
+from formiga_bt.editor.project import Document
 from formiga_bt.lang.document import parse
 from formiga_bt.lang.kinds import KINDS, MODIFIERS
 from tests.unit.editor.conftest import TASK, Editor
@@ -162,6 +163,50 @@ def test_the_events_of_an_agents_type_are_offered(tmp_path: Path) -> None:
     text = "formiga: 1\ntask: T\nagents:\n  user: {type: picker}\nsteps:\n  - wait_for: user.sos\n    timeout: 1 min\n"
     found = labels(Editor(text, tmp_path), "user.sos", "user.|")
     assert "sos" in found
+
+
+NEIGHBOUR = """\
+formiga: 1
+task: Look
+params:
+  spot: {type: place, help: What to look at.}
+  high: {type: distance, default: 60 m}
+steps: [{notify: "${spot} ${high}"}]
+"""
+TOUR = """\
+formiga: 1
+task: Tour
+steps:
+  - request: Look
+    with: {spot: {east: 5 m, north: 5 m}}
+"""
+
+
+@pytest.fixture
+def tour(tmp_path: Path) -> Editor:
+    """Return a task that requests one whose file stands beside it."""
+    (tmp_path / "look.yaml").write_text(NEIGHBOUR, encoding="utf-8")
+    return Editor(TOUR, tmp_path, "tour.yaml")
+
+
+def test_tasks_of_the_folder_and_shipped_ones_may_be_requested(tour: Editor) -> None:
+    found = labels(tour, "request: Look", "request: |")
+    assert {"Look", "PickUp", "MoveTask"} <= set(found)
+    assert "Tour" not in found
+
+
+def test_the_params_of_a_requested_task_are_offered_and_typed(tour: Editor) -> None:
+    assert labels(tour, "with: {spot: {east: 5 m, north: 5 m}}", "with: {|}") == ["spot", "high"]
+
+
+def test_the_unit_of_a_requested_tasks_param_is_known(tour: Editor) -> None:
+    assert labels(tour, "north: 5 m}}", "north: 5 m}, high: 6|}") == ["m", "km"]
+
+
+def test_a_requested_task_that_is_open_is_read_as_it_is_typed(tour: Editor, tmp_path: Path) -> None:
+    text = NEIGHBOUR.replace("  high:", "  far: {type: distance, default: 1 m}\n  high:")
+    tour.project.open[tmp_path / "look.yaml"] = Document(tmp_path / "look.yaml", text, 7)
+    assert "far" in labels(tour, "with: {spot: {east: 5 m, north: 5 m}}", "with:\n      |")
 
 
 @pytest.mark.parametrize(

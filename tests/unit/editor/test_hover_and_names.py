@@ -204,3 +204,16 @@ def test_other_yaml_files_are_left_alone(tmp_path: Path) -> None:
     assert Editor("", tmp_path).document.diagnostics == ()
     broken = Editor("formiga: 1\ntask: T\nsteps: [\n", tmp_path)
     assert [one.code for one in broken.document.diagnostics] == ["E001"]
+
+
+def test_a_requested_task_is_explained_and_found(tmp_path: Path) -> None:
+    look = tmp_path / "look.yaml"
+    look.write_text("formiga: 1\ntask: Look\nparams: {n: int}\nsteps: [{wait: 1 s}]\n", encoding="utf-8")
+    editor = Editor("formiga: 1\ntask: Tour\nsteps: [{request: Look, with: {n: 1}}]\n", tmp_path, "tour.yaml")
+    at = editor.cursor("Look", "Lo|ok")
+
+    told, place = hover(editor.project, editor.document, *at), navigate.definition(editor.project, editor.document, *at)
+
+    assert told is not None
+    assert told.text == "**Look**: task of look.yaml\n- `n`: int"
+    assert place == navigate.Place(look, 1, 6, 10)
