@@ -58,7 +58,7 @@ def test_the_file_with_everything_has_every_kind() -> None:
 def test_random_trees_come_back_as_they_were() -> None:
     site, catalogue = yard()
     compared = 0
-    for seed in range(60):
+    for seed in range(120):
         read = load_task_text(task_text(Random(seed)), "random.yaml", catalogue=catalogue, site=site, library=[])
         if read.task is None:
             continue
