@@ -59,6 +59,7 @@ _TABLE = (
     Verb("log", "log", "Export the flight log."),
     Verb("inbox", "inbox", "List the questions that wait for a person."),
     Verb("answer", "answer", "Answer a question."),
+    Verb("event", "event", "Tell an event for a person: an alarm, a call for help."),
     Verb("down", "down", "End the engine, at once or when its tasks have ended."),
 )
 

@@ -1,5 +1,6 @@
 """Events that agents tell of themselves (`wait_for: picker.sos`): taken once each, kept for those who wait for them later.
 
+As many are kept as `KEPT_EVENTS` says. Once more than that were forgotten that no task took, an alarm tells it, one time.
 An event that the agent's type does not have, or whose fields cannot be read, counts as a bad message.
 """
 
@@ -9,7 +10,9 @@ from formiga_bt.engine import changes as ch
 from formiga_bt.engine.core import Core
 from formiga_bt.engine.fleet import Fleet
 from formiga_bt.engine.goals import read_result
+from formiga_bt.engine.inputs import Alarm
 from formiga_bt.engine.records import Happening
+from formiga_bt.engine.state import KEPT_EVENTS
 from formiga_bt.transport.messages import AgentEvent
 
 
@@ -40,5 +43,20 @@ class Happenings:
         if missing := [name for name in types if name not in fields]:
             self._fleet.on_bad(agent.id, f"event {event.event} misses {missing[0]}")
             return
+        self._forget_oldest(agent.id)
         order = core.state.counters.get("happening", 0) + 1
         core.emit(ch.Happened(Happening(agent.id, event.event, order, event.boot_id, event.n, core.now, fields)))
+
+    def _forget_oldest(self, agent: str) -> None:
+        """Count the event that the next one pushes out, unless a task took it, or a later one of its name."""
+        core = self._core
+        kept = core.state.happenings.get(agent, ())
+        if len(kept) < KEPT_EVENTS:
+            return
+        key = f"{agent}|{kept[0].event}"
+        if any(task.events_taken.get(key, 0) >= kept[0].order for task in core.state.tasks.values()):
+            return
+        if core.count(f"unheard|{agent}") == KEPT_EVENTS + 1:
+            what = f"no task took more than {KEPT_EVENTS} events of {agent}, and they are forgotten"
+            text = f"{what}; the last was '{kept[0].event}'"
+            core.effect(Alarm("events_unheard", text, "", agent))

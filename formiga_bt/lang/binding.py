@@ -18,7 +18,7 @@ from formiga_bt.lang.fence import leaves
 from formiga_bt.lang.ground import ground_up_m
 from formiga_bt.lang.model import EvalError, Expr, Param, Site, Task, UnknownState, Unset
 from formiga_bt.lang.scope import OUTSIDE
-from formiga_bt.lang.types import DURATION, AgentRef, Value
+from formiga_bt.lang.types import DURATION, AgentRef, Type, Value
 
 _LAT_LNG: Final = re.compile(r"\s*(-?\d+(?:\.\d+)?)\s*,\s*(-?\d+(?:\.\d+)?)\s*")
 
@@ -127,6 +127,42 @@ def bind_params(
         elif not param.optional:
             text = f"{task.name} needs the parameter '{param.name}' ({param.type})"
             problems.append(Diagnostic("E051", Mark(task.mark.file, param.mark.line, param.mark.col), text))
+    return values, problems, sources
+
+
+def bind_fields(
+    what: str, types: Mapping[str, Type], raw: Mapping[str, str], site: Site, now: Micros | None = None
+) -> tuple[dict[str, Any], list[Diagnostic], dict[str, str]]:
+    """Return the values of fields that are all due, the problems, and the texts as sources, as `bind_params` does.
+
+    Args:
+        what: whose fields they are, for messages.
+        types: of the fields, by name.
+        raw: texts by name.
+        site: names places, and turns degrees into metres.
+        now: engine time, for times of today.
+    """
+    values: dict[str, Any] = {}
+    problems: list[Diagnostic] = []
+    sources: dict[str, str] = {}
+    known = f"fields: {', '.join(types) or 'none'}"
+    for name, text in raw.items():
+        file = f"field {name}"
+        sources[file] = text
+        if name not in types:
+            close = get_close_matches(name, types, n=1)
+            hint = f"; did you mean '{close[0]}'?" if close else ""
+            problems.append(Diagnostic("E022", Mark(file, 1, 1), f"{what} has no field '{name}'{hint}", known))
+            continue
+        values[name], found = _read(Param(name, types[name], Mark(file, 1, 1)), text, file, site, now)
+        problems += found
+    missing = [name for name in types if name not in raw]
+    if missing and not problems:
+        name = missing[0]
+        sources[f"field {name}"] = ""
+        problems.append(
+            Diagnostic("E022", Mark(f"field {name}", 1, 1), f"{what} needs '{name}' ({types[name]})", known)
+        )
     return values, problems, sources
 
 

@@ -30,12 +30,14 @@ STATUS: Final = {
     "unknown_agent": 404,
     "unknown_target": 404,
     "unknown_pilot": 404,
+    "unknown_event": 404,
     "not_approver": 403,
     "not_approved": 403,
     "unknown_question": 404,
     "bad_params": 422,
     "bad_role": 422,
     "bad_option": 422,
+    "bad_fields": 422,
     "not_confirmed": 422,
     "who": 422,
     "busy": 429,
@@ -186,6 +188,11 @@ def _agents(app: FastAPI, orders: Orders) -> None:
     def clear(agent: str, body: m.ByBody | None = None) -> m.Reply:
         """Take a quarantined agent back, once a person has looked at it."""
         return m.Reply(text=orders.clear(agent, (body or m.ByBody()).by or "http"))
+
+    @app.post("/v1/agents/{agent}/events", tags=["people"])
+    def tell_event(agent: str, body: m.EventBody) -> m.Reply:
+        """Tell an event for a person who works at this engine's desk."""
+        return m.Reply(text=orders.tell_event(agent, body.event, body.fields))
 
 
 def _people(app: FastAPI, orders: Orders) -> None:

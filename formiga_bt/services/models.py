@@ -49,6 +49,13 @@ class AnswerBody(Body):
     by: Name = ""
 
 
+class EventBody(Body):
+    """An event that a person at this desk tells; the fields as text ("60 m", "camp") or JSON."""
+
+    event: Id
+    fields: dict[str, Any] = {}
+
+
 class Problem(BaseModel):
     """An error (application/problem+json)."""
 

@@ -30,6 +30,7 @@ from formiga_bt.services.places import StepPlaces
 from formiga_bt.services.refused import Refused
 from formiga_bt.services.standing import lockdown_out
 from formiga_bt.services.stops import Stops
+from formiga_bt.services.telling import Telling
 from formiga_bt.services.view import TaskLog, View
 from formiga_bt.services.why import why
 from formiga_bt.services.words import hint_for
@@ -91,6 +92,7 @@ class Orders:
         self._keys_lock = threading.Lock()
         self.stops = Stops(self._ask, view, site, driver.now)
         self.desk_people: set[str] = set()
+        self.telling = Telling(desk, self.desk_people, view, site, catalogue, driver.now)
         self.closed_for = ""
         """Why no task is admitted any more, or empty."""
 
@@ -267,6 +269,14 @@ class Orders:
         self._ask(Operator("clear", agent, by))
         self._view.catch_up()
         return f"{agent} is asked what it still does, and comes home if it may be airborne"
+
+    def tell_event(self, agent: str, event: str, fields: Mapping[str, Any]) -> str:
+        """Tell an event for a person who works at this desk; `fields` are texts, or JSON.
+
+        Raises:
+            Refused: see `Telling.tell`.
+        """
+        return self.telling.tell(agent, event, {name: text_of(value) for name, value in fields.items()})
 
     # -- people ----------------------------------------------------------------------------------------------------
     def inbox(self, person: str = "") -> out.InboxOut:

@@ -9,7 +9,7 @@ guards the desk's few lists; listeners and `wake` are called outside it.
 
 import threading
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Final
 
 import msgspec
@@ -168,6 +168,19 @@ class DeskTransport:
         self._wake()
         self._on_change()
         return None
+
+    def tell_event(self, person: str, event: str, fields: Mapping[str, Any]) -> None:
+        """Tell an event of a person's own, with its fields as wire values.
+
+        Raises:
+            TransportError: nobody at the desk has this id.
+        """
+        with self._lock:
+            one = self._people.get(person)
+            if one is None:
+                raise TransportError(f"nobody called {person!r} is at the desk")
+            one.side.tell_event(event, **fields)
+        self._wake()
 
     # The engine's end.
 

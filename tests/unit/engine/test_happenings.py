@@ -1,7 +1,7 @@
 """Events that agents tell of themselves: each is taken once; lies count as bad messages; what is kept is bounded."""
 
 from agents_sim.faults import Order
-from formiga_bt.engine.inputs import AgentEventInput
+from formiga_bt.engine.inputs import AgentEventInput, Alarm
 from formiga_bt.engine.state import KEPT_EVENTS, load_snapshot, snapshot
 from formiga_bt.lang.loader import load_catalogue, load_task_text
 from formiga_bt.lang.types import AgentRef
@@ -75,4 +75,39 @@ def test_a_simulated_person_raises_an_alarm() -> None:
         flown.sim.order("picker_1", Order(kind="event", event="sos"))
     assert flown.run_until_ended()
     assert flown.engine.state.tasks[task].status == "SUCCEEDED"
+    flown.close()
+
+
+def alarms(flown: Rehearsal) -> list[str]:
+    return [e.text for s in flown.steps for e in s.effects if isinstance(e, Alarm) and e.code == "events_unheard"]
+
+
+def test_events_that_nobody_takes_raise_one_alarm() -> None:
+    flown = flight()
+    flown.run_for(1)
+    for n in range(2 * KEPT_EVENTS):
+        tell(flown, n + 1)
+    assert alarms(flown) == []
+    for n in range(2 * KEPT_EVENTS, 4 * KEPT_EVENTS):
+        tell(flown, n + 1)
+
+    assert alarms(flown) == [
+        "no task took more than 100 events of picker_1, and they are forgotten; the last was 'sos'",
+    ]
+    flown.close()
+
+
+def test_events_that_a_task_took_raise_none() -> None:
+    flown = flight()
+    flown.run_for(1)
+    for n in range(0, 3 * KEPT_EVENTS, 2):
+        task = flown.submit("Alarm", {"user": AgentRef("picker_1")})
+        flown.run_for(2)
+        tell(flown, n + 1)
+        tell(flown, n + 2)
+        assert flown.run_until_ended()
+        assert flown.engine.state.tasks[task].status == "SUCCEEDED"
+
+    assert alarms(flown) == []
+    assert flown.engine.state.happenings["picker_1"][0].n == 2 * KEPT_EVENTS + 1
     flown.close()

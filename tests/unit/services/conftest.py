@@ -38,6 +38,12 @@ task: Stay
 agents: {watcher: {type: watcher}}
 steps: [{wait: 1 h}]
 """,
+    "sos.yaml": """\
+formiga: 1
+task: Sos
+agents: {picker: {type: picker}}
+steps: [{wait_for: picker.sos, timeout: 1 h}]
+""",
     "heavy.yaml": """\
 formiga: 1
 task: Heavy

@@ -8,6 +8,7 @@ from formiga_bt.transport.desk import MOST_OPEN, DeskTransport
 from formiga_bt.transport.messages import (
     AgentSeen,
     ClockBeat,
+    EventArrived,
     GoalReported,
     GoalRequest,
     QueryReplied,
@@ -172,3 +173,18 @@ def test_answers_may_come_from_any_thread_and_count_once(desk: Desk) -> None:
         thread.join()
     assert texts.count(None) == 1
     assert len([e for e in desk.transport.poll() if isinstance(e, GoalReported)]) == 1
+
+
+def test_a_person_tells_events_that_are_counted(desk: Desk) -> None:
+    wakes = desk.wakes
+    desk.transport.tell_event("anna", "sos", {})
+    desk.transport.tell_event("anna", "fell", {"force": 3.0})
+    told = desk.transport.poll()
+
+    assert desk.wakes == wakes + 2
+    assert [(e.event.agent, e.event.event, e.event.n, e.event.fields) for e in told if isinstance(e, EventArrived)] == [
+        ("anna", "sos", 1, {}),
+        ("anna", "fell", 2, {"force": 3.0}),
+    ]
+    with pytest.raises(TransportError, match="nobody called 'eve' is at the desk"):
+        desk.transport.tell_event("eve", "sos", {})
