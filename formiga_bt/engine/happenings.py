@@ -50,7 +50,7 @@ class Happenings:
     def _forget_oldest(self, agent: str) -> None:
         """Count the event that the next one pushes out, unless a task took it, or a later one of its name."""
         core = self._core
-        kept = core.state.happenings.get(agent, ())
+        kept = core.state.happenings.get(agent, [])
         if len(kept) < KEPT_EVENTS:
             return
         key = f"{agent}|{kept[0].event}"
