@@ -281,6 +281,15 @@ def _replaced(source: str, old: str, new: str) -> str:
     return " ".join(source.replace(old, f" {new} ").split())
 
 
+def _time_help(source: str, colon: int) -> str:
+    """Return how a time is written in an expression, if the colon stands between digits."""
+    if "[" in source or not (source[:colon][-2:].isdecimal() and source[colon + 1 : colon + 3].isdecimal()):
+        return ""
+    if source[:colon][-3:-2] == "T":
+        return "give a date as a parameter of type time, or write today('06:30')"
+    return f"a time of today is written today('{source[colon - 2 : colon + 3]}')"
+
+
 def _strange(source: str, text: str, start: int, end: int) -> ExprSyntax:
     if text == "!":
         mended = " ".join(re.sub(r"!(?!=)\s*", "not ", source).split())
@@ -294,7 +303,7 @@ def _strange(source: str, text: str, start: int, end: int) -> ExprSyntax:
     if text in "&|~^":
         return ExprSyntax(start, end, f"'{text}' is not part of the language", "use and, or, not")
     if text == ":":
-        return ExprSyntax(start, end, "':' is not part of an expression", "")
+        return ExprSyntax(start, end, "':' is not part of an expression", _time_help(source, start))
     if text in "{}":
         return ExprSyntax(start, end, f"'{text}' is not part of an expression", "lists stand in [ ]")
     return ExprSyntax(start, end, f"the character '{text}' is not part of an expression", "")

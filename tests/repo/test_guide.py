@@ -53,6 +53,35 @@ def test_the_examples_of_a_page_do_as_it_says(
     assert flown >= 1
 
 
+def test_no_yaml_of_the_guide_goes_unchecked() -> None:
+    for page in (page for _, page in PAGES):
+        outside = FENCE.sub("", guide(page))
+        assert not re.search(r"^ {4}", outside, re.MULTILINE), page
+
+
+BREAKS = {
+    "`to: ${target}`": ("${above(target, 40 m)}", "${target}", "E066"),
+    "`wait: 10`": ("wait: 10 s", "wait: 10", "E017"),
+    "`do: drone.Takeoff`": ("drone.TakeOff", "drone.Takeoff", "E021"),
+}
+
+
+@pytest.mark.parametrize("written", [*BREAKS, "nothing after `wait`"])
+def test_the_first_task_breaks_as_its_page_says(
+    written: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    page = guide("first-task.md")
+    assert f"| {written} |" in page
+    ((text, _, _),) = sessions("first-task.md")
+    old, new, code = BREAKS.get(written, (text.split("- wait: 10 s\n")[1], "", "E031"))
+    assert text.count(old) == 1
+    file = tmp_path / "look_at.yaml"
+    file.write_text(text.replace(old, new), encoding="utf-8")
+
+    assert run(["check", str(file)]) == 1
+    assert capsys.readouterr().out.count(f": {code}: ") == 1
+
+
 def test_the_index_names_every_page_under_its_title() -> None:
     assert sorted(page for _, page in PAGES) == sorted({p.name for p in FOLDER.glob("*.md")} - {"index.md"})
     for title, page in PAGES:

@@ -381,6 +381,20 @@ def test_conditions_are_bare_or_wholly_in_braces():
 
 
 @pytest.mark.parametrize(
+    ("text", "help_"),
+    [
+        ("now > 06:30", "a time of today is written today('06:30')"),
+        ("now > 2026-08-20T06:30", "give a date as a parameter of type time, or write today('06:30')"),
+        ("spots[10:12]", ""),
+        ("n : 3", ""),
+    ],
+)
+def test_a_time_in_an_expression_is_told_how_it_is_written(text, help_):
+    _, (found,) = compile_cond(scalar(text), SCOPE)
+    assert (found.code, found.help) == ("E009", help_)
+
+
+@pytest.mark.parametrize(
     ("text", "names", "reason"),
     [
         ("1 / n", {"n": 0}, "division by zero"),
