@@ -135,7 +135,7 @@ class Command:
             raise TaskError(*(self._orders.refusal(agent, "") or ("not_in_command", "")))
         order = core.state.orders.get(agent.id)
         carrier = core.state.tasks.get(order.task) if order is not None else None
-        if order is not None and (order.stop == "cut" and order.state == "open"):
+        if order is not None and order.stop == "cut":
             raise TaskError("cut", f"the motors of {agent.id} were ordered to be cut")
         if carrier is not None and carrier.section != "done" and agent.landed != "grounded":
             assert order is not None

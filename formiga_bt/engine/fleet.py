@@ -136,6 +136,7 @@ class Fleet:
         if lie:
             self.on_bad(agent.id, lie)
             return
+        found = agent.position is None and not agent.human and not agent.task and not agent.refused
         took_over = status.control != "engine" and not agent.human and not agent.taken and self._takes(agent, status)
         core.put_agent(
             agent.id,
@@ -161,6 +162,9 @@ class Fleet:
         self._take_back(agent.id)
         if took_over:
             self._pilot_has(agent)
+        elif found and status.landed == "airborne" and status.control == "engine":
+            text = f"{agent.id} is in the air and belongs to no task; formiga return {agent.id} brings it home"
+            core.effect(Alarm("found_airborne", text, "", agent.id))
         if not agent.human:
             self.breaches.look(agent.id)
             if status.landed == "grounded" and agent.landed != "grounded" and agent.task:
@@ -304,7 +308,7 @@ class Fleet:
         """Take a machine out of its task and out of the pool; it gets nothing but queries."""
         core = self._core
         agent = core.state.agents[agent_id]
-        if agent.pool == "QUARANTINED":
+        if agent.pool == "QUARANTINED" or agent.refused:
             return
         task_id = agent.task
         self.orders.forget(agent_id)

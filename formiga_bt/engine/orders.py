@@ -5,7 +5,7 @@
 | hold | what runs is canceled, it hovers; at reserve + 3 min it becomes a return | stands |
 | return | a system task flies the type's `recover` with safety goals | at its port: done; elsewhere: `fetch` |
 | land | a system task flies the type's `land`, to the nearest spot away from known people | done |
-| cut | one safety goal of an announced action with `cuts` | done |
+| cut | one safety goal of an announced action with `cuts`; then QUARANTINED until a person clears it | the same |
 
 A `StandingOrder` stands until what it was given for is continued, ended or released; the engine's own until it is done. While
 it stands the gate lets nothing but its own goals to the machine, and the allocator grants nobody the machine. The interrupted
@@ -28,6 +28,8 @@ from formiga_bt.engine.ports import ClearancePort
 from formiga_bt.engine.records import AgentRecord, GoalRecord, StandingOrder, Stop, TaskRecord
 from formiga_bt.engine.tasks import Tasks
 from formiga_bt.errors import TaskError
+from formiga_bt.geo import horizontal_m
+from formiga_bt.safety.gate import AT_PORT_M
 
 RANK: Final = {"agent": 0, "all": 1, "task": 2, "lockdown": 3, "engine": 4}
 """Who may end an order: one of a lower number stands longer."""
@@ -78,7 +80,8 @@ class Orders:
             self.put(replace(core.state.orders[agent.id], task=agent.task))
             self.resume(agent)
             return
-        self._goals.interrupt_all(agent.id)
+        if not (stop == "return" and self._lands_at_home(agent)):
+            self._goals.interrupt_all(agent.id)
         if stop == "hold":
             patience = BREACH_HOLD_US if why else self._clearances.patience_us(agent)
             core.set_deadline(f"order|{agent.id}", core.now + patience)
@@ -170,7 +173,7 @@ class Orders:
                 self._settle(order)
         elif order.stop == "cut":
             self._cut(agent, order)
-        elif busy and (agent.landed == "grounded" or order.stop == "land"):
+        elif busy and (agent.landed == "grounded" or order.stop == "land" or self._lands_at_home(agent)):
             return  # rotors may be starting; where it comes to stand is known when that goal has ended
         elif agent.landed == "grounded" and (order.stop == "land" or self._fleet.at_port(agent)):
             self._settle(order)
@@ -189,6 +192,15 @@ class Orders:
             return False
         return self._tasks.recovery.is_under_way(task.id, agent.id)
 
+    def _lands_at_home(self, agent: AgentRecord) -> bool:
+        """Return whether it comes down on its own port now: that is finished."""
+        goal, port = self._core.state.goals.get(agent.goal), self._core.site.ports.get(agent.home)
+        if goal is None or port is None or not goal.in_flight or goal.cancel_asked:
+            return False
+        spec = self._core.action(goal.action)
+        target = goal.fields.get(spec.moves_to)
+        return spec.lands and target is not None and horizontal_m(target, port.at) <= AT_PORT_M
+
     def _start(self, agent: AgentRecord, order: StandingOrder) -> None:
         kind = self._core.agent_type(agent)
         way = kind.land if order.stop == "land" else kind.fetch if agent.landed == "grounded" else kind.recover
@@ -203,17 +215,18 @@ class Orders:
     def _cut(self, agent: AgentRecord, order: StandingOrder) -> None:
         core = self._core
         goal = core.state.goals.get(order.goal)
-        if agent.landed == "grounded" and not self.is_busy(agent.id):
-            self._settle(order)
-            return
-        if order.goal:
-            if goal is None:
-                self.put(replace(order, state="failed"))
-                core.effect(Alarm("agent_needs_help", f"{agent.id} did not cut its motors", agent.task, agent.id))
-            return
-        goal_id = f"safety/{agent.id}/{core.count('safety')}"
-        self.put(replace(order, goal=goal_id))
-        self._goals.order_safety(goal_id, agent.id, self._cut_action(agent))
+        if not order.goal:
+            goal_id = f"safety/{agent.id}/{core.count('safety')}"
+            self.put(replace(order, goal=goal_id))
+            self._goals.order_safety(goal_id, agent.id, self._cut_action(agent))
+        elif goal is None and agent.landed == "grounded":
+            text = f"the motors of {agent.id} were cut; look at it, then formiga agents clear {agent.id}"
+            core.effect(Alarm("cut", text, agent.task, agent.id))
+            self._goals.lose(agent.id, "lost")
+            self._fleet.quarantine(agent.id, "cut")
+        elif goal is None:
+            self.put(replace(order, state="failed"))
+            core.effect(Alarm("agent_needs_help", f"{agent.id} did not cut its motors", agent.task, agent.id))
 
     def _settle(self, order: StandingOrder) -> None:
         agent = self._core.state.agents[order.agent]
@@ -291,11 +304,23 @@ class Orders:
     def cannot(self, goal: GoalRecord, agent: AgentRecord) -> str:
         """Return why a goal cannot be sent anew, or ""."""
         spec = self._core.action(goal.action)
+        if self.is_done(goal, agent):
+            return ""
         if goal.state == "interrupted" and not spec.repeatable:
             return f"{goal.action} of {agent.id} may not be done a second time"
         if spec.requires and agent.landed != spec.requires:
             return f"{goal.action} needs {agent.id} {spec.requires}, it is {agent.landed}"
         return ""
+
+    def is_done(self, goal: GoalRecord, agent: AgentRecord) -> bool:
+        """Return whether what an interrupted goal was for is so already: it is in the air, or stands where it was to land."""
+        spec = self._core.action(goal.action)
+        if goal.state != "interrupted" or not spec.effect or agent.landed != spec.effect:
+            return False
+        target = goal.fields.get(spec.moves_to)
+        if target is None:
+            return not spec.moves_to
+        return agent.position is not None and horizontal_m(agent.position, target) <= AT_PORT_M
 
     def resume(self, agent: AgentRecord, *, steps: bool = True) -> None:
         """The steps of a machine's interrupted goals send them anew; what waits at the gate reads its fields anew.
@@ -308,7 +333,9 @@ class Orders:
             if goal.state == "gated" and goal.code not in ("stopped", "held", "lockdown", "control", "clearance"):
                 continue
             cannot = self.cannot(goal, agent)
-            if cannot:
+            if self.is_done(goal, agent):
+                self._goals.end(goal.id, "succeeded")
+            elif cannot:
                 self._goals.end(goal.id, "canceled", "cannot_continue", cannot)
             else:
                 self._goals.again(goal.id)

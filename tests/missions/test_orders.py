@@ -352,3 +352,66 @@ steps:
     order(rehearsal, "restart", task)
     assert rehearsal.run_until_ended(task)
     assert (rehearsal.task(task).status, rehearsal.task(task).run) == ("SUCCEEDED", 2)
+
+
+def test_a_machine_whose_motors_were_cut_is_nobodys_until_a_person_has_looked(fly: Fly) -> None:
+    rehearsal = fly(change={"hwd_1": {"cut": True}})
+    task = crossing(rehearsal)
+
+    order(rehearsal, "cut", "hwd_1")
+    rehearsal.run_for(10)
+
+    assert sent(rehearsal)[-1].startswith("safety/hwd_1/")
+    record = rehearsal.engine.state.agents["hwd_1"]
+    assert (record.pool, record.quarantine, record.landed) == ("QUARANTINED", "cut", "grounded")
+    assert "cut" in alarms(rehearsal)
+    assert refused(rehearsal, "continue", "hwd_1")[0] == "not_held"
+    assert rehearsal.run_until_ended(task)
+    order(rehearsal, "clear", "hwd_1")
+    rehearsal.run_for(5)
+    assert rehearsal.engine.state.agents["hwd_1"].pool == "PARKED_AWAY"
+
+
+def test_a_cut_on_the_ground_is_sent_too(fly: Fly) -> None:
+    rehearsal = fly(change={"hwd_1": {"cut": True}})
+
+    order(rehearsal, "cut", "hwd_1")
+
+    assert [g.action for g in effects(rehearsal, SendGoal) if g.agent == "hwd_1"] == ["CutMotors"]
+
+
+def test_a_take_off_that_was_held_goes_on_in_the_air(fly: Fly) -> None:
+    rehearsal = fly()
+    task = crossing(rehearsal, 26)
+    order(rehearsal, "return", "lwd_1")
+    order(rehearsal, "continue", "lwd_1")
+    second = rehearsal.submit("MoveTask", {})
+    assert rehearsal.run_until_ended(task, second)
+
+    third = rehearsal.submit("PickUp", rehearsal.task(task).params)
+    assert rehearsal.run_until(lambda: any(a.action == "TakeOff" for a in rehearsal.engine.state.agents.values()), 60)
+    rehearsal.run_for(10)
+    drone = rehearsal.task(third).roles["drone"][0]
+    order(rehearsal, "hold", third)
+    rehearsal.run_for(10)
+    order(rehearsal, "continue", third)
+
+    assert rehearsal.run_until_ended(third)
+    assert rehearsal.task(third).status == "SUCCEEDED"
+    assert [g for g in sent(rehearsal, drone) if "TakeOff" in g and g.endswith("+2")] == []
+
+
+def test_a_landing_at_its_own_port_is_finished(fly: Fly) -> None:
+    rehearsal = fly()
+    task = crossing(rehearsal)
+    rehearsal.abort(task, how="now")
+    home = "recover:hwd_1#1/steps[2]"
+    assert rehearsal.run_until(lambda: home in rehearsal.engine.state.agents["hwd_1"].goal, 300)
+    rehearsal.run_for(3)
+    before = len(sent(rehearsal))
+
+    order(rehearsal, "return", "hwd_1")
+    assert rehearsal.run_until(lambda: pool(rehearsal)[1] == "grounded", 60)
+
+    assert len(sent(rehearsal)) == before
+    order(rehearsal, "continue", "hwd_1")
