@@ -18,7 +18,6 @@ import fcntl
 import json
 import os
 import re
-import secrets
 import time
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
@@ -194,6 +193,8 @@ class SiteFolder:
         file = self.path / "token"
         try:
             if not file.exists():
+                import secrets  # commands that only look for an engine need none of it
+
                 with os.fdopen(os.open(file, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w") as made:
                     made.write(secrets.token_urlsafe(24) + "\n")
             token = file.read_text(encoding="ascii").strip()

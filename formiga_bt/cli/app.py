@@ -2,7 +2,8 @@
 
 Called by `formiga_bt.cli.main`. Exit codes: 0 done; 1 the verb says no (a task has errors, a run failed); 2 the command
 line or a file named in it cannot be used; 130 interrupted. A typer app is built per call with only the verb in use, so
-that other verbs' imports cost nothing. typer itself is imported when it is needed: `check` mostly does without.
+that other verbs' imports cost nothing. typer itself is imported when it is needed: `check` and the orders that stop machines
+mostly do without.
 """
 
 import errno
@@ -11,14 +12,12 @@ import os
 import sys
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from difflib import get_close_matches
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from formiga_bt import __version__
-from formiga_bt.cli.inputs import UnusableFile, rendered
 from formiga_bt.cli.verbs import Verb, verbs
-from formiga_bt.errors import FormigaError, TreeError
+from formiga_bt.errors import FormigaError, TreeError, UnusableFile
 
 if TYPE_CHECKING:
     import typer
@@ -28,6 +27,8 @@ SUMMARY = (
 )
 NOT_WRITTEN = frozenset({errno.ENOSPC, errno.EIO, errno.EPIPE, errno.EDQUOT, errno.EFBIG})
 """Errors of writing to stdout."""
+HURRIED = frozenset({"hold", "return", "land", "continue", "lockdown"})
+"""Verbs whose plain command lines are read by `hurry`, without typer."""
 EXIT_NO, EXIT_USAGE, EXIT_INTERRUPTED = 1, 2, 130
 
 
@@ -53,8 +54,17 @@ def run(argv: Sequence[str]) -> int:
 
 
 def _carry_out(argv: Sequence[str]) -> int:
-    known = verbs()
     first = argv[0] if argv else "--help"
+    if first in HURRIED:
+        from formiga_bt.cli.hurry import quick as ordered
+
+        try:
+            code = ordered(first, argv[1:])
+        except KeyboardInterrupt:
+            return EXIT_INTERRUPTED
+        if code is not None:
+            return code
+    known = verbs()
     if first in {"--version", "-V", "version"}:
         print(f"formiga {__version__}")
         return 0
@@ -100,6 +110,8 @@ def _not_loaded() -> None:
 
 
 def _unknown(word: str, known: dict[str, Verb]) -> int:
+    from difflib import get_close_matches
+
     close = get_close_matches(word, known, n=1, cutoff=0.5)
     hint = f"; did you mean '{close[0]}'?" if close else ""
     print(f"formiga has no verb '{word}'{hint}\nVerbs: {', '.join(known)}. Help: formiga --help", file=sys.stderr)
@@ -109,6 +121,8 @@ def _unknown(word: str, known: dict[str, Verb]) -> int:
 def _guarded(command: Callable[..., Any]) -> Callable[..., Any]:
     """Wrap a verb so that an error of ours ends in a few words on stderr, never in a traceback."""
     import typer
+
+    from formiga_bt.cli.inputs import rendered
 
     @functools.wraps(command)
     def call(*args: Any, **kwargs: Any) -> Any:

@@ -10,16 +10,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from formiga_bt.diagnostics import Diagnostic, in_order, render
-from formiga_bt.errors import FormigaError
+from formiga_bt.errors import UnusableFile as UnusableFile
 from formiga_bt.packaged import files as packaged_files
 from formiga_bt.packaged import folder
 
 if TYPE_CHECKING:
     from formiga_bt.lang.model import Catalogue, Site, Task
-
-
-class UnusableFile(FormigaError):  # noqa: N818 - it names what is wrong
-    """A file named on the command line cannot be read (exit code 2)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -173,13 +169,11 @@ def shipped_task(path: Path) -> Path:
 
 
 def shipped_tasks() -> dict[str, Path]:
-    """Return the files of the tasks that ship, by the name of the task."""
-    found: dict[str, Path] = {}
-    for path in find_tasks([folder("trees")]).tasks:
-        for line in path.read_text(encoding="utf-8").splitlines():
-            if line.startswith("task:"):
-                found[line.removeprefix("task:").partition("#")[0].strip()] = path
-    return found
+    """Return the files of the tasks that ship, by their names and aliases."""
+    from formiga_bt.lang.aliases import names_in
+
+    paths = find_tasks([folder("trees")]).tasks
+    return {name: path for path in paths for name in names_in(path.read_text(encoding="utf-8"))}
 
 
 def read_task(path: Path, world: World) -> Read:

@@ -4,9 +4,10 @@ from typing import Annotated
 
 import typer
 
-from formiga_bt.cli.client import JsonOption, SiteOption, connect, print_json, show_next, user
+from formiga_bt.cli.client import JsonOption, SiteOption, connect, print_json, show_next
 from formiga_bt.cli.inputs import UnusableFile
-from formiga_bt.cli.ordering import ByOption, tell
+from formiga_bt.cli.order_words import lock_down
+from formiga_bt.cli.ordering import ByOption, leave
 
 WORDS = ("", "release", "status")
 
@@ -45,4 +46,4 @@ def command(
         show_next("formiga lockdown release" if found["on"] else "formiga tasks")
         return
     how = word or (chosen[0] if chosen else "return")
-    tell(client.post("/v1/lockdown", {"how": how, "by": by or user()}), as_json=as_json)
+    leave(lock_down(client, how, by=by, as_json=as_json))

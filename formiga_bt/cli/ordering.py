@@ -1,13 +1,14 @@
-"""What the verbs of orders share: finding the target, giving the order, and telling what it did and what comes next."""
+"""What the verbs of orders share for the command line library: their arguments and options, and exit codes as it knows them."""
 
 from typing import Annotated, Any
 
 import typer
 
-from formiga_bt.cli.client import Client, print_json, segment, show_next, user
-from formiga_bt.cli.inputs import UnusableFile
+from formiga_bt.cli.calling import Client
+from formiga_bt.cli.order_words import EXIT_NO, give_order, in_words, path_of, told
 
-EXIT_NO = 1
+__all__ = ["EXIT_NO", "AllOption", "ByOption", "TargetArgument", "give", "in_words", "leave", "path_of", "tell"]
+
 TargetArgument = Annotated[
     str, typer.Argument(help="A machine or a task, for example hwd_1 or PickUp-3.", metavar="TARGET")
 ]
@@ -20,40 +21,15 @@ def give(client: Client, order: str, target: str, *, everything: bool, by: str, 
 
     Exits with 1 if a machine that may be in the air did not get it.
     """
-    if everything == bool(target):
-        raise UnusableFile(
-            f"say for what: formiga {order} hwd_1 (a machine), formiga {order} PickUp-3 (a task), or formiga {order} --all"
-        )
-    path = "/v1/orders" if everything else path_of(client, target)
-    tell(client.post(path, {"order": order, "by": by or user()}), as_json=as_json)
-
-
-def path_of(client: Client, target: str) -> str:
-    """Return where orders for a machine or task go. What is no machine is taken for a task."""
-    agents = {agent["id"] for agent in client.get("/v1/agents")["agents"]}
-    kind = "agents" if target in agents else "tasks"
-    return f"/v1/{kind}/{segment(target)}/orders"
+    leave(give_order(client, order, target, everything=everything, by=by, as_json=as_json))
 
 
 def tell(reply: dict[str, Any], *, as_json: bool) -> None:
     """Print what an order did: a line for each machine, then what a person must do next."""
-    if as_json:
-        print_json(reply)
-    else:
-        typer.echo(in_words(reply))
-        show_next(*reply["next"])
-    if any(one["may_be_airborne"] for one in reply["skipped"]):
-        raise typer.Exit(EXIT_NO)
+    leave(told(reply, as_json=as_json))
 
 
-def in_words(reply: dict[str, Any]) -> str:
-    """Return what an order did, as people read it."""
-    lines = [reply["text"]]
-    lines += [f"  {one['text']}" for one in reply["ordered"] if one["text"] not in reply["text"]]
-    for one in reply["skipped"]:
-        said = one["text"].removeprefix(one["who"]).lstrip(": ")
-        waits = one["code"] in ("held", "cannot_continue")  # a task that waits for a word, not one that was not reached
-        lines.append(f"  {one['text']}" if waits else f"  NOT {one['who']}: {said} ({one['code']})")
-        if one["hint"]:
-            lines.append(f"      -> {one['hint']}")
-    return "\n".join(lines)
+def leave(code: int) -> None:
+    """End the verb with an exit code, if it is not 0."""
+    if code:
+        raise typer.Exit(code)

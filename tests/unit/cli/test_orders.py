@@ -23,6 +23,7 @@ VERBS = (
     "preflight",
     "agents",
     "tasks",
+    "hurry",
 )
 NO_LOCKDOWN = {"on": False, "how": "", "by": "", "unix_millis_at": None, "text": ""}
 LOCKDOWN = {"on": True, "how": "return", "by": "eve", "unix_millis_at": 1, "text": "LOCKDOWN (return) by eve"}

@@ -1,0 +1,59 @@
+"""Giving an order to a running engine, and what its answer says to people. Nothing here needs the command line library."""
+
+from typing import Any
+
+from formiga_bt.cli.calling import Client, print_json, segment, show_next, user
+from formiga_bt.errors import UnusableFile
+
+EXIT_NO = 1
+
+
+def give_order(client: Client, order: str, target: str, *, everything: bool, by: str, as_json: bool) -> int:
+    """Give an order to a machine, a task or all, tell what it did, and return the exit code.
+
+    1: a machine that may be in the air did not get it, or may not have got it.
+
+    Raises:
+        UnusableFile: it is not said for what, or twice.
+    """
+    if everything == bool(target):
+        raise UnusableFile(
+            f"say for what: formiga {order} hwd_1 (a machine), formiga {order} PickUp-3 (a task), or formiga {order} --all"
+        )
+    path = "/v1/orders" if everything else path_of(client, target)
+    return told(client.post(path, {"order": order, "by": by or user()}), as_json=as_json)
+
+
+def lock_down(client: Client, how: str, *, by: str, as_json: bool) -> int:
+    """Press lockdown or release it, tell what it did, and return the exit code."""
+    return told(client.post("/v1/lockdown", {"how": how, "by": by or user()}), as_json=as_json)
+
+
+def path_of(client: Client, target: str) -> str:
+    """Return where orders for a machine or task go. What is no machine is taken for a task."""
+    agents = {agent["id"] for agent in client.get("/v1/agents")["agents"]}
+    kind = "agents" if target in agents else "tasks"
+    return f"/v1/{kind}/{segment(target)}/orders"
+
+
+def told(reply: dict[str, Any], *, as_json: bool) -> int:
+    """Print what an order did, a line for each machine, then what a person must do next; return the exit code."""
+    if as_json:
+        print_json(reply)
+    else:
+        print(in_words(reply))
+        show_next(*reply["next"])
+    return EXIT_NO if any(one["may_be_airborne"] for one in reply["skipped"]) else 0
+
+
+def in_words(reply: dict[str, Any]) -> str:
+    """Return what an order did, as people read it."""
+    lines = [reply["text"]]
+    lines += [f"  {one['text']}" for one in reply["ordered"] if one["text"] not in reply["text"]]
+    for one in reply["skipped"]:
+        said = one["text"].removeprefix(one["who"]).lstrip(": ")
+        waits = one["code"] in ("held", "cannot_continue")  # a task that waits for a word, not one that was not reached
+        lines.append(f"  {one['text']}" if waits else f"  NOT {one['who']}: {said} ({one['code']})")
+        if one["hint"]:
+            lines.append(f"      -> {one['hint']}")
+    return "\n".join(lines)
