@@ -53,7 +53,8 @@ def in_words(reply: dict[str, Any]) -> str:
     for one in reply["skipped"]:
         said = one["text"].removeprefix(one["who"]).lstrip(": ")
         waits = one["code"] in ("held", "cannot_continue")  # a task that waits for a word, not one that was not reached
-        lines.append(f"  {one['text']}" if waits else f"  NOT {one['who']}: {said} ({one['code']})")
+        mark = "UNSURE" if one["code"] == "suspect" else "NOT"
+        lines.append(f"  {one['text']}" if waits else f"  {mark} {one['who']}: {said} ({one['code']})")
         if one["hint"]:
             lines.append(f"      -> {one['hint']}")
     return "\n".join(lines)

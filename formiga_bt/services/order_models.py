@@ -88,7 +88,7 @@ class OrderedOut(BaseModel):
 
 
 class SkippedOut(BaseModel):
-    """A machine or task that did not get the order, and why."""
+    """A machine or task that did not get the order, and why; code `suspect`: it is not heard of, and may not have got it."""
 
     who: str
     code: str

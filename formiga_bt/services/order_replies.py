@@ -51,12 +51,12 @@ def sorted_out(
     ordered, skipped = [], []
     for agent in agents:
         order = state.orders.get(agent.id)
-        if order is not None and (order.stop == stop or not same_order(before.get(agent.id), order)):
+        if order is not None and agent.liveness == "SUSPECT" and order.state == "open" and order.stop == stop:
+            skipped.append(passed_over(state, agent, "suspect", doing(state, order, now), "formiga agents"))
+        elif order is not None and (order.stop == stop or not same_order(before.get(agent.id), order)):
             other = "" if order.stop == stop else f"; `{stop}` became `{order.stop}`: it has too little charge to hover"
             ordered.append(out.OrderedOut(who=agent.id, text=doing(state, order, now) + other))
-            continue
-        task = state.tasks.get(agent.task)
-        if order is not None:
+        elif order is not None:
             text = f"`{order.stop}` stands on it, which goes before: {doing(state, order, now)}"
             skipped.append(passed_over(state, agent, "ordered", text))
         elif agent.liveness == "LOST" or agent.pool == "QUARANTINED":
@@ -69,11 +69,18 @@ def sorted_out(
             skipped.append(passed_over(state, agent, "not_in_command", text, f"formiga handback {agent.id} --return"))
         elif agent.landed == "grounded":
             ordered.append(out.OrderedOut(who=agent.id, text=f"{agent.id} stands on the ground"))
-        elif at_lockdown and task is not None and task.section == "recover":
-            ordered.append(out.OrderedOut(who=agent.id, text=f"{agent.id} is on its way home with {task.id}"))
+        elif at_lockdown and agent.task in state.tasks and state.tasks[agent.task].section == "recover":
+            ordered.append(out.OrderedOut(who=agent.id, text=f"{agent.id} is on its way home with {agent.task}"))
         else:
             skipped.append(passed_over(state, agent, "not_ordered", f"{agent.id} did not get it", "formiga agents"))
     return ordered, skipped
+
+
+def told_of(skipped: list[out.SkippedOut]) -> str:
+    """Return how many machines did not get an order, or may not have got it, after the count of those that did."""
+    silent = sum(one.code == "suspect" for one in skipped)
+    text = f"; {silent} may not have got it" if silent else ""
+    return text + (f"; {len(skipped) - silent} did not get it" if len(skipped) > silent else "")
 
 
 def passed_over(state: EngineState, agent: AgentRecord, code: str, text: str, hint: str = "") -> out.SkippedOut:

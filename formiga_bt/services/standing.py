@@ -3,6 +3,7 @@
 Pure functions over the view's copy of the state; used by `shown`, `stops`, `why` and the view's feed.
 """
 
+import time
 from typing import Final
 
 from formiga_bt.clock import Micros
@@ -56,7 +57,16 @@ def _out_of_reach(agent: AgentRecord, order: StandingOrder) -> str:
         return f"is in the hands of its {agent.control}; {then}"
     if agent.taken:
         return f"was taken over and nobody has handed it back yet; {then}"
+    if agent.liveness == "SUSPECT" and order.state == "open":
+        return f"{not_heard(agent)}: it may not have got `{order.stop}`, which stands for when it is heard of again"
     return f"is not heard of; {then}" if agent.liveness == "LOST" else ""
+
+
+def not_heard(agent: AgentRecord) -> str:
+    """Return for how long a machine is silent, in words; liveness is judged in wall time."""
+    if not agent.heard_wall:
+        return "is not heard of"
+    return f"has not been heard of for {span(time.monotonic_ns() // 1000 - agent.heard_wall)}"
 
 
 def _on_the_ground(order: StandingOrder) -> str:

@@ -24,6 +24,7 @@ from formiga_bt.services.order_replies import (
     restarted,
     same_order,
     sorted_out,
+    told_of,
 )
 from formiga_bt.services.refused import Refused
 from formiga_bt.services.standing import STOPPED, doing, lockdown_out
@@ -127,11 +128,11 @@ class Stops:
             text = f"{order} stands already; nothing was changed"
         else:
             text = f"{order} is ordered for {count(len(ordered), 'machine')}"
-            text += f"; {len(skipped)} did not get it" if skipped else ""
+            text += told_of(skipped)
         return out.OrderReply(
             order=order,
             target=target,
-            stands_already=stands_already and bool(ordered),
+            stands_already=stands_already and (bool(ordered) or any(one.code == "suspect" for one in skipped)),
             text=text,
             ordered=ordered,
             skipped=skipped,

@@ -48,6 +48,27 @@ def test_the_same_order_again_stands_already(paper: Paper) -> None:
     assert len(reply.ordered) == 1
 
 
+@pytest.mark.parametrize("landed", ["airborne", "grounded"])
+def test_an_order_to_a_machine_that_is_not_heard_of_is_not_told_as_done(
+    paper: Paper, landed: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("time.monotonic_ns", lambda: 12_000_000_000)
+    silent = machine("hwd_1", liveness="SUSPECT", heard_wall=7 * SECOND, landed=landed)
+    paper.then(AgentPut(silent), OrderPut("hwd_1", order("hwd_1", "hold")), held("operator:hwd_1"))
+
+    reply = paper.stops.agent("hwd_1", "hold", "eve")
+
+    assert reply.text == "hold is ordered for 0 machines; 1 may not have got it"
+    assert reply.ordered == []
+    assert [(one.code, one.text, one.may_be_airborne) for one in reply.skipped] == [
+        (
+            "suspect",
+            "hwd_1 has not been heard of for 5 s: it may not have got `hold`, which stands for when it is heard of again",
+            landed == "airborne",
+        )
+    ]
+
+
 @pytest.mark.parametrize(
     ("stop", "machine_is", "order_is", "text"),
     [
