@@ -98,13 +98,16 @@ def _world(actions: list[Path], site: Path) -> World:
 
 
 def _library(tasks: list[Path] | None, beside: Path, world: World) -> "tuple[dict[str, Task], list[str]]":
-    """Return the tasks to serve, and what is not served and why. A file of the site goes before a shipped one."""
+    """Return the tasks to serve, and what is not served and why.
+
+    A file of the site goes before a shipped one. Tasks of the cookbook are for copying: a site serves its copies.
+    """
     own = beside / "trees"
     given = find_tasks(tasks) if tasks is not None else find_tasks([own] if own.is_dir() else [], may_be_empty=True)
     mine = given.tasks
     if given.note:
         typer.echo(f"{given.note}\n", err=True)
-    shipped = task_files([folder("trees")])
+    shipped = [path for path in task_files([folder("trees")]) if path.parent.name != "cookbook"]
     served: dict[str, Task] = {}
     refused: list[str] = []
     for path in (*mine, *(p for p in shipped if p not in mine)):

@@ -6,11 +6,14 @@
 import os
 import re
 import shlex
+import shutil
 from pathlib import Path
 
 import pytest
 
+from formiga_bt.cli import up
 from formiga_bt.cli.app import run
+from formiga_bt.cli.inputs import read_world
 
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "cookbook.md"
@@ -48,3 +51,17 @@ def test_every_task_of_the_page_has_its_command() -> None:
     named = {command.split()[1] for command in COMMANDS}
     tasks = set(re.findall(r"^task: (\w+)", PAGE.read_text(encoding="utf-8"), re.MULTILINE))
     assert named == tasks
+
+
+def test_a_site_serves_its_copies_of_recipes_only(tmp_path: Path) -> None:
+    world = read_world(site=Path("demo"))
+    served, _ = up._library(None, tmp_path, world)
+    assert "Circle" in served
+    assert "Convoy" not in served
+
+    (tmp_path / "trees").mkdir()
+    shutil.copy(FOLDER / "convoy.yaml", tmp_path / "trees")
+
+    served, refused = up._library(None, tmp_path, world)
+    assert served["Convoy"].mark.file == str(tmp_path / "trees" / "convoy.yaml")
+    assert refused == []
