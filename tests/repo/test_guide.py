@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from formiga_bt.cli.app import run
-from formiga_bt.lang.kinds import KINDS, MODIFIERS
+from formiga_bt.lang.kinds import KINDS, MODIFIERS, RETRY, ROLE, TASK, Option
 
 ROOT = Path(__file__).parents[2]
 FOLDER = ROOT / "docs" / "language"
@@ -107,3 +107,9 @@ def test_every_option_of_a_step_is_spoken_of_somewhere() -> None:
     text = "".join(guide(page) for _, page in PAGES)
     options = {option.name for kind in KINDS.values() for option in kind.options if option.available}
     assert sorted(name for name in options if not re.search(rf"(?<!\w){name}\b", text)) == []
+
+
+@pytest.mark.parametrize(("page", "options"), [("file.md", TASK), ("roles.md", ROLE), ("retries.md", RETRY)])
+def test_a_page_names_every_key_of_what_it_explains(page: str, options: tuple[Option, ...]) -> None:
+    text = guide(page)
+    assert [option.name for option in options if option.available and not re.search(rf"`{option.name}\b", text)] == []
