@@ -15,7 +15,7 @@ import traceback
 from pathlib import Path
 from random import Random
 
-from tests.property.hostile import Failure, hostile_text, try_all
+from tests.property.hostile import BrokenPromiseError, hostile_text, try_all
 
 MOST_MB = 500
 
@@ -33,7 +33,7 @@ def main() -> int:
         text = hostile_text(Random(number))
         try:
             seconds = try_all(text)
-        except Failure as failure:
+        except BrokenPromiseError as failure:
             bad += 1
             _keep(given.keep, number, text, str(failure))
         except Exception:  # noqa: BLE001 - any at all is what is looked for

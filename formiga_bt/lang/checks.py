@@ -37,6 +37,7 @@ from formiga_bt.lang.model import (
     WithAgents,
 )
 from formiga_bt.lang.reading import Problems
+from formiga_bt.lang.repeats import check_repeats
 from formiga_bt.lang.spacing import check_spacing
 from formiga_bt.lang.types import agent_type
 from formiga_bt.lang.walk import all_roles, children, orders, requests_inside, roles_inside
@@ -65,13 +66,19 @@ def check_task(task: Task, catalogue: Catalogue, problems: Problems, site: Site 
             check_blocks(steps, catalogue, problems)
     for subtree in task.subtrees.values():
         checks.check_subtree(subtree)
-    with problems.within("steps"):
-        check_landings(task, catalogue, problems)
     with problems.within("agents"):
         check_fleet(task, catalogue, site, problems)
     check_flight(task, catalogue, problems, contended)
+    with problems.within("steps"):
+        check_landings(task, catalogue, problems)
     if not problems.has_errors():  # what was refused has no value
         check_effort(task, catalogue, site, problems)
+        for name, steps in sections:
+            with problems.within(name):
+                check_repeats(steps, catalogue, problems)
+        for subtree in task.subtrees.values():
+            with problems.outermost(subtree.name, "steps"):
+                check_repeats(subtree.steps, catalogue, problems)
 
 
 def can_succeed(step: Step) -> bool:

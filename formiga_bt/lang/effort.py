@@ -20,6 +20,7 @@ from formiga_bt.lang.expressions import plain_name
 from formiga_bt.lang.fleet import types_that_fit
 from formiga_bt.lang.model import (
     ActionSpec,
+    Ask,
     BreakIf,
     Call,
     Catalogue,
@@ -142,6 +143,8 @@ class _Walk:
         self.problems = problems
         self.told: set[Mark] = set()
         self.left = _MOST_STEPS
+        answer = catalogue.actions.get("Confirm")
+        self.answer_s = answer.typical_us / 1e6 if answer is not None else 0.0
         self.powers: dict[str, dict[str, Power]] = {}
         """Machine types of a role, with what they use."""
         for role in task.roles.values():
@@ -203,6 +206,9 @@ class _Walk:
         match step:
             case Do():
                 return self.do(step, names, who, at)
+            case Ask():
+                self.check_escalation(step)
+                return Sum(self.answer_s)
             case Wait():
                 seconds = self.value(step.duration, names)
                 return self.pause(float(seconds) if isinstance(seconds, int | float) else 0.0, at)
@@ -263,8 +269,10 @@ class _Walk:
         spent = self.steps(step.steps, names, who, at)
         end = dict(at)
         _forget(at, before)
-        if step.cond is not None or _leaves(step.steps):
+        if step.cond is not None:
             return Sum()
+        if _leaves(step.steps):
+            return Sum(spent.usual_s)
         at.update({role: point for role, point in end.items() if point is not None})
         seconds = self.value(step.duration, names)
         if isinstance(seconds, int | float) and step.until is None and step.max is None:
@@ -390,6 +398,20 @@ class _Walk:
         if bound.mark not in self.told:
             self.told.add(bound.mark)
             self.problems.add("W064", bound.mark, what, "make it longer, or the path shorter")
+
+    def check_escalation(self, step: Ask) -> None:
+        """Report W064 for who is asked next before the first could answer, or never."""
+        after, bound = step.escalate_after, step.timeout
+        if after is None or not after.is_const or not isinstance(after.const, int | float) or after.mark in self.told:
+            return
+        what = ""
+        if after.const < self.answer_s:
+            what = f"an answer usually takes {_exact(self.answer_s)}, the next one is asked after {_exact(after.const)}"
+        elif bound is not None and bound.is_const and after.const >= bound.const:
+            what = f"timeout is {_exact(bound.const)}, so that after {_exact(after.const)} nobody is asked any more"
+        if what:
+            self.told.add(after.mark)
+            self.problems.add("W064", after.mark, what, "between the time of an answer and the timeout")
 
     def check_charge(self, role: Role, spent: Sum) -> None:
         """Report W064 for a role of which no type has the charge for the path, whatever agent it gets."""

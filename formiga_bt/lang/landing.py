@@ -5,7 +5,7 @@ a branch, a retry or a step that may be skipped, and for places that are compute
 """
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any, Final
 
 from formiga_bt.diagnostics import Mark
@@ -22,6 +22,7 @@ from formiga_bt.lang.model import (
     If,
     Loop,
     Parallel,
+    Role,
     Sequence,
     Step,
     Switch,
@@ -40,7 +41,13 @@ Where = tuple[str, int]
 
 def check_landings(task: Task, catalogue: Catalogue, problems: Problems) -> None:
     """Report W075 for the steps of a task, those of called subtrees included."""
-    _Landings(catalogue, problems).follow(task.steps, {}, {}, None)
+    start = {} if problems.has_errors() else at_home(task.roles.values())  # an error may be why it never left its port
+    _Landings(catalogue, problems).follow(task.steps, start, {}, None)
+
+
+def at_home(roles: Iterable[Role]) -> dict[str, Where]:
+    """Return where machines are when they are granted: at their port, unless they may be away or are several."""
+    return {role.name: (f"{role.name}.home", 0) for role in roles if not role.away and not role.is_list}
 
 
 class _Landings:
@@ -66,6 +73,7 @@ class _Landings:
                 case Guard():
                     self.follow(step.steps, inner, names, call)
                 case WithAgents():
+                    inner.update(at_home(step.roles.values()))
                     self.follow(step.steps, inner, names, call)
                     for role in step.roles:
                         inner.pop(role, None)
@@ -75,7 +83,9 @@ class _Landings:
                     self._branches((step.then, step.otherwise), inner, names, call)
                 case Switch():
                     self._branches(step.branches, inner, names, call)
-                case Fallback() | Parallel():
+                case Parallel():
+                    self._parallel(step, inner, names, call)
+                case Fallback():
                     self._branches(tuple((child,) for child in step.steps), inner, names, call)
                 case _:
                     pass
@@ -94,6 +104,17 @@ class _Landings:
             after = dict(before)
             self.follow(branch, after, names, call)
             _forget(last, after)
+
+    def _parallel(self, step: Parallel, last: dict[str, Where], names: Mapping[str, str], call: Mark | None) -> None:
+        """Follow each branch by itself; what it sent somewhere is there if all branches are needed."""
+        before = dict(last)
+        for child in step.steps:
+            after = dict(before)
+            self.follow((child,), after, names, call)
+            if step.need == "all":
+                last.update({role: where for role, where in after.items() if before.get(role) != where})
+            else:
+                _forget(last, after)
 
     def _rounds(self, step: Loop | For, last: dict[str, Where], names: Mapping[str, str], call: Mark | None) -> None:
         """Follow a round that may come after another one: where that sent the machines is not known."""
@@ -128,6 +149,8 @@ class _Landings:
         if spec.lands and before is not None and place and before[0] and place != before[0]:
             where = step.fields[spec.moves_to].mark if call is None else mark
             what = f"lands at '{place}' but last flew to '{before[0]}' (line {before[1]})"
+            if not before[1]:
+                what = f"lands at '{place}', but '{role}' was not sent there: it is over its port"
             self.problems.add("W075", where, what, f"fly above {place} first")
         last[role] = (place, mark.line)
 

@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Mapping
+from heapq import heappop, heappush
 from typing import Final
 
 from formiga_bt.lang.document import Entry, Mapping_, Node, Scalar
@@ -62,22 +63,37 @@ def _may_define(body: Body, at: Scalar) -> bool:
 def _in_order(body: Body, entries: Mapping[str, Entry]) -> list[str]:
     """Sort the vars by what they read, in file order where it is free; report E019 for a cycle."""
     reads = {name: _reads(entry.value) & entries.keys() for name, entry in entries.items()}
+    readers: dict[str, list[str]] = {name: [] for name in entries}
+    for name, read in reads.items():
+        for one in read:
+            readers[one].append(name)
+    place = {name: at for at, name in enumerate(entries)}
+    missing = {name: len(read) for name, read in reads.items()}
+    ready = [(place[name], name) for name, count in missing.items() if not count]
     order: list[str] = []
-    rest = list(entries)
-    while rest:
-        ready = next((name for name in rest if reads[name] <= set(order)), None)
-        if ready is None:
-            names = sorted(rest)
-            for name in names:
-                body.define(name, Named(ANY, entries[name].key.mark, "var"))
-            mark = entries[rest[0]].key.mark
-            body.problems.add("E019", mark, f"these vars need one another: {', '.join(names)}", "break the circle")
-            body.used.update(names)
-            body.vars = frozenset(names)
-            return order
-        order.append(ready)
-        rest.remove(ready)
+    while ready:
+        _, done = heappop(ready)
+        order.append(done)
+        for name in readers[done]:
+            missing[name] -= 1
+            if not missing[name]:
+                heappush(ready, (place[name], name))
+    rest = [name for name in entries if missing[name]]
+    if rest:
+        _report_circle(body, entries, rest)
     return order
+
+
+def _report_circle(body: Body, entries: Mapping[str, Entry], rest: list[str]) -> None:
+    """Report E019 for vars that need one another; they count as used and have any type."""
+    names = sorted(rest)
+    for name in names:
+        body.define(name, Named(ANY, entries[name].key.mark, "var"))
+    mark = entries[rest[0]].key.mark
+    shown = ", ".join(names[:12]) + (", ..." if len(names) > 12 else "")
+    body.problems.add("E019", mark, f"these vars need one another: {shown}", "break the circle")
+    body.used.update(names)
+    body.vars = frozenset(names)
 
 
 def _reads(node: Node) -> set[str]:

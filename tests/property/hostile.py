@@ -21,28 +21,159 @@ from formiga_bt.lang.model import Catalogue, Site
 ROOT: Final = Path(__file__).parents[2]
 MOST_S: Final = 2.0
 ODD: Final = (
-    "\u202e", "\u200b", "\ufeff", "\u2028", "\x85", "\x00", "\x07", "\ud83d", "é", "ﬁ", "Ａ", "٣", "²", "Ⅷ", "ı", "\u0301", "🚁", "\t", "\r",
-    "\r\n", "\x0c", "\u00a0", "＄{", "’", "“", "\U000e0041",
-)  # fmt: skip
+    "\u202e",
+    "\u200b",
+    "\ufeff",
+    "\u2028",
+    "\x85",
+    "\x00",
+    "\x07",
+    "\ud83d",
+    "é",
+    "ﬁ",
+    "Ａ",
+    "٣",
+    "²",
+    "Ⅷ",
+    "ı",
+    "\u0301",
+    "🚁",
+    "\t",
+    "\r",
+    "\r\n",
+    "\x0c",
+    "\u00a0",
+    "＄{",
+    "’",
+    "“",
+    "\U000e0041",
+)
 TOKENS: Final = (
-    "${", "}", "[", "]", "{", "}", ": ", "- ", "#", "&a", "*a", "!!python/object:os.system", "!x", "|", ">", "'", '"', "%", "@",
-    "`", "? ", "---", "...", "<<: *a", "%YAML 1.1", "null", "~", "yes", "on", "1e999", "-0", "0x1F", ".inf", ".nan", "1:30", "012",
-    "1_000", "9" * 400, "15", "0.5 %", "-5 s", "1e308 km", "99999999999999999999 min", "60 m", "drone.", ".battery", "is_set(",
-    "formiga: 2", "retry: 3", "count: 0", "max: -1", "repeat: 1000000000", "every: 0 s", "steps:", "parallel:", "for:", "${range(1000)}",
-)  # fmt: skip
+    "${",
+    "}",
+    "[",
+    "]",
+    "{",
+    "}",
+    ": ",
+    "- ",
+    "#",
+    "&a",
+    "*a",
+    "!!python/object:os.system",
+    "!x",
+    "|",
+    ">",
+    "'",
+    '"',
+    "%",
+    "@",
+    "`",
+    "? ",
+    "---",
+    "...",
+    "<<: *a",
+    "%YAML 1.1",
+    "null",
+    "~",
+    "yes",
+    "on",
+    "1e999",
+    "-0",
+    "0x1F",
+    ".inf",
+    ".nan",
+    "1:30",
+    "012",
+    "1_000",
+    "9" * 400,
+    "15",
+    "0.5 %",
+    "-5 s",
+    "1e308 km",
+    "99999999999999999999 min",
+    "60 m",
+    "drone.",
+    ".battery",
+    "is_set(",
+    "formiga: 2",
+    "retry: 3",
+    "count: 0",
+    "max: -1",
+    "repeat: 1000000000",
+    "every: 0 s",
+    "steps:",
+    "parallel:",
+    "for:",
+    "${range(1000)}",
+)
 EXPRESSIONS: Final = (
-    "9**9**9**9", "'a' * 10**10", "(" * 90 + "1" + ")" * 90, "not " * 100 + "true", "-" * 300 + "1", "[" * 60 + "]" * 60,
-    "1 < " * 60 + "1", " + ".join(["1"] * 200), " and ".join(["true"] * 120), "a" * 500, "x" * 5000, "().__class__.__bases__[0]",
-    "lambda: 0", "[x for x in range(9)]", "f'{1}'", "__import__('os')", "range(10**9)", "range(1000)[999]", "1 if 1 else " * 60 + "1",
-    "base.lat.lat.lat", "circle(base, 5 m, points=10**9)", "zigzag(base, base, 1 m, 1000000)", "round(1e308 * 1e308)", "1 / 0", "1 // 0",
-    "mod(1, 0)", "9007199254740993 * 9007199254740993", "split(site.regions.lake, 100000)", "circle(base, 1e300 m)", "1 2", "==", "a b c",
-    "drone.battery > > 3", "'unclosed", '"', "\\", "a\nb", "1;2", "x := 3", "await x", "yield", "*a", "**a", "print(1)", "a?.b", "a ? b : c",
-    "!x", "a && b", "${a}", "line(base, base, 100000)", "polygon(base, 1 m, 0)", "at_height(base, -1e9 m)", "[1, 'a', base]", "١ + ٢",
-    "min()", "max([])", "first([])", "now - now - now", "today('99:99')", "sunrise(sunrise(base))", "nearest(base, [])", "abs('x')",
-)  # fmt: skip
+    "9**9**9**9",
+    "'a' * 10**10",
+    "(" * 90 + "1" + ")" * 90,
+    "not " * 100 + "true",
+    "-" * 300 + "1",
+    "[" * 60 + "]" * 60,
+    "1 < " * 60 + "1",
+    " + ".join(["1"] * 200),
+    " and ".join(["true"] * 120),
+    "a" * 500,
+    "x" * 5000,
+    "().__class__.__bases__[0]",
+    "lambda: 0",
+    "[x for x in range(9)]",
+    "f'{1}'",
+    "__import__('os')",
+    "range(10**9)",
+    "range(1000)[999]",
+    "1 if 1 else " * 60 + "1",
+    "base.lat.lat.lat",
+    "circle(base, 5 m, points=10**9)",
+    "zigzag(base, base, 1 m, 1000000)",
+    "round(1e308 * 1e308)",
+    "1 / 0",
+    "1 // 0",
+    "mod(1, 0)",
+    "9007199254740993 * 9007199254740993",
+    "split(site.regions.lake, 100000)",
+    "circle(base, 1e300 m)",
+    "1 2",
+    "==",
+    "a b c",
+    "drone.battery > > 3",
+    "'unclosed",
+    '"',
+    "\\",
+    "a\nb",
+    "1;2",
+    "x := 3",
+    "await x",
+    "yield",
+    "*a",
+    "**a",
+    "print(1)",
+    "a?.b",
+    "a ? b : c",
+    "!x",
+    "a && b",
+    "${a}",
+    "line(base, base, 100000)",
+    "polygon(base, 1 m, 0)",
+    "at_height(base, -1e9 m)",
+    "[1, 'a', base]",
+    "١ + ٢",
+    "min()",
+    "max([])",
+    "first([])",
+    "now - now - now",
+    "today('99:99')",
+    "sunrise(sunrise(base))",
+    "nearest(base, [])",
+    "abs('x')",
+)
 
 
-class Failure(AssertionError):
+class BrokenPromiseError(AssertionError):
     """The promise is broken; the text says how."""
 
 
@@ -215,7 +346,7 @@ def try_all(text: str) -> float:
     """Check, lay out and mend a text; return the longest time that one of them took, seconds.
 
     Raises:
-        Failure: one took too long, or a problem has no place. Anything else that is raised breaks the promise too.
+        BrokenPromiseError: one took too long, or a problem has no place. Anything else that is raised breaks the promise too.
     """
     catalogue, site = ground()
     path = ROOT / "trees" / "hostile.yaml"
@@ -236,7 +367,7 @@ def try_all(text: str) -> float:
         seconds = time.process_time() - began
         slowest = max(slowest, seconds)
         if seconds > MOST_S * (4 if what == "fix" else 1):  # it checks again and again
-            raise Failure(f"{what} took {seconds:.1f} s")
+            raise BrokenPromiseError(f"{what} took {seconds:.1f} s")
         _placed(found, text, str(path))
     return slowest
 
@@ -255,6 +386,6 @@ def _placed(found: list[Diagnostic], text: str, file: str) -> None:
             + 2
             and mark.col >= 1
         ):
-            raise Failure(f"{one.code} at {mark.line}:{mark.col} is outside the file")
+            raise BrokenPromiseError(f"{one.code} at {mark.line}:{mark.col} is outside the file")
         if not one.message or not render(one, {file: text}):
-            raise Failure(f"{one.code} says nothing")
+            raise BrokenPromiseError(f"{one.code} says nothing")

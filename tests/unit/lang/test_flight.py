@@ -9,8 +9,8 @@ from formiga_bt.lang.loader import Loaded
 Load = Callable[[str], Loaded]
 
 UP = "do: drone.TakeOff"
-DOWN = 'do: drone.LandIn\n{0}  with: {{at: "${{base}}"}}'
-GO = 'do: drone.GoTo\n{0}  with: {{to: "${{above(base, 60 m)}}"}}'
+DOWN = 'do: drone.LandIn\n{0}  with: {{at: "${{drone.home}}"}}'
+GO = 'do: drone.GoTo\n{0}  with: {{to: "${{above(drone.home, 60 m)}}"}}'
 
 
 def steps(*lines: str, indent: int = 2) -> str:

@@ -136,7 +136,7 @@ class TestNames:
     def test_a_loop_name_may_be_used_again_by_a_later_loop(self, steps: Steps) -> None:
         loop = '  - for: {drone: "${drones}"}\n    steps:\n      - notify: ${drone.id}\n'
 
-        assert len(steps(loop + loop)) == 2
+        assert len(steps(loop + "  - wait: 1 s\n" + loop)) == 3
 
     def test_it_may_be_asked_and_told_and_passed_on(self, codes: Codes) -> None:
         text = """
