@@ -63,7 +63,8 @@ def _library(found: dict[str, Any], as_json: bool) -> None:
         print_json(found)
         return
     for task in found["tasks"]:
-        typer.echo(f"{task['task']}  {task['description']}")
+        also = f" (also {', '.join(task['aliases'])})" if task.get("aliases") else ""
+        typer.echo(f"{task['task']}{also}  {task['description']}")
         for param in task["params"]:
             need = "" if param["required"] else f" = {param['default']}" if param["default"] else " (optional)"
             typer.echo(

@@ -12,6 +12,7 @@ from typing import Any, Final
 from formiga_bt.clock import Micros
 from formiga_bt.diagnostics import Diagnostic, Mark
 from formiga_bt.geo import Frame, Place
+from formiga_bt.lang.aliases import by_alias, degrees_of
 from formiga_bt.lang.document import parse
 from formiga_bt.lang.expressions import Scope, compile_value
 from formiga_bt.lang.fence import leaves
@@ -95,16 +96,27 @@ def bind_params(
 
     Args:
         task: the checked task.
-        raw: texts by parameter name or alias.
+        raw: texts by parameter name or alias; a place may also be given as `lat` and `lng` (see `aliases`).
         site: names places, and turns degrees into metres.
         now: engine time, for times of today; without it a time needs its date.
     """
-    by_name = {alias: p for p in task.params.values() for alias in (p.name, *p.aliases)}
+    by_name = by_alias(task.params)
     values: dict[str, Any] = {}
     given: dict[str, str] = {}
     problems: list[Diagnostic] = []
     sources: dict[str, str] = {}
-    for name, text in raw.items():
+    apart = list(degrees_of(task.params, raw))
+    whole = {name: text for name, text in raw.items() if not any(name in one.names for one in apart)}
+    for one in apart:
+        lat, lng = one.names
+        if not lng:
+            sources[f"parameter {lat}"] = raw[lat]
+            problems.append(_half(lat, one.param))
+            given.setdefault(one.param.name, lat)
+        else:
+            by_name[f"{lat} and {lng}"] = one.param
+            whole[f"{lat} and {lng}"] = f"{{lat: {raw[lat].strip()}, lng: {raw[lng].strip()}}}"
+    for name, text in whole.items():
         param = by_name.get(name)
         file = f"parameter {name}"
         sources[file] = text
@@ -170,6 +182,12 @@ def _default_outside(param: Param, default: Expr, site: Site, now: Micros | None
     """Return E063 for a default that lies outside; one that cannot be computed here is left to the engine."""
     value, problems = run_outside(default, site, default.mark, param.name, now)
     return [] if problems else outside(param, value, site, default.mark)
+
+
+def _half(name: str, param: Param) -> Diagnostic:
+    other = name.replace("lat", "lng", 1) if name.startswith("lat") else "lat" + name[3:]
+    text = f"'{name}' is half a place: '{other}' is missing"
+    return Diagnostic("E051", Mark(f"parameter {name}", 1, 1), text, f"both are '{param.name}'; or give that alone")
 
 
 def _unknown(task: Task, name: str, file: str, names: list[str]) -> Diagnostic:

@@ -267,6 +267,7 @@ ENVELOPE: Final[tuple[Option, ...]] = (
 TASK: Final[tuple[Option, ...]] = (
     Option("formiga", "value", "The language version.", type="int", required=True),
     Option("task", "name", "The task's name, CamelCase.", required=True),
+    Option("aliases", "words", "Other names under which callers may request it."),
     Option("version", "text", "The version of this task."),
     Option("description", "text", "What it is for."),
     Option("imports", "words", "Library files."),

@@ -6,13 +6,13 @@ re-exported, so that a caller needs this module only.
 """
 
 import hashlib
-import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Final
 
 from formiga_bt.diagnostics import Diagnostic, Mark, in_order
+from formiga_bt.lang.aliases import TASK_NAME, read_task_aliases
 from formiga_bt.lang.blocks import writes
 from formiga_bt.lang.catalogue import load_catalogue
 from formiga_bt.lang.checks import check_task
@@ -37,7 +37,6 @@ from formiga_bt.units import format_quantity
 
 __all__ = ["Loaded", "bundle_hash", "load_catalogue", "load_library_text", "load_site", "load_task", "load_task_text"]
 
-_TASK_NAME: Final = re.compile(r"[A-Z][A-Za-z0-9]*")
 _MOST_STEPS: Final = 20_000
 _SECTIONS: Final = ("steps", "on_failure", "on_abort", "finally")
 
@@ -200,7 +199,7 @@ class _TaskReader:
     def _name(self) -> str:
         entry = self.unit.keys.get("task")
         at = read_text(entry.value, self.problems, "task") if entry is not None else None
-        if at is None or _TASK_NAME.fullmatch(at.text):
+        if at is None or TASK_NAME.fullmatch(at.text):
             return at.text if at is not None else ""
         self.problems.add(
             "E008", at.mark, f"a task's name is CamelCase, this is '{shorten(at.text)}'", "such as: PickUp"
@@ -278,6 +277,7 @@ class _TaskReader:
             name,
             mark,
             parts.pop("steps", ()),
+            aliases=read_task_aliases(keys["aliases"], name, self.problems) if "aliases" in keys else (),
             version=self._plain("version"),
             description=self._plain("description"),
             **self._options(),

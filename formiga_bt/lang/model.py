@@ -492,6 +492,8 @@ class Task:
     name: str
     mark: Mark
     steps: tuple[Step, ...]
+    aliases: tuple[str, ...] = ()
+    """Other names under which callers may request it."""
     version: str = ""
     description: str = ""
     priority: Literal["low", "medium", "high"] = "medium"

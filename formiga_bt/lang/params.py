@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from typing import Final
 
 from formiga_bt.diagnostics import Diagnostic, Mark
+from formiga_bt.lang.aliases import check_params
 from formiga_bt.lang.binding import below_zero
 from formiga_bt.lang.document import Entry, Mapping_, Node, Scalar
 from formiga_bt.lang.expressions import Scope, compile_value
@@ -75,11 +76,15 @@ def read_params(node: Node, world: World, problems: Problems) -> dict[str, Param
     """Return the params of a task or subtree, in file order."""
     mapping = read_mapping(node, problems, "params")
     found: dict[str, Param] = {}
+    marks: dict[str, Mark] = {}
     for entry in mapping.entries if mapping is not None else ():
         if read_name(entry.key, problems, "params") is None:
             continue
         is_free(entry.key, problems)
         found[entry.key.text] = _read_param(entry, world, problems)
+        inner = entry.value.get("aliases") if isinstance(entry.value, Mapping_) else None
+        marks[entry.key.text] = inner.key.mark if inner is not None else entry.key.mark
+    check_params(found, marks, problems)
     return found
 
 

@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import Final
 
 from formiga_bt.diagnostics import Diagnostic, Mark, in_order
+from formiga_bt.lang.aliases import by_alias, given_params
 from formiga_bt.lang.document import Entry, Mapping_, Scalar, parse
 from formiga_bt.lang.kinds import Option
 from formiga_bt.lang.model import Task
@@ -59,9 +60,12 @@ class Profile:
             task: whose parameters.
             given: the names that a person used.
         """
-        named = {alias: param.name for param in task.params.values() for alias in (param.name, *param.aliases)}
-        taken = {named.get(name, name) for name in given}
-        return {name: text for name, text in self.texts(task.name).items() if named.get(name, name) not in taken}
+        named, taken = by_alias(task.params), given_params(task.params, given)
+        return {
+            name: text
+            for name, text in self.texts(task.name).items()
+            if (named[name].name if name in named else name) not in taken
+        }
 
     def filled(self, task: Task, params: Mapping_ | None, mark: Mark) -> Mapping_:
         """Return the written parameters with the profile's entries for those that are missing."""

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 
+from formiga_bt.lang.aliases import by_alias
 from formiga_bt.lang.blocks import Keys, Part
 from formiga_bt.lang.document import Node, Scalar
 from formiga_bt.lang.leaves import read_save
@@ -53,7 +54,7 @@ def _params(node: Node, world: World) -> dict[str, Param]:
 
 
 def _read_args(body: Body, keys: Keys, params: Mapping[str, Param], at: Scalar) -> dict[str, Expr]:
-    by_name = {name: param for param in params.values() for name in (param.name, *param.aliases)}
+    by_name = by_alias(params)
     mapping = read_mapping(keys["with"].value, body.problems, "with") if "with" in keys else None
     args: dict[str, Expr] = {}
     complete = "with" not in keys or mapping is not None

@@ -291,12 +291,15 @@ class ParamOut(BaseModel):
     default: str
     label: str
     help: str
+    aliases: list[str] = []
 
 
 class LibraryTask(BaseModel):
     """A task that can be requested."""
 
     task: str
+    aliases: list[str] = []
+    """Other names under which it may be requested."""
     description: str
     file: str
     params: list[ParamOut]

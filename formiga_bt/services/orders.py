@@ -21,6 +21,7 @@ from formiga_bt.engine.records import Priority, Question, TaskRecord
 from formiga_bt.engine.state import EngineState
 from formiga_bt.errors import FormigaError, TaskError
 from formiga_bt.geo import Frame
+from formiga_bt.lang.aliases import find_task
 from formiga_bt.lang.binding import bind_params
 from formiga_bt.lang.model import Catalogue, Site, Task
 from formiga_bt.services import models as out
@@ -134,7 +135,7 @@ class Orders:
             raise Refused(
                 "closed", f"no task is admitted: the engine is {self.closed_for}", "formiga up starts it again"
             )
-        task = self._tasks.get(name)
+        task = find_task(self._tasks, name)
         if task is None:
             from difflib import get_close_matches
 
@@ -151,11 +152,11 @@ class Orders:
             first = problems[0]
             raise Refused(
                 "bad_params",
-                f"{name}: {first.message}",
+                f"{task.name}: {first.message}",
                 first.help or "",
                 [render(problem, sources) for problem in problems],
             )
-        task_id = self._ask(Submit(name, values, priority, requester))
+        task_id = self._ask(Submit(task.name, values, priority, requester))
         self._view.catch_up()
         return task_id
 

@@ -175,6 +175,7 @@ def library_task(task: Task) -> out.LibraryTask:
     """Return a task as the library shows it."""
     return out.LibraryTask(
         task=task.name,
+        aliases=list(task.aliases),
         description=task.description,
         file=task.mark.file,
         params=[
@@ -185,6 +186,7 @@ def library_task(task: Task) -> out.LibraryTask:
                 default=param.default.source if param.default is not None else "",
                 label=param.label,
                 help=param.help,
+                aliases=list(param.aliases),
             )
             for param in task.params.values()
         ],

@@ -54,10 +54,11 @@ def crew(role: Role) -> str:
 def section(number: int, name: str) -> str:
     task: Task = packaged_task(name)
     rows = "\n".join(map(row, task.params.values()))
+    others = f" Also called {', '.join(f'`{alias}`' for alias in task.aliases)}." if task.aliases else ""
     lines = [
         f"## T{number} {task.name}",
         f"{task.description}",
-        f"File `trees/{name}.yaml`, priority {task.priority}. Needs: {', '.join(map(crew, task.roles.values()))}.",
+        f"File `trees/{name}.yaml`, priority {task.priority}. Needs: {', '.join(map(crew, task.roles.values()))}.{others}",
         f"| parameter | type | without it | what | also called |\n|---|---|---|---|---|\n{rows}",
     ]
     return "\n\n".join(lines)

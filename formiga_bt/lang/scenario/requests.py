@@ -1,11 +1,11 @@
 """Reads the tasks of a scenario: when, which, with which values. Tasks are looked up by name and checked."""
 
-import re
 from pathlib import Path
-from typing import Any, Final
+from typing import Any
 
 from formiga_bt.clock import micros
 from formiga_bt.diagnostics import Mark
+from formiga_bt.lang.aliases import by_alias, names_in
 from formiga_bt.lang.document import Entry, Mapping_, Scalar
 from formiga_bt.lang.loader import load_task
 from formiga_bt.lang.model import Task
@@ -25,8 +25,6 @@ from formiga_bt.lang.scenario.options import TASK
 from formiga_bt.lang.site import plain
 from formiga_bt.lang.synonyms import surely
 
-_TASK_LINE: Final = re.compile(r"^task:[ \t]*([A-Za-z][A-Za-z0-9]*)", re.MULTILINE)
-
 
 class Requests:
     """Reads the tasks of one scenario; `tasks` are those it names, by name (None: one with errors)."""
@@ -36,6 +34,8 @@ class Requests:
         self.problems = book.problems
         self.tasks: dict[str, Task | None] = {}
         self._files: dict[str, Path] | None = None
+        self._names: dict[str, str] = {}
+        """Aliases of tasks -> their names."""
 
     def read(self) -> list[ScenarioTask]:
         """Read all of them."""
@@ -60,9 +60,10 @@ class Requests:
         return found
 
     def _task(self, name: Scalar) -> Task | None:
-        if name.text in self.tasks:
-            return self.tasks[name.text]
         files = self._task_files()
+        own = self._names.get(name.text, name.text)
+        if own in self.tasks:
+            return self.tasks[own]
         if name.text not in files:
             what = f"no task is called '{shorten(name.text)}'{did_you_mean(name.text, files)}"
             meant = surely(name.text, files)
@@ -75,22 +76,27 @@ class Requests:
             self.problems.add("E010", name.mark, f"{name.text} has errors ({path})", "mend the task first")
             self.problems.extend(errors)
             self.book.sources.update(loaded.sources)
-        self.tasks[name.text] = loaded.task
+        self.tasks[own] = loaded.task
         return loaded.task
 
     def _task_files(self) -> dict[str, Path]:
-        """Return the task files beside the scenario and of the library, by the name of the task; the first one counts."""
+        """Return the task files beside the scenario and of the library, by the names of their tasks; the first one counts."""
         if self._files is None:
             self._files = {}
+            others: list[tuple[str, str, Path]] = []
             for path in (p for place in self.book.folders for p in sorted(place.glob("*.yaml"))):
                 if path.name.endswith(".test.yaml"):
                     continue  # it names its task too
                 try:
-                    line = _TASK_LINE.search(path.read_text(encoding="utf-8"))
+                    names = names_in(path.read_text(encoding="utf-8"))
                 except (OSError, UnicodeDecodeError):
                     continue
-                if line is not None:
-                    self._files.setdefault(line[1], path)
+                for name in names[:1]:
+                    self._files.setdefault(name, path)
+                others += [(alias, names[0], path) for alias in names[1:]]
+            for alias, name, path in others:
+                if alias not in self._files:
+                    self._files[alias], self._names[alias] = path, name
         return self._files
 
 
@@ -104,7 +110,7 @@ def read_params(book: Book, task: Task, entry: Entry | None, mark: Mark) -> dict
         mark: where one is missing.
     """
     mapping = read_mapping(entry.value, book.problems, "params") if entry is not None else None
-    by_name = {alias: param for param in task.params.values() for alias in (param.name, *param.aliases)}
+    by_name = by_alias(task.params)
     values: dict[str, Any] = {}
     given = set()
     for one in mapping.entries if mapping is not None else ():

@@ -21,7 +21,8 @@ TREES = {
     "ask.yaml": """\
 formiga: 1
 task: Ask
-params: {word: {type: text, default: fine}, height: {type: distance, default: 10 m}}
+aliases: [AskTask]
+params: {word: {type: text, default: fine, aliases: [saying]}, height: {type: distance, default: 10 m}}
 agents: {watcher: {type: watcher}}
 steps:
   - ask: Is it good?

@@ -39,6 +39,18 @@ def test_parameters_are_texts_or_json(service: Service) -> None:
     assert (texts, json_) == ("Hello-1", "Hello-2")
 
 
+def test_aliases_of_tasks_and_parameters_are_understood_and_listed(service: Service) -> None:
+    service.wire.auto = False
+    task_id = service.submit("AskTask", saying="well")
+    degrees = service.submit("Hello", lat=66.501, lng="25.701")
+
+    (ask,) = [one for one in service.get("/v1/library")["tasks"] if one["task"] == "Ask"]
+    assert (task_id, degrees) == ("Ask-1", "Hello-2")
+    assert (ask["aliases"], ask["params"][0]["aliases"]) == (["AskTask"], ["saying"])
+    refused = service.refused("POST", "/v1/tasks", {"task": "AskTask", "params": {"say": "well"}})
+    assert refused["text"].startswith("Ask: Ask has no parameter 'say'")
+
+
 def test_a_running_task_shows_what_it_does(start: Start) -> None:
     with start(auto=False) as service:
         task_id = service.submit("Hello")
