@@ -207,7 +207,7 @@ def _serve(host: "EngineHost", agents: "Simulated | None", *, quiet: bool) -> No
                         f"{told} {'task is' if told == 1 else 'tasks are'} aborted" if told else "all tasks end already"
                     )
                     now = "end now, the simulated agents too" if host.with_simulated else "end now"
-                    _say(f"\n{what}; waiting until their machines have landed. Ctrl-C again: {now}")
+                    _say(f"\n{what}; waiting until their machines have landed{host.kept}. Ctrl-C again: {now}")
         if not quiet:
             _print_news(host, seen)
     finally:

@@ -231,7 +231,7 @@ class EngineHost:
         left = len(self.open_tasks())
         if not left:
             return "the engine ends"
-        return f"no more tasks are admitted; the engine ends with the last of {count(left, 'open task')}"
+        return f"no more tasks are admitted; the engine ends with the last of {count(left, 'open task')}{self.kept}"
 
     def request_stop(self) -> str:
         """End now; agents go on with what they do, simulated ones of this engine end."""
@@ -241,6 +241,13 @@ class EngineHost:
         return "the engine ends" + (
             f"; {count(left, 'task')} {'is' if left == 1 else 'are'} left, {self.fate}" if left else ""
         )
+
+    @property
+    def kept(self) -> str:
+        """Return that lockdown keeps tasks from ending, if it stands; empty otherwise."""
+        with self.view.reading() as state:
+            stands = state.lockdown is not None
+        return "; lockdown keeps them from ending: formiga lockdown release" if stands else ""
 
     @property
     def fate(self) -> str:

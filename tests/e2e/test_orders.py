@@ -100,7 +100,7 @@ def field(shell: Shell, tmp_path: Path) -> Iterator[Field]:
         )
         yield made
         assert fleet.verdict().is_clean
-        shell.run("down")
+        shell.run("down", "--yes")
         shell.ended()
 
 

@@ -86,4 +86,4 @@ def test_from_not_approved_to_a_flight_in_the_log(field: Shell, tmp_path: Path) 
         assert "ann" in field.run("approve", "--list")
         said = field.run("duty", "--list")
         assert "off" in said
-        assert "the engine ends" in field.run("down")
+        assert "the engine ends" in field.run("down", "--yes")

@@ -9,6 +9,7 @@ import pytest
 
 from formiga_bt.cli.app import run
 from formiga_bt.cli.client import ApiError
+from formiga_bt.cli.down import losses
 
 Capture = pytest.CaptureFixture[str]
 VERBS = (
@@ -273,3 +274,25 @@ def test_tasks_show_who_requested_whom(paper: Paper, capsys: Capture) -> None:
     lines = capsys.readouterr().out.splitlines()
     assert lines[1].endswith("  requested Move-2 Move-3")
     assert lines[2].endswith("  operator; of Tour-1")
+
+
+# -- down ------------------------------------------------------------------------------------------------------------------
+def test_down_names_what_is_left_in_the_air_and_forgotten() -> None:
+    stands = {"stop": "hold", "scope": "agent", "agent": "hwd_1", "text": HOVERS}
+    agents = [agent("hwd_1", order=stands, action="GoTo"), agent("lwd_1", landed="grounded"), person()]
+
+    assert losses({"agents": agents, "lockdown": LOCKDOWN}) == [
+        "hwd_1 may be in the air (GoTo): it finishes the goal it has, then nobody commands it",
+        "lockdown stands: the next start of the engine knows nothing of it",
+        "orders stand: the next start knows nothing of them (hold of hwd_1)",
+    ]
+    assert losses({"agents": [agent("lwd_1", landed="grounded"), person()], "lockdown": NO_LOCKDOWN}) == []
+
+
+def test_down_does_nothing_unconfirmed(paper: Paper, capsys: Capture, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("formiga_bt.cli.down.connect", lambda site: paper)
+    monkeypatch.setattr(sys, "stdin", io.StringIO(""))
+
+    assert run(["down"]) == 2
+    assert paper.sent == []
+    assert "help: formiga return --all first, or confirm it: --yes" in capsys.readouterr().err
