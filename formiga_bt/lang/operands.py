@@ -192,6 +192,9 @@ class Operands(Parts):
         a, b = in_words(left.type), in_words(right.type)
         agents = [part for part in (left, right) if part.type.name == "agent"]
         mend = f"compare {agents[0].source}.id" if len(agents) == 1 else ""
+        kinds = {left.type.name, right.type.name}
+        if "time" in kinds and kinds & {"text", "literal"}:
+            mend = "a text is no time: write today('06:30'), or make it a parameter of type time"
         self.bad(node, "E013", f"cannot {verb} {a} and {b}", mend)
         return None
 
