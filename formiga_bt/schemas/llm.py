@@ -2,7 +2,7 @@
 
 Such decoders know little of JSON Schema, and pass over what they do not know: so there are closed objects, `anyOf`, `const`,
 `enum` and recursive `$ref` into `$defs` only; no patterns, formats, lengths, bounds, and no maps with free keys. Each action of
-the catalogue is a step of its own. What the schema lets through is not yet right: `lang.llm_form.load_task_json` checks it.
+the catalogue is a step of its own. What the schema lets through is not yet right: `lang.llm_in.load_task_json` checks it.
 Made by `formiga schema --llm`.
 """
 

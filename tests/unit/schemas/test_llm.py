@@ -9,7 +9,8 @@ import jsonschema
 import pytest
 
 from formiga_bt.lang.formatting import format_text
-from formiga_bt.lang.llm_form import LoadedJson, from_yaml, load_task_json, to_yaml
+from formiga_bt.lang.llm_in import LoadedJson, load_task_json, to_yaml
+from formiga_bt.lang.llm_out import from_yaml
 from formiga_bt.lang.loader import load_catalogue, load_site, load_task
 from formiga_bt.schemas.llm import llm_schema
 from tests.property.strategies import load, task_text
