@@ -7,6 +7,7 @@ import typer
 
 from formiga_bt.cli.client import JsonOption, SiteOption, connect, print_json, segment, show_next, user
 from formiga_bt.cli.inputs import UnusableFile
+from formiga_bt.cli.ordering import ByOption
 
 
 def command(
@@ -16,6 +17,7 @@ def command(
         bool, typer.Option("--abandon", help="Leave its machines where they are, quarantined. Asks for confirmation.")
     ] = False,
     yes: Annotated[bool, typer.Option("--yes", "-y", help="Do not ask.")] = False,
+    by: ByOption = "",
     as_json: JsonOption = False,
     site: SiteOption = None,
 ) -> None:
@@ -31,7 +33,7 @@ def command(
             f"{agents} will stay where they are, also in the air, until you clear them. Abandon {task}?", abort=True
         )
     how = "now" if now else "abandon" if abandon else ""
-    reply = client.post(f"/v1/tasks/{segment(task)}/abort", {"how": how, "confirmed": abandon, "by": user()})
+    reply = client.post(f"/v1/tasks/{segment(task)}/abort", {"how": how, "confirmed": abandon, "by": by or user()})
     if as_json:
         print_json(reply)
         return

@@ -31,8 +31,8 @@ places:
 regions:
   bog: [north_field, {{east: 140 m, north: 260 m}}, {{east: 140 m, north: 340 m}}, {{east: 20 m, north: 340 m}}]
 
-# Corners. A request with a place outside is refused, and `formiga check --site` warns of one written in a task. Flights
-# themselves are not held inside yet: what a task computes while it runs may lie outside.
+# Corners. A request with a place outside is refused, `formiga check --site` warns of one written in a task, and no machine is
+# sent out of it, whatever a task computes while it runs.
 fence:
   - {{east: -600 m, north: -600 m}}
   - {{east: 600 m, north: -600 m}}

@@ -40,6 +40,7 @@ def command(
     priority: Annotated[str, typer.Option(help="low, medium or high. Default: the task's own.")] = "",
     profile: ProfileOption = "",
     follow: Annotated[bool, typer.Option("--follow", "-f", help="Watch it to its end.")] = False,
+    by: Annotated[str, typer.Option(help="Who requests it. Default: you.", metavar="NAME")] = "",
     as_json: JsonOption = False,
     site: SiteOption = None,
 ) -> None:  # fmt: skip
@@ -51,7 +52,7 @@ def command(
     params = read_params(param or [])
     params |= of_profile_by_name(profile, task, params)
     client = connect(site)
-    body = {"task": task, "params": params, "priority": _priority(priority), "requester": user()}
+    body = {"task": task, "params": params, "priority": _priority(priority), "requester": by or user()}
     task_id = client.post("/v1/tasks", body, key=uuid.uuid4().hex)["id"]
     if not follow:
         if as_json:
@@ -60,7 +61,7 @@ def command(
             typer.echo(task_id)
             show_next(f"formiga why {task_id}", "formiga tasks", f"formiga abort {task_id}")
         return
-    interrupted = _Follow(client, task_id, quiet=as_json).run()
+    interrupted = _Follow(client, task_id, by or user(), quiet=as_json).run()
     end = client.get(f"/v1/tasks/{segment(task_id)}")
     if as_json:
         print_json(end)
@@ -81,8 +82,9 @@ def _priority(word: str) -> Literal["low", "medium", "high"] | None:
 class _Follow:
     """Prints the events of one task until it has ended."""
 
-    def __init__(self, client: Client, task_id: str, *, quiet: bool) -> None:
+    def __init__(self, client: Client, task_id: str, by: str, *, quiet: bool) -> None:
         self._client = client
+        self._by = by
         self._quiet = quiet
         self._is_terminal = sys.stdout.isatty() and not quiet
         self._task = task_id
@@ -145,7 +147,7 @@ class _Follow:
     def _abort(self) -> None:
         self._say(f"aborting {self._task}; waiting until its machines are home. Ctrl-C again: stop watching")
         try:
-            self._client.post(f"{self._path}/abort", {"by": user()})
+            self._client.post(f"{self._path}/abort", {"by": self._by})
         except ApiError as error:
             self._say(str(error))
 

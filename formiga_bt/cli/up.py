@@ -15,12 +15,13 @@ from formiga_bt.site_folder import check_free
 if TYPE_CHECKING:
     from contextlib import AbstractContextManager
 
-    from formiga_bt.lang.model import Task
+    from formiga_bt.lang.model import Site, Task
+    from formiga_bt.services.feed import Event
     from formiga_bt.services.host import EngineHost
     from formiga_bt.services.simulated import Simulated
 
-TOLD = frozenset({"alarm", "question", "notice", "task"})
-"""Events that are printed."""
+TOLD = frozenset({"alarm", "question", "notice", "task", "order", "lockdown"})
+"""Events that are printed; of agents only take-overs and handbacks."""
 
 
 def command(
@@ -61,6 +62,8 @@ def command(
     """
     world = _world(actions or [], site)
     assert world.site is not None
+    for gap in gaps(world.site, speed):
+        typer.echo(f"warning: {gap}\n", err=True)
     beside = Path() if is_demo(site) else site.parent
     check_free(beside, world.site.name)
     served, refused = _library(tasks, beside, world)
@@ -94,7 +97,42 @@ def _world(actions: list[Path], site: Path) -> World:
     if errors or world.site is None:
         typer.echo("\n\n".join(rendered(errors, world.sources)), err=True)
         raise TreeError("the site or its catalogue has errors; nothing was started")
+    for text in rendered([d for d in world.diagnostics if d.severity != "error"], world.sources):
+        typer.echo(f"warning: {text}\n", err=True)
     return world
+
+
+def gaps(site: "Site", speed: float) -> list[str]:
+    """Return what a site in mode real leaves open that people near machines should know, in sentences.
+
+    Raises:
+        UnusableFile: its clock would not be that of the real world.
+    """
+    if site.mode != "real":
+        return []
+    if speed != 1.0:
+        raise UnusableFile(f"--speed is for simulations; {site.name} is in mode real, where a second is a second")
+    found = []
+    if site.fence is None:
+        found.append(
+            f"{site.name} is in mode real without a fence: nothing keeps machines in\n  help: fence: in site.yaml"
+        )
+    if site.heights is None and not site.relief_m:
+        found.append(
+            f"{site.name} is in mode real without terrain: its ground counts as flat, as high as the base\n"
+            "  help: terrain: in site.yaml"
+        )
+    if not site.people.get("approvers"):
+        found.append(
+            f"{site.name} is in mode real and has no approvers: no task can be approved, so none will fly\n"
+            "  help: people: {approvers: [...]} in site.yaml"
+        )
+    if not any(agent.home for agent in site.agents.values()):
+        found.append(
+            f"{site.name} is in mode real and lists no machine: none is admitted\n"
+            "  help: list each under agents: in site.yaml, with its port"
+        )
+    return found
 
 
 def _library(tasks: list[Path] | None, beside: Path, world: World) -> "tuple[dict[str, Task], list[str]]":
@@ -219,9 +257,13 @@ def _print_news(host: "EngineHost", seen: int) -> int:
     events, _ = host.feed.after(seen)
     for event in events:
         seen = event.n
-        if event.type in TOLD:
+        if event.type in TOLD or _is_handover(event):
             _say(f"{_clock(event.at)}  {'ALARM ' if event.type == 'alarm' else ''}{event.text}")
     return seen
+
+
+def _is_handover(event: "Event") -> bool:
+    return event.type == "agent" and ("taken over" in event.text or "handed back" in event.text)
 
 
 def _say(text: str) -> None:

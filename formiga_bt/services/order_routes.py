@@ -25,9 +25,10 @@ def add(app: FastAPI, stops: Stops) -> None:
         return stops.all(body.order, body.by or "http")
 
     @app.post("/v1/lockdown", tags=["safety"])
-    def lockdown(body: m.LockdownBody) -> m.OrderReply:
-        """Press lockdown (what flies does `how`), or release it."""
-        return stops.lockdown(body.how, body.by or "http")
+    def lockdown(body: m.LockdownBody | None = None) -> m.OrderReply:
+        """Press lockdown (what flies does `how`; without a body it returns), or release it."""
+        order = body or m.LockdownBody()
+        return stops.lockdown(order.how, order.by or "http")
 
     @app.get("/v1/lockdown", tags=["safety"])
     def lockdown_now() -> m.LockdownOut:

@@ -21,6 +21,13 @@ SCOPES: Final = {
     "engine": "by the engine itself",
 }
 
+AGAIN: Final = {
+    "preempted": "it steps aside: it is being preempted",
+    "agent_lost": "it lost a machine",
+    "restart": "a person restarts it",
+}
+"""Why a task is ended to begin anew."""
+
 
 def doing(state: EngineState, order: StandingOrder, now: Micros) -> str:
     """Return what the machine of an order does now: `hwd_1 hovers; it returns by itself in 11 min`."""

@@ -17,11 +17,11 @@ from msgspec import Struct, field
 from formiga_bt.blackboard import Blackboard
 from formiga_bt.clock import Micros
 from formiga_bt.engine import changes as ch
-from formiga_bt.engine.inputs import Alarm, Notify, Step
+from formiga_bt.engine.inputs import Abort, Alarm, LockdownOrder, Notify, Operator, Step
 from formiga_bt.engine.records import AgentRecord, GoalRecord, Question, StandingOrder, TaskRecord
 from formiga_bt.engine.state import EngineState, apply
 from formiga_bt.services.feed import Feed
-from formiga_bt.services.standing import doing, given, lockdown_out
+from formiga_bt.services.standing import AGAIN, doing, given, lockdown_out
 
 ENDED_KEPT: Final = 2000
 ROWS_KEPT: Final = 500
@@ -117,6 +117,7 @@ class View:
     def _fold(self, step: Step) -> None:
         state = self.state
         state.now, state.seq = step.at, step.seq
+        self._refused(step)
         for change in step.changes:
             match change:
                 case ch.TaskPut(task):
@@ -180,6 +181,8 @@ class View:
     def _task(self, at: Micros, task: TaskRecord, before: TaskRecord | None) -> None:
         if before is None or task.status != before.status:
             why = f": {task.code} {task.reason}".rstrip() if task.code else ""
+            if task.again:
+                why = f": {AGAIN[task.again]}; then it begins anew"
             text = f"{task.id} {task.status}{why}"
         elif task.held != before.held:
             text = f"{task.id} " + (f"HELD ({', '.join(task.held)})" if task.held else "goes on")
@@ -250,6 +253,23 @@ class View:
         record = self.state.agents.get(agent)
         data = {"stop": shown.stop, "state": "ended" if order is None else order.state, "by": shown.by}
         self.feed.add("order", at, text, task=record.task if record is not None else "", agent=agent, data=data)
+
+    def _refused(self, step: Step) -> None:
+        """Tell that an order of a person was refused."""
+        given = step.input
+        if not step.reply.startswith("error:") or not isinstance(given, Operator | LockdownOrder | Abort):
+            return
+        match given:
+            case Operator(order, target, _):
+                what = f"{order.replace('handback_', 'handback --')} {target or '--all'}"
+            case LockdownOrder(how, _):
+                target, what = "", f"lockdown {how}"
+            case Abort(target):
+                what = f"abort {target}"
+        _, code, text = step.reply.split(":", 2)
+        data = {"order": what, "target": target, "by": given.by, "state": "refused", "code": code}
+        task = target if target in self.state.tasks else ""
+        self.feed.add("order", step.at, f"refused to {given.by or 'somebody'}: {what}: {text}", task=task, data=data)
 
     def _lockdown(self, at: Micros) -> None:
         shown = lockdown_out(self.state)

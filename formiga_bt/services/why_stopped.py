@@ -11,15 +11,8 @@ from formiga_bt.engine.records import AgentRecord, GoalRecord, TaskRecord
 from formiga_bt.engine.state import EngineState
 from formiga_bt.lang.model import Catalogue, Task
 from formiga_bt.services.because import Because
-from formiga_bt.services.standing import doing, given
+from formiga_bt.services.standing import AGAIN, doing, given
 from formiga_bt.services.words import HOLDS, REASONS, say, span
-
-AGAIN = {
-    "preempted": "it steps aside: it is being preempted",
-    "agent_lost": "it lost a machine",
-    "restart": "a person restarts it",
-}
-"""Why a task is ended to begin anew."""
 
 
 def locked(state: EngineState, now: Micros) -> Iterator[Because]:

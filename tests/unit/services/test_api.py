@@ -355,7 +355,7 @@ def test_health_and_library(service: Service) -> None:
     assert (health["status"], health["site"], health["epoch"]) == ("ok", "meadow", 1)
     assert health["agents"] == {"people": 1, "STANDBY": 1}
     library = service.get("/v1/library")
-    assert [t["task"] for t in library["tasks"]] == ["Ask", "Heavy", "Hello", "Stay"]
+    assert [t["task"] for t in library["tasks"]] == ["Ask", "Heavy", "Hello", "Sos", "Stay"]
     assert [p["name"] for p in library["tasks"][2]["params"]] == ["target", "height"]
 
 

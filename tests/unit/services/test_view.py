@@ -4,7 +4,7 @@ import re
 from pathlib import Path
 
 from formiga_bt.engine.changes import TaskPut
-from formiga_bt.engine.inputs import Alarm, Step, TimerDue
+from formiga_bt.engine.inputs import Alarm, Operator, Step, TimerDue
 from formiga_bt.engine.records import TaskRecord
 from formiga_bt.services import words
 from formiga_bt.services.feed import Feed
@@ -100,3 +100,19 @@ def test_running_steps_are_found_in_the_file() -> None:
 
 def test_spans() -> None:
     assert [span(s * 1_000_000) for s in (-1, 5, 600, 7200)] == ["0 s", "5 s", "10 min", "2.0 h"]
+
+
+def test_refused_orders_and_restarts_are_told_as_what_they_are() -> None:
+    view = View(1)
+    view.start()
+    given = Operator("continue", "hwd_1", "eve")
+    view.feed_step(Step(1, 1000, given, (), (), "error:not_held:hwd_1 is not held"))
+    anew = TaskRecord(id="T-1", name="T", order=1, bundle="", status="ENDING", code="aborted", again="restart")
+    view.feed_step(step(2, TaskPut(anew)))
+    view.catch_up()
+
+    assert [event.text for event in view.feed.after(0)[0]] == [
+        "refused to eve: continue hwd_1: hwd_1 is not held",
+        "T-1 ENDING: a person restarts it; then it begins anew",
+    ]
+    view.stop()

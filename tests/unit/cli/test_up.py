@@ -1,0 +1,55 @@
+"""`formiga up`: what it says of a site before anything flies."""
+
+from pathlib import Path
+
+import pytest
+
+from formiga_bt.cli.app import run
+from formiga_bt.cli.up import gaps
+from formiga_bt.errors import UnusableFile
+from formiga_bt.geo import Place, Region
+from formiga_bt.lang.model import Site, SiteAgent
+
+
+def test_a_real_site_is_told_what_it_leaves_open() -> None:
+    found = gaps(Site(name="north", lat=66.5, lng=25.7, mode="real"), 1.0)
+
+    assert [one.partition("\n")[0] for one in found] == [
+        "north is in mode real without a fence: nothing keeps machines in",
+        "north is in mode real without terrain: its ground counts as flat, as high as the base",
+        "north is in mode real and has no approvers: no task can be approved, so none will fly",
+        "north is in mode real and lists no machine: none is admitted",
+    ]
+
+
+def test_a_whole_site_and_a_simulation_are_told_nothing() -> None:
+    fence = Region((Place(0, 0), Place(9, 0), Place(9, 9)))
+    whole = Site(
+        name="north", lat=66.5, lng=25.7, mode="real", fence=fence, relief_m=5.0, people={"approvers": ("ann",)},
+        agents={"d": SiteAgent("d", "lwd", home="p1")},
+    )  # fmt: skip
+
+    assert gaps(whole, 1.0) == []
+    assert gaps(Site(name="north", lat=66.5, lng=25.7), 10.0) == []
+
+
+def test_no_clock_of_another_speed_on_a_real_site() -> None:
+    with pytest.raises(UnusableFile, match="--speed is for simulations; north is in mode real"):
+        gaps(Site(name="north", lat=66.5, lng=25.7, mode="real"), 2.0)
+
+
+def test_up_refuses_another_speed_before_anything_starts(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert run(["init"]) == 0
+    file = tmp_path / "site.yaml"
+    text = file.read_text(encoding="utf-8").replace("mode: simulation", "mode: real")
+    file.write_text(text + "\npilots: [{id: pia, max_airborne: 1}]\nenvelope: {max_height: 2000 m}\n", encoding="utf-8")
+
+    assert run(["up", "--speed", "2"]) == 2
+
+    said = capsys.readouterr().err
+    assert "warning: " in said
+    assert "W081" in said
+    assert "--speed is for simulations" in said
