@@ -248,9 +248,3 @@ def board_of(state: EngineState) -> Blackboard:
     for task_id, request in state.requests.items():
         board.put(f"/allocation/requests/{task_id}", request)
     return board
-
-
-def family(state: EngineState, task_id: str) -> tuple[str, ...]:
-    """Return a task, then those that it requested and that end with it, and theirs: what has not ended."""
-    mine = [state.tasks[child] for child in state.tasks[task_id].children]
-    return (task_id, *(one for child in mine if child.attached for one in family(state, child.id)))
