@@ -14,7 +14,7 @@ PY := $(VENV)/bin/python
 STAMP := $(VENV)/.made-from-pyproject
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test lint format bench wheel clean
+.PHONY: help demo test external lint format bench wheel clean
 
 help:
 	@sed -n 's/^#   //p' Makefile
@@ -35,8 +35,13 @@ demo: $(STAMP)
 	@$(VENV)/bin/formiga demo
 
 # EXTERNAL=1 runs everything in one go, and a test that says it cannot run then fails (tests/conftest.py).
-test: $(STAMP)
+test: $(STAMP) $(if $(EXTERNAL),external)
 	@FORMIGA_EXTERNAL=$(EXTERNAL) $(PY) -m pytest -n 2 -m '$(if $(EXTERNAL),,not external)' $(PYTEST_ARGS)
+
+# What tests marked `external` need of pip; Node.js and npm are the machine's (.ci/run installs them).
+external: $(STAMP)
+	@$(PY) -m pip install --quiet --disable-pip-version-check --editable '.[dev,btcpp]'
+	@command -v npm >/dev/null || { echo "tests marked external need Node.js and npm (Debian, Ubuntu: apt install nodejs npm)" >&2; exit 1; }
 
 lint: $(STAMP)
 	$(PY) -m ruff format --check .

@@ -41,7 +41,7 @@ def test_btcpp_loads_what_is_exported(path: Path, world: World) -> None:
 def test_btcpp_loads_random_trees() -> None:
     site, catalogue = yard()
     loaded = 0
-    for seed in range(60):
+    for seed in range(120):
         read = load_task_text(task_text(Random(seed)), "random.yaml", catalogue=catalogue, site=site, library=[])
         if read.task is not None:
             load(export_btcpp(read.task, catalogue, read.sources).xml, lambda _tag, _name: True)
