@@ -5,10 +5,11 @@ where it is, right after it was sent somewhere at that height, is there already.
 """
 
 import re
-from collections.abc import Mapping
+from collections.abc import Hashable, Mapping
 from dataclasses import fields, is_dataclass
+from functools import cache
 from itertools import pairwise
-from typing import Any, Final
+from typing import Any, Final, cast
 
 from formiga_bt.lang.model import BreakIf, Catalogue, Do, Expr, Set, Step, Subtree, Wait
 from formiga_bt.lang.reading import Problems
@@ -39,14 +40,20 @@ def check_repeats(steps: tuple[Step, ...], catalogue: Catalogue, problems: Probl
 def bodies(step: Step) -> list[tuple[Step, ...]]:
     """Return the lists of steps inside a step that run in their order; branches of other steps stand alone."""
     found = []
-    for one in fields(step):
-        value = getattr(step, one.name)
+    for name in _parts(cast("Hashable", type(step))):
+        value = getattr(step, name)
         if isinstance(value, tuple) and value and isinstance(value[0], Step):
             found.append(value)
     if not found:
         return [(child,) for child in children(step)]
     in_order = step.kind not in ("parallel", "fallback")
     return found if in_order else [(child,) for body in found for child in body]
+
+
+@cache
+def _parts(kind: Hashable) -> tuple[str, ...]:
+    """Return the names of what a class of the model says, its places left out."""
+    return tuple(part.name for part in fields(cast("Any", kind)) if part.name not in _PLACES)
 
 
 def same(one: Any, other: Any) -> bool:
@@ -63,8 +70,7 @@ def same(one: Any, other: Any) -> bool:
         case Mapping():
             return one.keys() == other.keys() and all(same(value, other[key]) for key, value in one.items())
     if is_dataclass(one):
-        names = (part.name for part in fields(one) if part.name not in _PLACES)
-        return all(same(getattr(one, name), getattr(other, name)) for name in names)
+        return all(same(getattr(one, name), getattr(other, name)) for name in _parts(one.__class__))
     return bool(one == other)
 
 

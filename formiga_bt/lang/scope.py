@@ -96,6 +96,9 @@ OUTSIDE: Final = ("base", "site")
 """The built-ins that a parameter given from outside may read."""
 
 
+_BUILT_IN_TYPES: Final[Mapping[str, Type]] = MappingProxyType({"base": PLACE, "task": TASK_FIELDS, "now": TIME})
+
+
 class Scope:
     """The names that are visible at a place of a task, with their types.
 
@@ -111,7 +114,7 @@ class Scope:
         built_ins: those of `BUILT_INS` that have a value here; without a task there is no `task` and no `now`.
     """
 
-    __slots__ = ("_all", "agent_types", "built_ins", "helpers", "maybe_unset", "names", "roles", "site")
+    __slots__ = ("agent_types", "built_ins", "helpers", "maybe_unset", "names", "roles", "site")
 
     def __init__(
         self,
@@ -125,15 +128,15 @@ class Scope:
         built_ins: tuple[str, ...] = BUILT_INS,
     ) -> None:
         self.names = MappingProxyType(dict(names))
-        self.agent_types = MappingProxyType(dict(agent_types or {}))
+        self.agent_types: Mapping[str, AgentType] = (
+            MappingProxyType(agent_types) if agent_types else MappingProxyType({})
+        )
         self.roles = roles
         reasons = maybe_unset if isinstance(maybe_unset, Mapping) else dict.fromkeys(sorted(maybe_unset), "E019")
         self.maybe_unset = MappingProxyType(dict(reasons))
         self.site = site
         self.helpers = helpers
         self.built_ins = built_ins
-        built_in = {"base": PLACE, "task": TASK_FIELDS, "now": TIME, "site": _site_type(site)}
-        self._all = MappingProxyType({**{name: built_in[name] for name in built_ins}, **names})
 
     def _with(
         self, names: Mapping[str, Type], maybe_unset: Mapping[str, str], roles: frozenset[str] | None = None
@@ -167,7 +170,10 @@ class Scope:
 
     def type_of(self, name: str) -> Type | None:
         """Return the type of a name, or None if it is not visible here."""
-        return self._all.get(name)
+        found = self.names.get(name)
+        if found is not None or name not in self.built_ins:
+            return found
+        return _site_type(self.site) if name == "site" else _BUILT_IN_TYPES[name]
 
     def visible(self) -> tuple[str, ...]:
         """Return every name that is legal here, the author's own first."""

@@ -8,7 +8,8 @@ import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Final
+from operator import is_
+from typing import TYPE_CHECKING, Any, Final
 
 from formiga_bt.diagnostics import Diagnostic, Fix, Mark
 from formiga_bt.geo import Place, Position
@@ -157,6 +158,8 @@ class Body:
         self.needs: dict[str, dict[str, None]] = {}
         self.extra: dict[str, Type] = {}
         self.flow = Flow()
+        self._seen: tuple[list[Any], Scope] | None = None
+        """What the last scope was made of, and that scope."""
         self.dropped = False
         """A step could not be read: what follows from the order of the steps is not known."""
 
@@ -232,11 +235,20 @@ class Body:
     # --- compiling ---------------------------------------------------------------------------------------------
 
     def scope(self) -> Scope:
-        """Return the scope of this point."""
+        """Return the scope of this point; the same one as long as nothing is defined or saved."""
+        here = [*self.names, *self.names.values(), *self.flow.saved, *self.flow.saved.values()]
+        here += [self.flow.sure, self.optional, *self.extra, *self.extra.values(), *self.agents]
+        if self._seen is None or len(here) != len(self._seen[0]) or not all(map(is_, here, self._seen[0])):
+            self._seen = (here, self._scope())  # the very same things: equal ones may differ in what equality ignores
+        return self._seen[1]
+
+    def _scope(self) -> Scope:
         names = {name: named.type for name, named in self.names.items()}
-        names.update({name: named.type for name, named in self.flow.saved.items() if name not in names})
+        for name, named in self.flow.saved.items():
+            names.setdefault(name, named.type)
         names.update(self.extra)
-        unset = {name: self._why_unset(name) for name in names if self.is_unsure(name)}
+        doubtful = (self.optional | self.flow.saved.keys()) - self.flow.sure
+        unset = {name: self._why_unset(name) for name in names if name in doubtful and self.is_unsure(name)}
         return Scope(
             names,
             agent_types=self.world.catalogue.types,

@@ -11,6 +11,7 @@ import difflib
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import pairwise
 from types import MappingProxyType
 from typing import Final, Literal, cast
@@ -117,8 +118,9 @@ class Parsed:
         return self.source[start:end]
 
 
+@lru_cache(maxsize=1024)
 def parse_expression(source: str) -> Parsed:
-    """Parse an expression.
+    """Parse an expression; the newest thousand are kept, for many a name stands in a file again and again.
 
     Raises:
         ExprSyntax: it is not one, or it is too large.
@@ -142,7 +144,8 @@ def parse_expression(source: str) -> Parsed:
         root = ast.parse(" ".join(pieces), mode="eval").body
     except (SyntaxError, ValueError, MemoryError, RecursionError, OverflowError) as error:
         raise _explain(error, tokens, tuple(starts)) from None
-    if sum(isinstance(node, ast.expr) for node in ast.walk(root)) > MAX_NODES:
+    # each part has a sign or word of its own, so a text with few of them need not be counted
+    if len(tokens) > MAX_NODES and sum(isinstance(node, ast.expr) for node in ast.walk(root)) > MAX_NODES:
         raise ExprSyntax(0, len(source), f"an expression may have {MAX_NODES} parts", "split it with vars:")
     return Parsed(source, tuple(tokens), tuple(starts), root)
 

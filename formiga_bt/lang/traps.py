@@ -71,7 +71,7 @@ def explain_tag(source: str, file: str, line: int) -> Diagnostic | None:
 
 def hidden_text(line: str, end: int, file: str, number: int) -> Diagnostic | None:
     """Return E001 where a plain text, which ends at column `end`, goes on after ` #` and a digit: `Row #3`."""
-    if not re.match(r" #\d", line[end:]):
+    if not line.startswith(" #", end) or not re.match(r" #\d", line[end : end + 3]):
         return None
     return _found((end + 1, len(line), _HIDDEN, _mend_hash(line)), file, number, line)
 
