@@ -1,6 +1,7 @@
 """All checks of a file of any kind, as `formiga check` makes them, with what is visible at each step.
 
-May take seconds for thousands of steps; changes nothing of the document. The server calls it in a thread of its own.
+May take seconds for thousands of steps; changes nothing of the document. The server has it called in
+a process of its own (`worker`).
 """
 
 from collections.abc import Sequence
@@ -28,7 +29,7 @@ class Checked:
 
 def check(project: Project, document: Document) -> Checked:
     """Check a file with all that it reads."""
-    recorder = Recorder(str(document.path), document.lines, project.calm)
+    recorder = Recorder(str(document.path), document.lines)
     found = _problems(project, document, recorder)
     return Checked(document.version, tuple(found), recorder.seen() if recorder.entries else None)
 

@@ -1,13 +1,13 @@
 """The open files of an editor, what they are checked against, and what the last check of each saw.
 
 A file that is open is read from the editor, also where another file imports it. Everything here is data in, data out; the
-server decides when to check and in which thread.
+server decides when to check.
 """
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from threading import Event, Lock
+from threading import Lock
 from typing import Final
 
 from formiga_bt.diagnostics import Diagnostic, Mark
@@ -107,9 +107,6 @@ class Project:
         self.open: dict[Path, Document] = {}
         self._catalogue: tuple[object, Catalogue, tuple[Diagnostic, ...]] | None = None
         self._sites: dict[Path, tuple[object, Site | None]] = {}
-        self.calm = Event()
-        """Set while nobody waits for an answer; a check goes on only then."""
-        self.calm.set()
         self._units: dict[Path, tuple[object, Index]] = {}
 
     # --- files --------------------------------------------------------------------------------------------------
@@ -123,7 +120,7 @@ class Project:
         """Return what changes whenever the text of a file does."""
         document = self.open.get(path.resolve())
         if document is not None:
-            return ("open", document.version)
+            return ("open", document.version, hash(document.text))
         try:
             return path.stat().st_mtime_ns
         except OSError:

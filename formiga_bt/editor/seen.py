@@ -3,15 +3,10 @@
 from bisect import bisect_left
 from collections.abc import Sequence
 from dataclasses import dataclass
-from threading import Event
-from typing import Final
 
 from formiga_bt.diagnostics import Mark
 from formiga_bt.editor.where import Where
 from formiga_bt.lang.scope import Scope
-
-PATIENCE_S: Final = 1.0
-"""No longer does a check wait at a step."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,15 +80,13 @@ def _step_line(where: Where) -> int:
 class Recorder:
     """Gathers what is visible at each step of one file. Neighbours share what is equal."""
 
-    def __init__(self, file: str, lines: Sequence[str], calm: Event) -> None:
-        self._calm = calm
+    def __init__(self, file: str, lines: Sequence[str]) -> None:
         self.file = file
         self.lines = lines
         self.entries: list[tuple[int, int, Scope]] = []
 
     def __call__(self, mark: Mark, scope: Scope) -> None:
-        """Note what is visible at a place; wait while somebody waits for an answer."""
-        self._calm.wait(PATIENCE_S)
+        """Note what is visible at a place."""
         if mark.file != self.file:
             return
         last = self.entries[-1][2] if self.entries else None

@@ -1,19 +1,19 @@
 """Speaks the Language Server Protocol for the rest of this room: messages in and out, no rules of the language.
 
-Requests are answered at once, from the text and the last check. Checks wait until typing pauses and run in one thread of
-their own. The only module that imports `pygls` and `lsprotocol` (the extra `formiga-bt[lsp]`). Called by `formiga lsp`.
+Requests are answered at once, from the text and the last check. Checks wait until typing pauses and run in a process of their
+own (`worker`). The only module that imports `pygls` and `lsprotocol` (the extra `formiga-bt[lsp]`). Called by `formiga lsp`.
 """
 
 import asyncio
-import functools
+import gc
 import logging
 import os
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import redirect_stdout
 from pathlib import Path
-from typing import Any, Final, TypeVar
+from typing import Any, Final
 
 from lsprotocol import types as lsp
 from pygls import uris
@@ -22,13 +22,13 @@ from pygls.lsp.server import LanguageServer
 
 from formiga_bt import __version__
 from formiga_bt.editor import navigate
-from formiga_bt.editor.checks import Checked, check
 from formiga_bt.editor.columns import from_client, to_client
 from formiga_bt.editor.complete import Item, complete
 from formiga_bt.editor.hover import hover, signatures
 from formiga_bt.editor.index import Symbol
 from formiga_bt.editor.project import Document, Project, lines_of
 from formiga_bt.editor.report import Shown, Span, shown
+from formiga_bt.editor.worker import Checker, Job, Report
 from formiga_bt.packaged import folder
 
 PAUSE_S: Final = 0.25
@@ -37,7 +37,10 @@ PAUSE_OTHERS_S: Final = 0.75
 """So long after it, the other open files, which may read it."""
 
 SWITCH_S: Final = 0.0005
-"""So long a check may keep the interpreter when an editor asks; Python's own 5 ms add up over a request."""
+"""So long the reading of a text may keep the interpreter when an editor asks; Python's own 5 ms add up over a request."""
+
+GARBAGE: Final = (100_000, 20, 50)
+"""Looking for garbage as often as Python does takes four times as long as reading a text of 6,000 lines."""
 
 _KINDS: Final = {
     "kind": lsp.CompletionItemKind.Keyword,
@@ -78,7 +81,9 @@ class Server(LanguageServer):
         self._actions = tuple(actions)
         self._site = site
         self._due: dict[str, asyncio.TimerHandle] = {}
-        self._pool = ThreadPoolExecutor(1, "check")
+        self.checker = Checker()
+        self._checks = ThreadPoolExecutor(1, "check")
+        self._texts = ThreadPoolExecutor(1, "read")
 
     # --- documents ----------------------------------------------------------------------------------------------
 
@@ -101,6 +106,7 @@ class Server(LanguageServer):
         document = known.changed(text, version) if known is not None else Document(path_of(uri), text, version)
         self.documents[uri] = document
         self.project.open[document.path] = document
+        self.checker.overtake(document.path)
         self.check_soon(uri, pause_s)
         for other in self.documents:
             if other != uri:
@@ -132,33 +138,37 @@ class Server(LanguageServer):
         document = self.documents.get(uri)
         if document is None:
             return
-        asyncio.get_running_loop().run_in_executor(self._pool, self._check, uri, document).add_done_callback(
+        loop = asyncio.get_running_loop()
+        loop.run_in_executor(self._texts, document.index)
+        loop.run_in_executor(self._checks, self._check, uri, document).add_done_callback(
             lambda done: self._finish(uri, document, done)
         )
 
-    def _check(self, uri: str, document: Document) -> Checked | None:
-        """In the checking thread: check a file, unless the editor has a newer text already."""
+    def _check(self, uri: str, document: Document) -> Report | None:
+        """In the thread that waits for checks: have a file checked, unless the editor has a newer text already."""
         if self.documents.get(uri) is not document:
             return None
-        document.index()
-        return check(self.project, document)
+        project = self.project
+        texts = {path: (one.version, one.text) for path, one in list(project.open.items())}
+        return self.checker.check(Job(tuple(project.actions), project.site, project.root, document.path, texts))
 
-    def _finish(self, uri: str, document: Document, done: "asyncio.Future[Checked | None]") -> None:
+    def _finish(self, uri: str, document: Document, done: "asyncio.Future[Report | None]") -> None:
         error = done.exception()
         if error is not None:
             logging.getLogger(__name__).error("cannot check %s", document.path, exc_info=error)
             return
-        found, present = done.result(), self.documents.get(uri)
-        if found is None or present is None:
+        report, present = done.result(), self.documents.get(uri)
+        if report is None or present is None:
             return
+        found = report.checked(document, self.project.catalogue(), self.project.site_of(document.path))
         if found.seen is not None:
             present.seen = found.seen
         if present is not document:
             return
         problems = shown(self.project, document, found.diagnostics)
         self.reports[uri] = (found.version, problems)
-        report = lsp.PublishDiagnosticsParams(uri, [self.diagnostic(one) for one in problems], found.version)
-        self.text_document_publish_diagnostics(report)
+        told = [self.diagnostic(one) for one in problems]
+        self.text_document_publish_diagnostics(lsp.PublishDiagnosticsParams(uri, told, found.version))
 
     # --- positions ----------------------------------------------------------------------------------------------
 
@@ -232,26 +242,14 @@ def serve(actions: Sequence[Path] = (), site: Path | None = None) -> None:
     with os.fdopen(os.dup(sys.stdin.fileno()), "rb") as words_in:
         words_out = os.fdopen(os.dup(sys.stdout.fileno()), "wb")  # the server closes it
         sys.setswitchinterval(SWITCH_S)
+        gc.set_threshold(*GARBAGE)
         with redirect_stdout(sys.stderr):
-            make(Server(actions, site)).start_io(words_in, words_out)
-
-
-Answer = TypeVar("Answer")
-Params = TypeVar("Params")
-
-
-def at_once(answer: Callable[[Server, Params], Answer]) -> Callable[[Server, Params], Answer]:
-    """Let a check stand still while a request is answered: both would need the one interpreter."""
-
-    @functools.wraps(answer)
-    def call(ls: Server, params: Params) -> Answer:
-        ls.project.calm.clear()
-        try:
-            return answer(ls, params)
-        finally:
-            ls.project.calm.set()
-
-    return call
+            server = make(Server(actions, site))
+            server.checker.warm_up()
+            try:
+                server.start_io(words_in, words_out)
+            finally:
+                server.checker.stop()
 
 
 def make(server: Server) -> Server:
@@ -297,7 +295,6 @@ def _add_writing(server: Server) -> None:
     triggers = [".", " ", ":", "{", "[", "'", "/", "-"]
 
     @server.feature(lsp.TEXT_DOCUMENT_COMPLETION, lsp.CompletionOptions(trigger_characters=triggers))
-    @at_once
     def completion(ls: Server, params: lsp.CompletionParams) -> lsp.CompletionList | None:
         document = ls.documents.get(params.text_document.uri)
         if document is None:
@@ -307,7 +304,6 @@ def _add_writing(server: Server) -> None:
         return lsp.CompletionList(False, [_item(ls, document, line, item) for item in found])
 
     @server.feature(lsp.TEXT_DOCUMENT_HOVER)
-    @at_once
     def hovered(ls: Server, params: lsp.HoverParams) -> lsp.Hover | None:
         document = ls.documents.get(params.text_document.uri)
         if document is None:
@@ -320,7 +316,6 @@ def _add_writing(server: Server) -> None:
         return lsp.Hover(text, ls.range(document.path, line, found.start, line, found.end))
 
     @server.feature(lsp.TEXT_DOCUMENT_SIGNATURE_HELP, lsp.SignatureHelpOptions(["(", ","]))
-    @at_once
     def signature_help(ls: Server, params: lsp.SignatureHelpParams) -> lsp.SignatureHelp | None:
         document = ls.documents.get(params.text_document.uri)
         found = signatures(ls.project, document, *ls.position(document, params.position)) if document else None
@@ -337,7 +332,6 @@ def _add_writing(server: Server) -> None:
     @server.feature(
         lsp.TEXT_DOCUMENT_CODE_ACTION, lsp.CodeActionOptions(code_action_kinds=[lsp.CodeActionKind.QuickFix])
     )
-    @at_once
     def code_action(ls: Server, params: lsp.CodeActionParams) -> list[lsp.CodeAction]:
         uri = params.text_document.uri
         document, (version, problems) = ls.documents.get(uri), ls.reports.get(uri, (-1, []))
@@ -381,7 +375,6 @@ def _mend(ls: Server, document: Document, one: Shown) -> lsp.CodeAction | None:
 
 def _add_names(server: Server) -> None:
     @server.feature(lsp.TEXT_DOCUMENT_DEFINITION)
-    @at_once
     def definition(ls: Server, params: lsp.DefinitionParams) -> lsp.Location | None:
         document = ls.documents.get(params.text_document.uri)
         if document is None:
@@ -390,7 +383,6 @@ def _add_names(server: Server) -> None:
         return _location(ls, found) if found is not None else None
 
     @server.feature(lsp.TEXT_DOCUMENT_REFERENCES)
-    @at_once
     def references(ls: Server, params: lsp.ReferenceParams) -> list[lsp.Location]:
         document = ls.documents.get(params.text_document.uri)
         if document is None:
@@ -400,7 +392,6 @@ def _add_names(server: Server) -> None:
         return [_location(ls, at) for at in navigate.references(document, line, col, with_definition=with_own)]
 
     @server.feature(lsp.TEXT_DOCUMENT_DOCUMENT_HIGHLIGHT)
-    @at_once
     def highlight(ls: Server, params: lsp.DocumentHighlightParams) -> list[lsp.DocumentHighlight]:
         document = ls.documents.get(params.text_document.uri)
         if document is None:
@@ -409,7 +400,6 @@ def _add_names(server: Server) -> None:
         return [lsp.DocumentHighlight(_location(ls, at).range) for at in found]
 
     @server.feature(lsp.TEXT_DOCUMENT_PREPARE_RENAME)
-    @at_once
     def prepare(ls: Server, params: lsp.PrepareRenameParams) -> lsp.PrepareRenamePlaceholder | None:
         document = ls.documents.get(params.text_document.uri)
         if document is None:
@@ -421,7 +411,6 @@ def _add_names(server: Server) -> None:
         return lsp.PrepareRenamePlaceholder(ls.range(document.path, one.line, one.start, one.line, one.end), one.name)
 
     @server.feature(lsp.TEXT_DOCUMENT_RENAME, lsp.RenameOptions(prepare_provider=True))
-    @at_once
     def rename(ls: Server, params: lsp.RenameParams) -> lsp.WorkspaceEdit | None:
         document = ls.documents.get(params.text_document.uri)
         if document is None:
@@ -441,14 +430,12 @@ def _location(ls: Server, at: navigate.Place) -> lsp.Location:
 
 def _add_outline(server: Server) -> None:
     @server.feature(lsp.TEXT_DOCUMENT_DOCUMENT_SYMBOL)
-    @at_once
     def symbols(ls: Server, params: lsp.DocumentSymbolParams) -> list[lsp.DocumentSymbol]:
         document = ls.documents.get(params.text_document.uri)
         index = document.index() if document is not None else None
         return [_symbol(ls, document, one) for one in index.symbols()] if document is not None and index else []
 
     @server.feature(lsp.TEXT_DOCUMENT_FOLDING_RANGE)
-    @at_once
     def folding(ls: Server, params: lsp.FoldingRangeParams) -> list[lsp.FoldingRange]:
         document = ls.documents.get(params.text_document.uri)
         index = document.index() if document is not None else None
