@@ -21,7 +21,7 @@ def command(
     as_json: JsonOption = False,
     site: SiteOption = None,
 ) -> None:
-    """End a task: its steps stop, its cleanup runs, its machines come home."""
+    """End a task: its steps stop, its cleanup runs, what flies comes home; what stands away from its port stays there."""
     if now and abandon:
         raise UnusableFile("--now and --abandon exclude each other")
     client = connect(site)

@@ -51,16 +51,25 @@ def command(
 
 
 def _suggestions(found: dict[str, Any]) -> list[str]:
-    bad = [f"formiga agents clear {a['id']}" for a in found["agents"] if a["quarantine"]]
+    bad = [f"formiga agents clear {a['id']}" for a in found["agents"] if a["quarantine"] and a["liveness"] == "ALIVE"]
     back = [
         f"formiga handback {a['id']} --continue|--return|--end"
         for a in found["agents"]
         if a["taken"] and a["control"] == "engine"
     ]
     orders = [a["order"] for a in found["agents"] if a["order"] and a["order"]["scope"] in ("agent", "task", "all")]
-    ordered = [f"formiga continue {order['agent']}" for order in orders if order["stop"] != "cut"]
+    ordered = [f"formiga continue {order['agent']}" for order in orders if _may_go_on(order, found["agents"])]
     locked = ["formiga lockdown release"] if found["lockdown"]["on"] else []
-    return [*locked, *back[:1], *bad[:1], *ordered[:1]] or ["formiga run TASK --follow"]
+    if locked:
+        ordered = []
+    return [*locked, *back, *bad, *ordered] or ["formiga run TASK --follow"]
+
+
+def _may_go_on(order: dict[str, Any], agents: list[dict[str, Any]]) -> bool:
+    """Return whether `continue` would not be refused because the machine is on its way, cut, or not ours to command."""
+    agent = next(a for a in agents if a["id"] == order["agent"])
+    under_way = order["stop"] != "hold" and order["state"] == "open" and agent["landed"] != "grounded"
+    return order["stop"] != "cut" and not under_way and agent["control"] == "engine" and not agent["taken"]
 
 
 def _row(agent: dict[str, Any]) -> tuple[str, ...]:
@@ -83,7 +92,7 @@ def _row(agent: dict[str, Any]) -> tuple[str, ...]:
         state,
         battery,
         place,
-        agent["task"],
+        agent["task"] or (order["task"] if order is not None else ""),
         agent["action"],
         HEARD[agent["liveness"]],
         note,

@@ -14,7 +14,7 @@ def command(
     as_json: JsonOption = False,
     site: SiteOption = None,
 ) -> None:
-    """Restart a task: its cleanup runs, its machines come home, and it waits for agents to begin at its first step.
+    """Restart a task: its cleanup runs, what flies comes home, and it waits for agents to begin at its first step.
 
     For a task that cannot be continued. It keeps its id and what it was requested with. Example: formiga restart PickUp-12
     """

@@ -6,6 +6,7 @@ Called by the engine with each `Operator` input. A refusal is a TaskError with a
 
 from collections.abc import Sequence
 
+from formiga_bt.engine.continuing import obstacle
 from formiga_bt.engine.core import Core
 from formiga_bt.engine.fleet import Fleet
 from formiga_bt.engine.goals import Goals
@@ -133,19 +134,9 @@ class Command:
         core = self._core
         if agent.control != "engine" or agent.taken:
             raise TaskError(*(self._orders.refusal(agent, "") or ("not_in_command", "")))
-        order = core.state.orders.get(agent.id)
-        carrier = core.state.tasks.get(order.task) if order is not None else None
-        if order is not None and order.stop == "cut":
-            raise TaskError("cut", f"the motors of {agent.id} were ordered to be cut")
-        if carrier is not None and carrier.section != "done" and agent.landed != "grounded":
-            assert order is not None
-            text = f"{agent.id} is on its way ({order.stop}); let it end, or formiga hold {agent.id} first"
-            raise TaskError("order_under_way", text)
-        for goal in self._orders.waiting(agent):
-            text = self._orders.cannot(goal, agent)
-            if text and goal.section == "steps":
-                way_out = f"formiga restart {goal.task} begins anew, formiga abort {goal.task} ends it"
-                raise TaskError("cannot_continue", f"{text}; {way_out}")
+        problem = obstacle(core.state, agent, core.action)
+        if problem is not None:
+            raise TaskError(*problem)
 
     # -- restart, abort ------------------------------------------------------------------------------------------
     def _restart(self, target: str, by: str) -> None:

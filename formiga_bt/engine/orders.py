@@ -19,6 +19,7 @@ from msgspec.structs import replace
 
 from formiga_bt.clock import SECOND, Micros
 from formiga_bt.engine import changes as ch
+from formiga_bt.engine import continuing
 from formiga_bt.engine.core import EVERYTHING, Core
 from formiga_bt.engine.fleet import Fleet
 from formiga_bt.engine.goals import Goals
@@ -298,29 +299,15 @@ class Orders:
 
     def waiting(self, agent: AgentRecord) -> list[GoalRecord]:
         """Return the goals of a machine that wait at the gate or for a person's word."""
-        goals = self._core.state.goals.values()
-        return [g for g in goals if g.agent == agent.id and g.task and g.state in ("interrupted", "gated")]
+        return list(continuing.waiting(self._core.state, agent))
 
     def cannot(self, goal: GoalRecord, agent: AgentRecord) -> str:
         """Return why a goal cannot be sent anew, or ""."""
-        spec = self._core.action(goal.action)
-        if self.is_done(goal, agent):
-            return ""
-        if goal.state == "interrupted" and not spec.repeatable:
-            return f"{goal.action} of {agent.id} may not be done a second time"
-        if spec.requires and agent.landed != spec.requires:
-            return f"{goal.action} needs {agent.id} {spec.requires}, it is {agent.landed}"
-        return ""
+        return continuing.cannot(goal, agent, self._core.action(goal.action))
 
     def is_done(self, goal: GoalRecord, agent: AgentRecord) -> bool:
-        """Return whether what an interrupted goal was for is so already: it is in the air, or stands where it was to land."""
-        spec = self._core.action(goal.action)
-        if goal.state != "interrupted" or not spec.effect or agent.landed != spec.effect:
-            return False
-        target = goal.fields.get(spec.moves_to)
-        if target is None:
-            return not spec.moves_to
-        return agent.position is not None and horizontal_m(agent.position, target) <= AT_PORT_M
+        """Return whether what an interrupted goal was for is so already."""
+        return continuing.is_done(goal, agent, self._core.action(goal.action))
 
     def resume(self, agent: AgentRecord, *, steps: bool = True) -> None:
         """The steps of a machine's interrupted goals send them anew; what waits at the gate reads its fields anew.

@@ -6,24 +6,17 @@ Pure functions over the view's copy of the state.
 from collections.abc import Iterable, Mapping
 
 from formiga_bt.clock import Micros
-from formiga_bt.engine.records import AgentRecord, StandingOrder, family
+from formiga_bt.engine.records import AgentRecord, StandingOrder
 from formiga_bt.engine.state import EngineState
+from formiga_bt.lang.model import Catalogue
 from formiga_bt.services import order_models as out
+from formiga_bt.services.going_on import HANDBACK, in_the_way, stays, ways_on, ways_on_of
 from formiga_bt.services.standing import doing
 
 
 def machines(state: EngineState) -> list[AgentRecord]:
     """Return all machines, in the order in which they came."""
     return sorted((a for a in state.agents.values() if not a.human), key=lambda a: a.order)
-
-
-def machines_of(state: EngineState, task_id: str) -> list[AgentRecord]:
-    """Return the machines of a task and of those that it requested and that end with it; none if it is unknown."""
-    tasks = [state.tasks[one] for one in family(state.tasks, task_id)] if task_id in state.tasks else []
-    ids = {agent for task in tasks for group in task.roles.values() for agent in group} | {
-        t.system_agent for t in tasks
-    }
-    return [a for a in machines(state) if a.id in ids]
 
 
 def held_tasks(state: EngineState) -> dict[str, tuple[str, ...]]:
@@ -64,9 +57,14 @@ def sorted_out(
             hint = f"find it; when it is here again: formiga agents clear {agent.id}"
             skipped.append(passed_over(state, agent, "agent_lost", f"{agent.id} {text}", hint))
         elif agent.control != "engine" or agent.taken:
-            who = f"is in the hands of its {agent.control}" if agent.control != "engine" else "was taken over"
-            text = f"{agent.id} {who}" + ("; lockdown reaches it when it is handed back" if at_lockdown else "")
-            skipped.append(passed_over(state, agent, "not_in_command", text, f"formiga handback {agent.id} --return"))
+            has_it = agent.control != "engine"
+            who = (
+                f"is in the hands of its {agent.control}" if has_it else "was taken over, and nobody has handed it back"
+            )
+            text = f"{agent.id} {who}" + ("; lockdown reaches it when that is done" if at_lockdown else "")
+            when = f"when its {agent.control} has given it back: " if has_it else ""
+            hint = when + HANDBACK.format(agent=agent.id)
+            skipped.append(passed_over(state, agent, "not_in_command", text, hint))
         elif agent.landed == "grounded":
             ordered.append(out.OrderedOut(who=agent.id, text=f"{agent.id} stands on the ground"))
         elif at_lockdown and agent.task in state.tasks and state.tasks[agent.task].section == "recover":
@@ -91,44 +89,61 @@ def passed_over(state: EngineState, agent: AgentRecord, code: str, text: str, hi
     )
 
 
-def after_stop(state: EngineState, order: str, target: str, ordered: list[out.OrderedOut]) -> list[str]:
-    """Return the commands of which a person should give one after a stop."""
+def after_stop(state: EngineState, order: str, target: str, catalogue: Catalogue | None) -> list[str]:
+    """Return the commands of which a person should give one after a stop; none of them would be refused now."""
     if order == "cut":
         return ["formiga agents"]
     if not target:
-        return ["formiga continue --all", "formiga tasks"]
+        ready = [a for a in machines(state) if a.id in state.orders and in_the_way(state, a, catalogue) is None]
+        first = "formiga lockdown release" if state.lockdown is not None else "formiga continue --all"
+        return [first if ready or state.lockdown is not None else "formiga agents", "formiga tasks"]
     agent = state.agents.get(target)
-    task = agent.task if agent is not None else target
-    if task and task in state.tasks and not state.tasks[task].system_agent:
-        return [f"formiga continue {task}", f"formiga abort {task}"]
-    return [f"formiga continue {target}"] if ordered or agent is not None else ["formiga tasks"]
+    if agent is not None:
+        return ways_on_of(state, agent, catalogue)
+    return ways_on(state, state.tasks[target], catalogue) if target in state.tasks else ["formiga tasks"]
 
 
-def restarted(task: str) -> out.OrderReply:
-    """Return the answer to a restart."""
-    text = f"{task} tidies up, its machines come home, and it begins anew from its first step"
+def restarted(state: EngineState, task: str, keep: Iterable[AgentRecord]) -> out.OrderReply:
+    """Return the answer to a restart; `keep`: its machines."""
+    text = f"{task} tidies up, what flies comes home, what stands stays where it is, and it begins anew from its first step"
+    orders = [state.orders[agent.id] for agent in keep if agent.id in state.orders]
+    kept = [
+        out.SkippedOut(
+            who=order.agent,
+            code="held",
+            text=f"{order.agent} is not granted to it before: `{order.stop}` was given to it by itself, and stands",
+            hint=f"then: formiga continue {order.agent}",
+        )
+        for order in orders
+        if order.scope in ("agent", "all")
+    ]
     return out.OrderReply(
         order="restart",
         target=task,
         stands_already=False,
         text=text,
         ordered=[out.OrderedOut(who=task, text=text)],
-        skipped=[],
+        skipped=kept,
         next=[f"formiga why {task}"],
     )
 
 
-def released(held: list[str], text: str, *, already: bool = False) -> out.OrderReply:
+def released(
+    state: EngineState | None, held: list[str], text: str, catalogue: Catalogue | None = None, *, already: bool = False
+) -> out.OrderReply:
     """Return the answer to the release of a lockdown; `held`: the tasks that wait for a word."""
-    left = [
-        out.SkippedOut(
-            who=task,
-            code="held",
-            text=f"{task} was interrupted and waits for your word",
-            hint=f"formiga continue {task}",
-        )
-        for task in held
-    ]
+    left, ways = [], []
+    for task in held:
+        assert state is not None
+        then = ways_on(state, state.tasks[task], catalogue)
+        ways.append(then)
+        why = stays(state, task, catalogue)
+        said = f"{task} was interrupted and waits for your word" + (f"; it cannot go on now: {why}" if why else "")
+        left.append(out.SkippedOut(who=task, code="held", text=said, hint=then[0]))
+    go_on = any(then[0].startswith("formiga continue") for then in ways)
+    following = (
+        ["formiga continue --all", f"formiga abort {held[0]}"] if go_on else ways[0] if ways else ["formiga tasks"]
+    )
     return out.OrderReply(
         order="lockdown",
         target="release",
@@ -136,7 +151,7 @@ def released(held: list[str], text: str, *, already: bool = False) -> out.OrderR
         text=text,
         ordered=[],
         skipped=left,
-        next=["formiga continue --all", f"formiga abort {held[0]}"] if held else ["formiga tasks"],
+        next=following,
     )
 
 

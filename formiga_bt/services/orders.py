@@ -91,7 +91,7 @@ class Orders:
         self._places: dict[str, StepPlaces] = {}
         self._keys: OrderedDict[str, _Keyed] = OrderedDict()
         self._keys_lock = threading.Lock()
-        self.stops = Stops(self._ask, view, site, driver.now)
+        self.stops = Stops(self._ask, view, site, driver.now, catalogue)
         self.desk_people: set[str] = set()
         self.telling = Telling(desk, self.desk_people, view, site, catalogue, driver.now)
         self.closed_for = ""
@@ -185,8 +185,10 @@ class Orders:
         self._view.catch_up()
         if how == "abandon":
             return f"{task_id} is abandoned; its machines are quarantined: formiga agents"
-        return f"{task_id} ends: " + (
-            "its machines come home" if how == "now" else "it tidies up, its machines come home"
+        return (
+            f"{task_id} ends: "
+            + ("what flies comes home" if how == "now" else "it tidies up, what flies comes home")
+            + "; what stands away from its port stays there"
         )
 
     def tasks(self, status: str = "", limit: int = 100) -> out.TasksOut:

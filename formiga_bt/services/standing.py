@@ -59,14 +59,14 @@ def doing(state: EngineState, order: StandingOrder, now: Micros) -> str:
 
 
 def _out_of_reach(agent: AgentRecord, order: StandingOrder) -> str:
-    then = f"`{order.stop}` stands for when it can be commanded again"
+    then = f"`{order.stop}` stands for when that is done"
     if agent.control in ("pilot", "failsafe"):
-        return f"is in the hands of its {agent.control}; {then}"
+        return f"is in the hands of its {agent.control}; `{order.stop}` stands for when its {agent.control} has given it back"
     if agent.taken:
         return f"was taken over and nobody has handed it back yet; {then}"
     if agent.liveness == "SUSPECT" and order.state == "open":
         return f"{not_heard(agent)}: it may not have got `{order.stop}`, which stands for when it is heard of again"
-    return f"is not heard of; {then}" if agent.liveness == "LOST" else ""
+    return f"is not heard of; `{order.stop}` stands for when it is" if agent.liveness == "LOST" else ""
 
 
 def not_heard(agent: AgentRecord) -> str:

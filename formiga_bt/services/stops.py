@@ -9,16 +9,16 @@ from typing import Final
 
 from formiga_bt.clock import Micros
 from formiga_bt.engine.inputs import Input, LockdownOrder, Operator, OperatorOrder
-from formiga_bt.engine.records import AgentRecord, StandingOrder
+from formiga_bt.engine.records import AgentRecord, StandingOrder, TaskRecord
 from formiga_bt.engine.state import EngineState
-from formiga_bt.lang.model import Site
+from formiga_bt.lang.model import Catalogue, Site
 from formiga_bt.services import order_models as out
+from formiga_bt.services.going_on import machines_of, stays, ways_on, ways_on_of
 from formiga_bt.services.order_replies import (
     after_stop,
     count,
     held_tasks,
     machines,
-    machines_of,
     passed_over,
     released,
     restarted,
@@ -42,9 +42,18 @@ class Stops:
         view: the copy of the engine's state.
         site: whether it requires preflight.
         now: the engine time.
+        catalogue: tells what an interrupted action requires.
     """
 
-    def __init__(self, ask: Callable[[Input], str], view: View, site: Site, now: Callable[[], Micros]) -> None:
+    def __init__(
+        self,
+        ask: Callable[[Input], str],
+        view: View,
+        site: Site,
+        now: Callable[[], Micros],
+        catalogue: Catalogue | None = None,
+    ) -> None:
+        self._catalogue = catalogue
         self._ask = ask
         self._view = view
         self._site = site
@@ -103,7 +112,7 @@ class Stops:
                 )
                 return self._stopped(state, order, target, agents, before, stands_already=same)
             if order == "restart":
-                return restarted(target)
+                return restarted(state, target, agents)
             return self._went_on(state, target, agents, before, held)
 
     def _standing(self) -> tuple[dict[str, StandingOrder], dict[str, tuple[str, ...]]]:
@@ -136,7 +145,7 @@ class Stops:
             text=text,
             ordered=ordered,
             skipped=skipped,
-            next=after_stop(state, order, target, ordered),
+            next=after_stop(state, order, target, self._catalogue),
         )
 
     def _went_on(
@@ -153,7 +162,7 @@ class Stops:
             order = state.orders.get(agent.id)
             if order is not None:
                 text = f"`{order.stop}` still stands on it: {doing(state, order, now)}"
-                skipped.append(passed_over(state, agent, "ordered", text, f"formiga continue {agent.id}"))
+                skipped.append(passed_over(state, agent, "ordered", text, ways_on_of(state, agent, self._catalogue)[0]))
             elif agent.id in before:
                 ordered.append(out.OrderedOut(who=agent.id, text=f"{agent.id} is free of `{before[agent.id].stop}`"))
         for task_id, causes in held.items():
@@ -161,18 +170,12 @@ class Stops:
             if task is None or task.section == "done" or task.held == causes:
                 continue
             if task.held:
-                text = f"{task_id} is still HELD ({', '.join(task.held)})"
-                skipped.append(out.SkippedOut(who=task_id, code="held", text=text, hint=f"formiga why {task_id}"))
+                skipped.append(self._still_held(state, task, "held"))
             else:
                 ordered.append(out.OrderedOut(who=task_id, text=f"{task_id} goes on"))
         if not target:  # tasks that could not be continued were passed over
             skipped += [
-                out.SkippedOut(
-                    who=task.id,
-                    code="cannot_continue",
-                    text=f"{task.id} is still HELD ({', '.join(task.held)})",
-                    hint=f"formiga why {task.id}",
-                )
+                self._still_held(state, task, "cannot_continue")
                 for task in state.tasks.values()
                 if task.held and task.section != "done" and task.held == held.get(task.id)
             ]
@@ -184,8 +187,15 @@ class Stops:
             text=text,
             ordered=ordered,
             skipped=skipped,
-            next=[one.hint for one in skipped if one.hint] or ["formiga tasks"],
+            next=[one.hint for one in skipped if one.hint.startswith("formiga ")] or ["formiga tasks"],
         )
+
+    def _still_held(self, state: EngineState, task: TaskRecord, code: str) -> out.SkippedOut:
+        why = stays(state, task.id, self._catalogue)
+        text = f"{task.id} is still HELD ({', '.join(task.held)})" + (f": {why}" if why else "")
+        first = ways_on(state, task, self._catalogue)[0]
+        hint = f"formiga why {task.id}" if first.startswith("formiga continue") else first
+        return out.SkippedOut(who=task.id, code=code, text=text, hint=hint)
 
     # -- lockdown ----------------------------------------------------------------------------------------------------
     def lockdown(self, how: str, by: str = "") -> out.OrderReply:
@@ -199,18 +209,19 @@ class Stops:
             before, orders = state.lockdown, dict(state.orders)
             flew = {a.id for a in machines(state) if a.landed != "grounded"}
         if how == "release" and before is None:
-            return released([], "no lockdown stands", already=True)
+            return released(None, [], "no lockdown stands", already=True)
         self._ask(LockdownOrder(how, by))  # type: ignore[arg-type]
         self._view.catch_up()
         with self._view.reading() as state:
             if how == "release":
                 stopped = [t.id for t in state.tasks.values() if t.held and t.section != "done"]
-                return released(stopped, "lockdown is released: tasks are admitted and machines granted again")
-            airborne = [a for a in machines(state) if a.id in flew or a.landed != "grounded"]
-            ordered, skipped = sorted_out(state, how, airborne, self._now(), orders, at_lockdown=True)
+                text = "lockdown is released: tasks are admitted and machines granted again"
+                return released(state, stopped, text, self._catalogue)
+            concerned = [a for a in machines(state) if a.id in flew or a.landed != "grounded" or a.id in state.orders]
+            ordered, skipped = sorted_out(state, how, concerned, self._now(), orders, at_lockdown=True)
             already = before is not None and before.how == how
             text = "lockdown stands already" if already else "LOCKDOWN: nothing starts, nothing goes on"
-            if not airborne:
+            if not concerned:
                 text += "; no machine is in the air"
             return out.OrderReply(
                 order="lockdown",
@@ -241,15 +252,21 @@ class Stops:
         self._ask(Operator(f"handback_{how}", agent, by))  # type: ignore[arg-type]
         self._view.catch_up()
         with self._view.reading() as state:
-            held = bool(task and task in state.tasks and state.tasks[task].held)
+            found = state.tasks.get(task)
+            held = found is not None and bool(found.held)
             order = state.orders.get(agent)
             now = doing(state, order, self._now()) if order is not None else ""
+            follow = ["formiga agents", "formiga tasks"]
+            if found is not None and held:
+                follow = ways_on(state, found, self._catalogue)
         then = {
             "continue": f"{task} goes on" if task else "it has no task",
             "return": f"it flies to its port, then {task} waits for your word" if task else "it flies to its port",
             "end": "its interrupted step fails (taken_over)" if task else "it has no task",
         }[how]
-        follow = [f"formiga continue {task}", f"formiga abort {task}"] if held else ["formiga agents", "formiga tasks"]
+        if how == "continue" and task and (order is not None or held):
+            what = f"the order `{order.stop}` stands on it" if order is not None else "it is held otherwise"
+            then = f"{what}, and {task} waits for your word" if held else what
         return out.OrderReply(
             order=f"handback_{how}",
             target=agent,

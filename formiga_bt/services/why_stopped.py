@@ -7,10 +7,13 @@ import math
 from collections.abc import Iterator
 
 from formiga_bt.clock import Micros
+from formiga_bt.engine.continuing import cannot as cannot_continue
+from formiga_bt.engine.continuing import is_done
 from formiga_bt.engine.records import AgentRecord, GoalRecord, TaskRecord
 from formiga_bt.engine.state import EngineState
 from formiga_bt.lang.model import Catalogue, Task
 from formiga_bt.services.because import Because
+from formiga_bt.services.going_on import in_the_way, ways_on
 from formiga_bt.services.standing import AGAIN, doing, given
 from formiga_bt.services.words import HOLDS, REASONS, say, span
 
@@ -34,14 +37,15 @@ def stopped(
         yield Because(task.again, f"{AGAIN[task.again]}{reason}; its machines come home, then {then}")
     told: set[str] = set()
     for cause in task.held:
-        yield _held(state, task, cause, now, told)
+        yield _held(state, task, cause, now, told, catalogue)
     for agent_id in _machines_of(task):
         agent = state.agents.get(agent_id)
         if agent is None:
             continue
         order = state.orders.get(agent_id)
         if order is not None and agent_id not in told:
-            hint = "" if order.scope in ("engine", "lockdown") else f"formiga continue {agent_id}"
+            free = order.scope not in ("engine", "lockdown") and in_the_way(state, agent, catalogue) is None
+            hint = f"formiga continue {agent_id}" if free else ""
             yield Because(f"order.{order.stop}", f"{given(order)}: {doing(state, order, now)}", hint, agent_id)
         if agent.breach:
             yield _breach(agent)
@@ -54,7 +58,9 @@ def _machines_of(task: TaskRecord) -> list[str]:
     return list(dict.fromkeys([*task.granted, *([task.system_agent] if task.system_agent else [])]))
 
 
-def _held(state: EngineState, task: TaskRecord, cause: str, now: Micros, told: set[str]) -> Because:
+def _held(
+    state: EngineState, task: TaskRecord, cause: str, now: Micros, told: set[str], catalogue: Catalogue | None
+) -> Because:
     word, _, agent_id = cause.partition(":")
     text = say(HOLDS, f"{word}:" if agent_id and f"{word}:" in HOLDS else word, agent=agent_id)
     hint = ""
@@ -62,7 +68,7 @@ def _held(state: EngineState, task: TaskRecord, cause: str, now: Micros, told: s
     agent = state.agents.get(agent_id)
     match word:
         case "operator":
-            hint = f"formiga continue {task.id} | formiga abort {task.id}"
+            hint = " | ".join(ways_on(state, task, catalogue))
             if order is not None:
                 told.add(agent_id)
                 text = f"{given(order)}: {doing(state, order, now)}"
@@ -89,21 +95,14 @@ def _interrupted(state: EngineState, task: TaskRecord, goal: GoalRecord, catalog
     text = f"{goal.agent}.{goal.action} was interrupted: {who}"
     if goal.section != "steps":
         return Because("interrupted", text, agent=goal.agent)
-    cannot = cannot_continue(state.agents.get(goal.agent), goal, catalogue)
+    agent, spec = state.agents.get(goal.agent), catalogue.actions.get(goal.action) if catalogue is not None else None
+    if agent is not None and spec is not None and is_done(goal, agent, spec):
+        return Because("interrupted", f"{text}; it is done already, `continue` goes on after it", agent=goal.agent)
+    cannot = cannot_continue(goal, agent, spec) if agent is not None and spec is not None else ""
     if cannot:
         hint = f"formiga restart {task.id} | formiga abort {task.id}"
         return Because("cannot_continue", f"{text}; it cannot be continued: {cannot}", hint, goal.agent)
     return Because("interrupted", f"{text}; `continue` sends it again", agent=goal.agent)
-
-
-def cannot_continue(agent: AgentRecord | None, goal: GoalRecord, catalogue: Catalogue | None) -> str:
-    """Return why an interrupted goal cannot be sent again as things stand, or an empty text."""
-    if not goal.repeatable:
-        return f"{goal.action} may not be done a second time"
-    spec = catalogue.actions.get(goal.action) if catalogue is not None else None
-    if spec is not None and spec.requires and agent is not None and agent.landed != spec.requires:
-        return f"{goal.action} needs {agent.id} {spec.requires}, it is {agent.landed}"
-    return ""
 
 
 def _breach(agent: AgentRecord) -> Because:

@@ -155,7 +155,7 @@ def test_abort_brings_the_drone_home(start: Start) -> None:
 
         reply = service.post(f"/v1/tasks/{task_id}/abort", {"by": "eve"})
 
-        assert "come home" in reply["text"]
+        assert "what flies comes home" in reply["text"]
         end = service.ends(task_id)
         assert (end["status"], end["code"], end["reason"]) == ("CANCELED", "aborted", "by eve")
         assert service.wire.machines["lwd_1"].landed == "grounded"

@@ -5,9 +5,10 @@ from collections.abc import Iterator
 import pytest
 
 from formiga_bt.clock import SECOND
-from formiga_bt.engine.changes import AgentPut, DeadlineSet, LockdownPut, OrderPut, TaskPut
+from formiga_bt.engine.changes import AgentPut, DeadlineSet, GoalPut, LockdownPut, OrderPut, TaskPut
 from formiga_bt.engine.inputs import LockdownOrder, Operator
-from formiga_bt.engine.records import Deadline, Lockdown
+from formiga_bt.engine.records import Deadline, GoalRecord, Lockdown
+from formiga_bt.testing import packaged_world
 from formiga_bt.transport.messages import PreflightCheck
 from tests.unit.services.fakes import NOW, Paper, machine, order, raised, task
 
@@ -83,11 +84,11 @@ def test_an_order_to_a_machine_that_is_not_heard_of_is_not_told_as_done(
         ("cut", {"landed": "grounded"}, {"state": "done"}, "hwd_1: its motors are off"),
         (
             "hold", {"control": "pilot", "taken": True}, {},
-            "hwd_1 is in the hands of its pilot; `hold` stands for when it can be commanded again",
+            "hwd_1 is in the hands of its pilot; `hold` stands for when its pilot has given it back",
         ),
         (
             "land", {"taken": True}, {},
-            "hwd_1 was taken over and nobody has handed it back yet; `land` stands for when it can be commanded again",
+            "hwd_1 was taken over and nobody has handed it back yet; `land` stands for when that is done",
         ),
     ],
 )  # fmt: skip
@@ -142,7 +143,8 @@ def test_a_stop_of_all_names_who_did_not_get_it_and_why(paper: Paper) -> None:
         ("lwd_2", "not_in_command", True),
     ]
     assert reply.skipped[0].text == "hwd_2 is not heard of, nothing can be sent to it"
-    assert reply.next == ["formiga continue --all", "formiga tasks"]
+    assert reply.skipped[1].hint == "when its pilot has given it back: formiga handback lwd_2 --continue|--return|--end"
+    assert reply.next == ["formiga agents", "formiga tasks"]  # what lands cannot be continued yet
 
 
 def test_a_stop_never_takes_a_cut_back(paper: Paper) -> None:
@@ -174,7 +176,7 @@ def test_a_stop_of_a_task_goes_to_its_machines_only(paper: Paper) -> None:
     reply = paper.stops.task("PickUp-3", "return")
 
     assert [one.who for one in reply.ordered] == ["hwd_1"]
-    assert reply.next == ["formiga continue PickUp-3", "formiga abort PickUp-3"]
+    assert reply.next == ["formiga why PickUp-3", "formiga abort PickUp-3"]  # on its way, `continue` would be refused
 
 
 @pytest.mark.parametrize("confirmed", ["", "yes", "hwd_2", "HWD_1"])
@@ -245,7 +247,46 @@ def test_continue_of_all_names_the_tasks_that_it_passed_over(paper: Paper) -> No
 def test_a_restart_says_that_the_task_begins_anew(paper: Paper) -> None:
     reply = paper.stops.task("PickUp-3", "restart", "eve")
     assert paper.asked == [Operator("restart", "PickUp-3", "eve")]
-    assert reply.text == "PickUp-3 tidies up, its machines come home, and it begins anew from its first step"
+    assert reply.text == (
+        "PickUp-3 tidies up, what flies comes home, what stands stays where it is, and it begins anew from its first step"
+    )
+    assert reply.skipped == []
+
+
+def test_a_restart_tells_of_a_machine_that_was_ordered_by_itself(paper: Paper) -> None:
+    paper.put(AgentPut(machine("hwd_1", landed="grounded")), OrderPut("hwd_1", order("hwd_1", "return", state="done")))
+
+    (kept,) = paper.stops.task("PickUp-3", "restart", "eve").skipped
+
+    assert kept.text == "hwd_1 is not granted to it before: `return` was given to it by itself, and stands"
+    assert (kept.hint, kept.may_be_airborne) == ("then: formiga continue hwd_1", False)
+
+
+def test_continue_of_all_tells_why_a_task_stays_held(paper: Paper) -> None:
+    paper.put(AgentPut(machine("hwd_1", taken=True)), held("operator", "take-over:hwd_1"))
+
+    (left,) = paper.stops.all("continue").skipped
+
+    assert left.text == (
+        "PickUp-3 is still HELD (operator, take-over:hwd_1): hwd_1 was taken over, and nobody has handed it back yet"
+    )
+    assert left.hint == "formiga handback hwd_1 --continue|--return|--end"
+
+
+def test_after_a_release_what_cannot_go_on_is_not_proposed_to(paper: Paper) -> None:
+    paper.stops._catalogue = packaged_world()[1]
+    goal = GoalRecord(
+        id="g", agent="hwd_1", action="GoTo", task="PickUp-3", section="steps", state="interrupted", code="stopped"
+    )
+    paper.put(LockdownPut(Lockdown("return", "eve", NOW)), held("lockdown"), GoalPut(goal))
+    paper.then(LockdownPut(None), held("operator"), AgentPut(machine("hwd_1", landed="grounded")))
+
+    reply = paper.stops.lockdown("release", "eve")
+
+    assert reply.skipped[0].text == (
+        "PickUp-3 was interrupted and waits for your word; it cannot go on now: GoTo needs hwd_1 airborne, it is grounded"
+    )
+    assert reply.next == ["formiga restart PickUp-3", "formiga abort PickUp-3"]
 
 
 # -- lockdown ----------------------------------------------------------------------------------------------------------------
@@ -266,7 +307,7 @@ def test_lockdown_tells_of_each_machine_in_the_air(paper: Paper) -> None:
     assert reply.text == "LOCKDOWN: nothing starts, nothing goes on"
     assert [one.text for one in reply.ordered] == ["hwd_1 flies home to p3", "lwd_3 is on its way home with PickUp-5"]
     assert [one.text for one in reply.skipped] == [
-        "lwd_2 is in the hands of its pilot; lockdown reaches it when it is handed back"
+        "lwd_2 is in the hands of its pilot; lockdown reaches it when that is done"
     ]
     assert reply.next == ["formiga lockdown release"]
     shown = paper.stops.lockdown_now()
@@ -279,6 +320,16 @@ def test_the_same_lockdown_again_stands_already(paper: Paper) -> None:
     again = paper.stops.lockdown("hold", "adam")
     assert (again.stands_already, again.text) == (True, "lockdown stands already")
     assert not paper.stops.lockdown("land").stands_already
+
+
+def test_a_second_lockdown_lists_all_machines_under_its_order_also_those_that_stand(paper: Paper) -> None:
+    stands = machine("hwd_1", landed="grounded")
+    paper.put(LockdownPut(Lockdown("return", "eve", NOW)), AgentPut(stands))
+    paper.put(OrderPut("hwd_1", order("hwd_1", "return", scope="lockdown", state="done")))
+
+    reply = paper.stops.lockdown("return", "adam")
+
+    assert [one.text for one in reply.ordered] == ["hwd_1 stands on the ground; nothing is sent to it"]
 
 
 def test_a_release_names_the_tasks_that_wait_for_a_word(paper: Paper) -> None:
@@ -322,6 +373,15 @@ def test_a_handback_says_what_becomes_of_the_task(
 
     assert paper.asked == [Operator(f"handback_{how}", "hwd_1", "eve")]  # type: ignore[arg-type]
     assert (reply.text, reply.next[0]) == (text, following)
+
+
+def test_a_handback_does_not_promise_what_an_order_forbids(paper: Paper) -> None:
+    paper.put(AgentPut(machine("hwd_1", taken=True)), held("operator:hwd_1", "take-over:hwd_1"))
+    paper.then(AgentPut(machine("hwd_1")), held("operator:hwd_1"), OrderPut("hwd_1", order("hwd_1", "hold")))
+
+    reply = paper.stops.hand_back("hwd_1", "continue", "eve")
+
+    assert reply.text == "hwd_1 is the engine's again; the order `hold` stands on it, and PickUp-3 waits for your word"
 
 
 # -- preflight ---------------------------------------------------------------------------------------------------------------

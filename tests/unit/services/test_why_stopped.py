@@ -151,7 +151,7 @@ def test_an_interrupted_goal_says_by_whom_and_that_continue_sends_it_again(
 def test_what_may_not_be_done_twice_cannot_be_continued(state: EngineState, catalogue: Catalogue) -> None:
     goal(state, state="interrupted", code="stopped", action="Explore", repeatable=False)
     line = one(state, "cannot_continue", catalogue)
-    assert line.text.endswith("it cannot be continued: Explore may not be done a second time")
+    assert line.text.endswith("it cannot be continued: Explore of hwd_1 may not be done a second time")
     assert line.hint == "formiga restart PickUp-3 | formiga abort PickUp-3"
 
 

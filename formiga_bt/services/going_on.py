@@ -1,0 +1,74 @@
+"""How a stopped task or machine goes on: the commands that would not be refused now, and why it stays as it is.
+
+Pure functions over the view's copy of the state. They ask what the engine itself asks (`engine.continuing`).
+"""
+
+from formiga_bt.engine.continuing import obstacle
+from formiga_bt.engine.records import AgentRecord, TaskRecord, family
+from formiga_bt.engine.state import EngineState
+from formiga_bt.lang.model import Catalogue
+
+HANDBACK = "formiga handback {agent} --continue|--return|--end"
+
+
+def machines_of(state: EngineState, task_id: str) -> list[AgentRecord]:
+    """Return the machines of a task and of those that it requested and that end with it; none if it is unknown."""
+    tasks = [state.tasks[one] for one in family(state.tasks, task_id)] if task_id in state.tasks else []
+    ids = {agent for task in tasks for group in task.roles.values() for agent in group} | {
+        t.system_agent for t in tasks
+    }
+    return sorted((a for a in state.agents.values() if not a.human and a.id in ids), key=lambda a: a.order)
+
+
+def in_the_way(state: EngineState, agent: AgentRecord, catalogue: Catalogue | None) -> tuple[str, str] | None:
+    """Return (code, text) of why `continue` of a machine would be refused or soon be, or None."""
+    if agent.control != "engine":
+        return "not_in_command", f"{agent.id} is in the hands of its {agent.control}"
+    if agent.taken:
+        return "not_in_command", f"{agent.id} was taken over, and nobody has handed it back yet"
+    order = state.orders.get(agent.id)
+    if order is not None and order.stop in ("return", "land") and order.state == "open" and agent.landed != "grounded":
+        return "order_under_way", f"{agent.id} is on its way ({order.stop})"
+    if catalogue is None:
+        return None
+    problem = obstacle(state, agent, lambda name: catalogue.actions[name])
+    return None if problem is None else (problem[0], problem[1].partition("; formiga")[0])
+
+
+def stays(state: EngineState, task_id: str, catalogue: Catalogue | None) -> str:
+    """Return why a task cannot be continued now, or an empty text."""
+    if state.lockdown is not None:
+        return "the site is locked down"
+    found = [in_the_way(state, agent, catalogue) for agent in machines_of(state, task_id)]
+    return "; ".join(problem[1] for problem in found if problem is not None)
+
+
+def ways_on(state: EngineState, task: TaskRecord, catalogue: Catalogue | None) -> list[str]:
+    """Return the commands that a person may give for a stopped task, none of which would be refused now."""
+    if state.lockdown is not None:
+        return ["formiga lockdown release"]
+    if task.section != "steps" or task.stopping:
+        return [f"formiga why {task.id}"]
+    end = f"formiga abort {task.id}"
+    for agent in machines_of(state, task.id):
+        problem = in_the_way(state, agent, catalogue)
+        match problem[0] if problem is not None else "":
+            case "":
+                continue
+            case "not_in_command" if agent.control == "engine":
+                return [HANDBACK.format(agent=agent.id), end]
+            case "cannot_continue":
+                return [f"formiga restart {task.id}", end]
+            case _:  # first it must come to its end, or be given back
+                return [f"formiga why {task.id}", end]
+    return [f"formiga continue {task.id}", end]
+
+
+def ways_on_of(state: EngineState, agent: AgentRecord, catalogue: Catalogue | None) -> list[str]:
+    """Return the commands that a person may give for a stopped machine, none of which would be refused now."""
+    task = state.tasks.get(agent.task)
+    if task is not None and not task.system_agent:
+        return ways_on(state, task, catalogue)
+    if state.lockdown is not None:
+        return ["formiga lockdown release"]
+    return ["formiga agents"] if in_the_way(state, agent, catalogue) else [f"formiga continue {agent.id}"]
