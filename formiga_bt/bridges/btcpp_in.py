@@ -8,12 +8,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Final
 
+from formiga_bt.bridges.conditions_in import Ports, named
 from formiga_bt.bridges.elements import Element, XmlRefused, parse
 from formiga_bt.bridges.findings import Findings
 from formiga_bt.bridges.scripts import assigned_names
-from formiga_bt.bridges.steps_in import Ports, Step, StepReader, named
+from formiga_bt.bridges.steps_in import Step, StepReader
 from formiga_bt.bridges.table import our_name
-from formiga_bt.bridges.values_in import Scope, as_param, camel, clean, unfold
+from formiga_bt.bridges.values_in import Scope, as_param, camel, clean, unfold, words
 from formiga_bt.bridges.yaml_text import TODO, Flow, document, one_line
 from formiga_bt.diagnostics import Diagnostic, Mark
 from formiga_bt.lang.formatting import format_text
@@ -125,6 +126,8 @@ class _Importer:
         if aborts and aborts[0] is not main:
             parts.sections["on_abort"] = [s for child in aborts[0].children for s in reader.body(_bare(child))]
         task: dict[str, Any] = {"formiga": "1", "task": camel(main.get("ID"))}
+        if main.get("_formiga_aliases"):
+            task["aliases"] = words(main.get("_formiga_aliases"))
         for key in ("version", "description", "priority", "if_preempted", "preemptible", "expires"):
             text = main.get("_description" if key == "description" else f"_formiga_{key}")
             if text:

@@ -122,7 +122,8 @@ class _Exporter:
         task, found = self.task, {}
         if task.description:
             found["_description"] = one_line(task.description)
-        plain = {"version": task.version, "priority": task.priority if task.priority != "medium" else ""}
+        plain = {"aliases": ";".join(task.aliases), "version": task.version}
+        plain |= {"priority": task.priority if task.priority != "medium" else ""}
         plain["if_preempted"] = task.if_preempted if task.if_preempted != "restart" else ""
         if task.preemptible != (task.priority != "high"):
             plain["preemptible"] = "true" if task.preemptible else "false"
@@ -133,7 +134,7 @@ class _Exporter:
         for name, text in plain.items():
             if text:
                 found[f"_formiga_{name}"] = text
-                if name != "version":
+                if name not in ("aliases", "version"):
                     self.findings.add("L04", task.mark, f"'{name}: {text}' has no counterpart in BT.CPP")
         return found
 

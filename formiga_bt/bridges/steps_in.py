@@ -9,9 +9,9 @@ one class because nodes nest in any way.
 
 import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
 from typing import Any, Final
 
+from formiga_bt.bridges.conditions_in import ConditionReader, Ports, named, negated
 from formiga_bt.bridges.elements import Element
 from formiga_bt.bridges.table import BTCPP, OWN, our_name
 from formiga_bt.bridges.values_in import Scope, clean, snake, unfold, words
@@ -21,19 +21,9 @@ Step = dict[str, Any]
 
 _RANK: Final[Mapping[str, int]] = {"retry": 1, "timeout": 2, "ignore_failure": 3, "when": 4}
 _PLACE: Final = re.compile(r"\s*\[[^\[\]]*:\d+\]$")
-_LOOKS_LIKE_CONDITION: Final = re.compile(r"(Is|Has|Are|Can|Check)[A-Z_].*|.*(OK|Ok|_ok)")
 _SILENT: Final = frozenset({"name", "ID", "_description", "_skipIf", "_uid", "_fullpath", "_autoremap"})
-_AROUND: Final = ("_skipIf", "_successIf", "_failureIf", "_while")
 _FEW: Final = 1000
 """Attempts that stand for `num_attempts="-1"`."""
-
-
-@dataclass(slots=True)
-class Ports:
-    """What TreeNodesModel says of a node."""
-
-    category: str
-    outputs: set[str] = field(default_factory=set)
 
 
 class StepReader:
@@ -43,6 +33,7 @@ class StepReader:
         self, scope: Scope, models: Mapping[str, Ports], call: "Callable[[Element, StepReader], Step]", *, is_task: bool
     ) -> None:
         self.scope, self.models, self.call, self.is_task = scope, models, call, is_task
+        self.conditions = ConditionReader(scope, models)
         self.vars: dict[str, Any] = {}
         self.needs_robot = False
 
@@ -123,58 +114,6 @@ class StepReader:
             step.setdefault(TODO, []).append(scope.report("X07", element, "'_successIf' succeeds; when skips"))
         return modified(step, "when", negated(cond))
 
-    # -- conditions ---------------------------------------------------------------------------------------------------
-    def condition(self, element: Element) -> str | None:
-        """Return a node that only looks as an expression, or None if it is no such node."""
-        element = named(element)
-        tag = element.tag
-        if tag == "ScriptCondition":
-            return self.scope.expression(element.get("code"), element, "cond")
-        if tag == "Expression":
-            return element.get("text")
-        if tag == "BlackboardCheckString":
-            value = element.get("expected") or element.get("value_B")
-            return f"{self.scope.entry(self.scope.pointer(element.get('value_A')) or 'value', element)} == '{value}'"
-        if tag == "Inverter" and len(element.children) == 1:
-            inner = self.condition(element.children[0])
-            return negated(inner) if inner is not None else None
-        if tag in ("Sequence", "ReactiveSequence", "Fallback", "ReactiveFallback") and element.children:
-            parts = [self.condition(child) if self._looks(child) else None for child in element.children]
-            word = " and " if "Sequence" in tag else " or "
-            return word.join(bracketed(part) for part in parts if part) if all(parts) else None
-        return self._named_condition(element) if self._is_condition(element) else None
-
-    def _looks(self, element: Element, *, modified: bool = False) -> bool:
-        """Return whether a node and all below it only look (asked first, so that nothing is reported twice).
-
-        Args:
-            element: the node.
-            modified: whether it may have conditions of its own around it (`_skipIf`); those below never may.
-        """
-        element = named(element)
-        if not modified and any(key in element.attrs for key in _AROUND):
-            return False
-        if element.tag in ("Sequence", "ReactiveSequence", "Fallback", "ReactiveFallback", "Inverter"):
-            return bool(element.children) and all(self._looks(child) for child in element.children)
-        return element.tag in ("ScriptCondition", "Expression", "BlackboardCheckString") or self._is_condition(element)
-
-    def _is_condition(self, element: Element) -> bool:
-        if element.tag in BTCPP or element.tag in OWN or element.children:
-            return False
-        known = self.models.get(element.tag)
-        if known is not None:
-            return known.category == "Condition"
-        return element.get("_category") == "Condition" or bool(_LOOKS_LIKE_CONDITION.fullmatch(element.tag))
-
-    def _named_condition(self, element: Element) -> str:
-        name = snake(element.tag)
-        if name not in self.scope.params:
-            said = self.scope.report(
-                "X06", element, f"the condition {element.tag} stands for code", f"replace '{name}' by an expression"
-            )
-            self.scope.params[name] = {TODO: [said], "type": "bool"}
-        return name
-
     # -- kinds --------------------------------------------------------------------------------------------------------
     def _kind(self, element: Element) -> Step | None:
         marker = element.get("_formiga")
@@ -186,8 +125,8 @@ class StepReader:
         tag = element.tag
         if tag in ("Sequence", "ReactiveSequence", "Fallback", "ReactiveFallback") and element.children:
             return self._composite(element)
-        if self._looks(element, modified=True):
-            cond = self.condition(element)
+        if self.conditions.looks(element, modified=True):
+            cond = self.conditions.read(element)
             return self._check(element, cond) if cond is not None else self._todo(["a condition that cannot be read"])
         read: Any = getattr(self, f"_node_{tag.lower()}", None) if tag in BTCPP or tag in OWN else None
         if read is not None:
@@ -205,7 +144,7 @@ class StepReader:
         children = [c for c in element.children if c.get("_formiga") != "nothing_applied"]
         step: Step = {kind: self.steps(children)}
         if element.tag.startswith("Reactive"):
-            before = [self.condition(child) if self._looks(child) else None for child in children[:-1]]
+            before = [self.conditions.read(child) if self.conditions.looks(child) else None for child in children[:-1]]
             live = [cond for cond in before if cond and any(f"{one}." in cond for one in self.scope.agents)]
             ours = any(e.tag == "Expression" or e.get("_formiga_cond") for c in children for e in c.walk())
             if all(before) and (live or ours):
@@ -265,7 +204,7 @@ class StepReader:
         if len(element.children) not in (2, 3):
             return self._foreign(element)
         first, then, *other = element.children
-        cond = self.condition(first) if self._looks(first) else None
+        cond = self.conditions.read(first) if self.conditions.looks(first) else None
         if cond is None:
             said = self.scope.report("X07", element, "the condition does something; a failed 'then' runs 'else' too")
             branches = [{"sequence": [*self.steps([first]), *self.body(then)]}]
@@ -278,9 +217,9 @@ class StepReader:
         return step
 
     def _node_whiledoelse(self, element: Element) -> Step:
-        if len(element.children) not in (2, 3) or not self._looks(element.children[0]):
+        if len(element.children) not in (2, 3) or not self.conditions.looks(element.children[0]):
             return self._foreign(element)
-        cond = self.condition(element.children[0])
+        cond = self.conditions.read(element.children[0])
         if cond is None:
             return self._todo(["a condition that cannot be read"])
         said = self.scope.report("X07", element, "a condition that turns false fails here, and does not start 'else'")
@@ -546,7 +485,7 @@ class StepReader:
     def _fold_expect(self, element: Element) -> Step:
         action, cond = element.children[0], element.children[-1]
         step = self.step(action)
-        expect = self.condition(cond)
+        expect = self.conditions.read(cond)
         self.scope.saved = ""
         if step is None or expect is None or len(element.children) != 2 or not step.keys() & {"do", "ask"}:
             return {"sequence": self.steps(element.children)}
@@ -591,7 +530,7 @@ class StepReader:
         return self._switch(element.children[1], on, ours=True)
 
     def _fold_guard(self, element: Element) -> Step:
-        cond = self.condition(element.children[0]) if len(element.children) == 2 else None
+        cond = self.conditions.read(element.children[0]) if len(element.children) == 2 else None
         if cond is None:
             return self._composite(element)
         return {"guard": cond, "steps": self.body(element.children[1])}
@@ -635,32 +574,12 @@ class StepReader:
         return step
 
 
-def named(element: Element) -> Element:
-    """Return a node with its own name as tag: `<Action ID="GoTo"/>` is `<GoTo/>`."""
-    if element.tag in ("Action", "Condition", "Control", "Decorator") and element.get("ID"):
-        attrs = {key: text for key, text in element.attrs.items() if key != "ID"} | {"_category": element.tag}
-        return Element(element.get("ID"), attrs, element.children, line=element.line, col=element.col)
-    return element
-
-
 def modified(step: Step, key: str, value: Any) -> Step:
     """Return a step with one more modifier outside those it has; where the order would be wrong, a sequence around it."""
     if any(_RANK[one] >= _RANK[key] for one in _RANK if one in step) or "_pause" in step:
         step = {"sequence": [step]}
     step[key] = value
     return step
-
-
-def bracketed(cond: str) -> str:
-    """Return a condition that can stand beside `and`, `or` and `not`."""
-    return cond if re.fullmatch(r"[\w.]+|not [\w.]+|\(.*\)", cond) and cond.count("(") <= 1 else f"({cond})"
-
-
-def negated(cond: str) -> str:
-    """Return the opposite of a condition."""
-    if re.fullmatch(r"not [\w.]+", cond):
-        return cond[4:]
-    return f"not {cond}" if re.fullmatch(r"[\w.]+", cond) else f"not ({cond})"
 
 
 def unwrap(value: Any) -> str:
