@@ -1,4 +1,4 @@
-"""W064: what a task surely takes, against its timeouts and the charge that it asks for.
+"""W064, W063: what a task surely takes, against its timeouts and the charge that it asks for.
 
 A walk over the steps, calls included, that adds up the least: the cheaper of two branches, nothing for what may be skipped, one
 round of a loop whose rounds nobody knows. Ways count where both ends are known before any run (or the first one is a port of
@@ -17,6 +17,7 @@ from formiga_bt.geo import Place, Position, Region
 from formiga_bt.lang.binding import BASE, SiteEnv
 from formiga_bt.lang.envelope import key_of
 from formiga_bt.lang.expressions import plain_name
+from formiga_bt.lang.fence import breaks, enters, leaves
 from formiga_bt.lang.fleet import types_that_fit
 from formiga_bt.lang.model import (
     ActionSpec,
@@ -327,6 +328,7 @@ class _Walk:
         spent = Sum(spec.typical_us / 1e6)
         if isinstance(target, Position) and spec.effect == "":
             way = self.way(role, at.get(role), target, speed if isinstance(speed, float | int) else None)
+            self._check_leg(step.fields[spec.moves_to], at.get(role), target)
             if way:
                 spent = Sum(min(seconds for seconds, _ in way.values()), way)
                 self._check_way(step, spent.usual_s, spec)
@@ -382,6 +384,15 @@ class _Walk:
         return found
 
     # --- reports -----------------------------------------------------------------------------------------------
+
+    def _check_leg(self, to: Expr, start: Position | None, end: Position) -> None:
+        """Report W063 for a way between two known points that goes where nothing may fly; the points are told by themselves."""
+        if start is None or any(leaves(one, self.site) or enters(one, self.site) for one in (start, end)):
+            return
+        what = breaks(start, end, self.site)
+        if what and to.mark not in self.told:
+            self.told.add(to.mark)
+            self.problems.add("W063", to.mark, what, "fly round it, over a place between")
 
     def _check_way(self, step: Do, seconds: float, spec: ActionSpec) -> None:
         bound = step.timeout

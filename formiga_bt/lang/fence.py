@@ -7,7 +7,7 @@ corners. Plain arithmetic: no shapely, so that a request costs nothing.
 from collections.abc import Iterator
 from typing import Any
 
-from formiga_bt.geo import Place, Position, Region, is_within
+from formiga_bt.geo import Place, Position, Region, is_within, way_enters, way_leaves
 from formiga_bt.lang.model import Site
 
 
@@ -61,6 +61,22 @@ def leaves(value: Any, site: Site | None) -> bool:
     if site is None or site.fence is None:
         return False
     return any(not is_within(point, site.fence) for point in _points(value))
+
+
+def enters(value: Any, site: Site | None) -> bool:
+    """Return whether any point of a value lies in a no-fly region of the site."""
+    return site is not None and any(is_within(point, region) for point in _points(value) for region in site.no_fly)
+
+
+def breaks(a: Place | Position, b: Place | Position, site: Site | None) -> str:
+    """Return what a straight way between two points does that are fine by themselves: leave the fence, cross a region."""
+    if site is None:
+        return ""
+    if site.fence is not None and way_leaves(a, b, site.fence):
+        return f"the way there leaves the fence of site {site.name}"
+    if any(way_enters(a, b, region) for region in site.no_fly):
+        return f"the way there crosses a no-fly region of site {site.name}"
+    return ""
 
 
 def _points(value: Any) -> Iterator[Place | Position]:

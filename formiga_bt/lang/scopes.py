@@ -17,7 +17,7 @@ from formiga_bt.lang.binding import run_outside
 from formiga_bt.lang.document import Listing, Mapping_, Node, Scalar
 from formiga_bt.lang.expressions import Scope, compile_bare, compile_cond, compile_expr, compile_value
 from formiga_bt.lang.far import warn_far, warn_metres
-from formiga_bt.lang.fence import leaves
+from formiga_bt.lang.fence import enters, leaves
 from formiga_bt.lang.helpers import STANDARD
 from formiga_bt.lang.interpolation import holes
 from formiga_bt.lang.model import Catalogue, Expr, Param, Site, Subtree
@@ -419,6 +419,9 @@ def warn_outside(expr: Expr, node: Node, site: Site | None, problems: Problems) 
     if leaves(value, site):
         what = f"this lies outside the fence of site {site.name if site is not None else ''}"
         problems.add("W063", expr.mark, what, "choose a place inside, or widen the fence of the site")
+    elif enters(value, site):
+        what = f"this lies in a no-fly region of site {site.name if site is not None else ''}"
+        problems.add("W063", expr.mark, what, "nothing may fly there: choose another place")
 
 
 def scalars(node: Node) -> Iterator[Scalar]:
