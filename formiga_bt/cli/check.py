@@ -10,7 +10,12 @@ from formiga_bt.cli.inputs import UnusableFile
 
 
 def command(
-    files: Annotated[list[Path], typer.Argument(help="Task files, or folders of them.", metavar="FILE")],
+    files: Annotated[
+        list[Path],
+        typer.Argument(
+            help="Task files, or folders of them; also a site, catalogue, scenario or test file.", metavar="FILE"
+        ),
+    ],
     site: Annotated[Path | None, typer.Option(help="Site file: fence, places, ports.", metavar="FILE")] = None,
     actions: Annotated[
         list[Path] | None,
@@ -23,7 +28,7 @@ def command(
     as_sarif: Annotated[bool, typer.Option("--sarif", help="Print a SARIF 2.1.0 log instead of text.")] = False,
     as_github: Annotated[bool, typer.Option("--github", help="Print annotations for GitHub's workflows.")] = False,
 ) -> None:
-    """Check task files and report all problems at once.
+    """Check task files, and sites, catalogues, scenarios and test files; report all problems at once.
 
     Exit code 0: usable. 1: there are errors (or, with --strict, warnings). 2: a file cannot be read.
     """

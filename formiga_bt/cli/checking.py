@@ -4,21 +4,27 @@
 checking a task, so `quick` understands the usual words by itself and leaves the rest (`--help`, mistakes) to `cli.check`.
 """
 
+import re
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final, Literal
 
-from formiga_bt.cli.inputs import UnusableFile, find_tasks, read_task, read_world, rendered
+from formiga_bt.cli.inputs import UnusableFile, World, find_tasks, read_task, read_world, rendered
 from formiga_bt.diagnostics import Diagnostic, in_order
 
 Form = Literal["text", "json", "sarif", "github"]
+
+_OTHER: Final = re.compile(r"^[\"']?(?:formiga_(?:site|test|profile)|scenario)[\"']?[ \t]*:", re.MULTILINE)
+_OTHER_BUT: Final = re.compile(r"^[\"']?(?:types|actions)[\"']?[ \t]*:", re.MULTILINE)
+_TASK: Final = re.compile(r"^[\"']?(?:task|subtrees)[\"']?[ \t]*:", re.MULTILINE)
+"""What files say that they are (`lang.any_file` says it too, but it is too slow to import for a task)."""
 
 FORMS: Final[tuple[Form, ...]] = ("json", "sarif", "github")
 
 
 def check(files: Sequence[Path], site: Path | None, actions: Sequence[Path], *, strict: bool, form: Form) -> int:
-    """Check task files, print what was found, and return the exit code: 0 usable, 1 refused.
+    """Check files, print what was found, and return the exit code: 0 usable, 1 refused.
 
     Raises:
         UnusableFile: a file cannot be read.
@@ -29,6 +35,11 @@ def check(files: Sequence[Path], site: Path | None, actions: Sequence[Path], *, 
     found, sources = list(world.diagnostics), dict(world.sources)
     tasks = []
     for path in paths:
+        if is_other(path):
+            problems, texts = _other(path, world, actions)
+            found += problems
+            sources.update(texts)
+            continue
         read = read_task(path, world)
         found += read.diagnostics
         sources.update(read.sources)
@@ -51,6 +62,36 @@ def check(files: Sequence[Path], site: Path | None, actions: Sequence[Path], *, 
     head["no_tasks"] = [str(path) for path in given.others]
     print(_report(form, problems, head, closing))
     return int(refused)
+
+
+def is_other(path: Path) -> bool:
+    """Return whether a file says that it is a site, a catalogue, a scenario, a test or a profile, and no task."""
+    try:
+        text = path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError):
+        return False
+    return _OTHER.search(text) is not None or (_OTHER_BUT.search(text) is not None and _TASK.search(text) is None)
+
+
+def _other(path: Path, world: World, actions: Sequence[Path]) -> tuple[Sequence[Diagnostic], Mapping[str, str]]:
+    """Return the problems of a file that is no task, and the texts that they stand in."""
+    text = path.read_text(encoding="utf-8")
+    if re.search(r"^[\"']?formiga_test[\"']?[ \t]*:", text, re.MULTILINE):
+        from formiga_bt.casework.reading import load_cases
+
+        cases = load_cases(path, catalogue=world.catalogue)
+        return cases.diagnostics, cases.sources
+    if re.search(r"^[\"']?formiga_profile[\"']?[ \t]*:", text, re.MULTILINE):
+        from formiga_bt.lang.profiles import load_profile
+
+        profile = load_profile(path)
+        return profile.diagnostics, profile.sources
+    from formiga_bt.lang.any_file import check_text
+    from formiga_bt.packaged import files
+
+    known = [d for d in world.diagnostics if d.mark.file == str(path)]
+    found = check_text(text, path, world.catalogue, actions or files("actions"), world.site)
+    return [one for one in found if one not in known], {str(path): text}
 
 
 def _report(form: Form, problems: list[Diagnostic], head: dict[str, Any], closing: str) -> str:

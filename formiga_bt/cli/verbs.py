@@ -25,7 +25,7 @@ class Verb:
 
 _TABLE = (
     Verb("init", "init", "Make a folder to start from: a site, and a first task that flies."),
-    Verb("check", "check", "Check task files and report all problems at once."),
+    Verb("check", "check", "Check task and other files, report all problems at once."),
     Verb("fix", "fix", "Mend what has one repair only."),
     Verb("fmt", "fmt", "Lay files out in the canonical way."),
     Verb("explain", "explain", "Explain a code: what is wrong, why it matters, an example."),

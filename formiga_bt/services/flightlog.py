@@ -11,7 +11,8 @@ import io
 import json
 import logging
 import threading
-from collections.abc import Iterable, Mapping
+import time
+from collections.abc import Callable, Iterable, Mapping
 from datetime import UTC, datetime
 from pathlib import Path
 from queue import SimpleQueue
@@ -35,7 +36,11 @@ log = logging.getLogger("formiga.flights")
 
 
 class Flight(Struct, frozen=True, kw_only=True):
-    """One flight. Places are metres from the base station, and degrees; times are engine time, ISO, UTC."""
+    """One flight. Places are metres from the base station, and degrees.
+
+    Take-off and landing are of the wall clock, ISO, UTC. The duration is of engine time, as the machine lived it: at another
+    speed of the clock they differ.
+    """
 
     agent: str
     type: str
@@ -84,6 +89,7 @@ class Ground(Struct, frozen=True):
 
     left_at: Micros | None
     """When it was first not seen there any more; None: it stands."""
+    left_utc: str
     position: Position | None
     battery: float | None
 
@@ -94,9 +100,13 @@ class Flights:
     Args:
         site: says the mode, and where the base station is.
         flying: flights that were under way when the former engine ended.
+        utc: what a clock on the wall shows at an instant of engine time that is just now, ISO; by itself the engine time.
     """
 
-    def __init__(self, site: Site, flying: Mapping[str, Open] | None = None) -> None:
+    def __init__(
+        self, site: Site, flying: Mapping[str, Open] | None = None, utc: Callable[[Micros], str] | None = None
+    ) -> None:
+        self._utc = utc or iso
         self.flying: dict[str, Open] = dict(flying or {})
         self._site = site
         self._frame = Frame(site.lat, site.lng, site.ground_msl_m)
@@ -161,11 +171,11 @@ class Flights:
             self._breach(agent.id, agent.breach.lstrip("!").removeprefix(BREACH))
         if agent.landed == "grounded":
             ended = self._landed(at, agent)
-            self._ground[agent.id] = Ground(None, agent.position, agent.battery)
+            self._ground[agent.id] = Ground(None, "", agent.position, agent.battery)
             return ended
         ground = self._ground.get(agent.id)
         if ground is not None and ground.left_at is None:
-            self._ground[agent.id] = replace(ground, left_at=at)
+            self._ground[agent.id] = replace(ground, left_at=at, left_utc=self._utc(at))
         if agent.landed == "airborne" and agent.id not in self.flying:
             self._took_off(at, agent)
         now = self.flying.get(agent.id)
@@ -175,13 +185,13 @@ class Flights:
 
     def _took_off(self, at: Micros, agent: AgentRecord) -> None:
         ground = self._ground.get(agent.id)
-        start = ground or Ground(at, agent.position, agent.battery)
+        start = ground or Ground(at, self._utc(at), agent.position, agent.battery)
         began = start.left_at if start.left_at is not None else at
         flight = Flight(
             agent=agent.id,
             type=agent.type,
             mode=self._site.mode,
-            take_off_utc=iso(began),
+            take_off_utc=start.left_utc or self._utc(at),
             **self._place("take_off", start.position),
         )
         self.flying[agent.id] = Open(flight=flight, at=began, battery=start.battery)
@@ -205,9 +215,9 @@ class Flights:
         used = None if now.battery is None or agent.battery is None else round(max(0.0, now.battery - agent.battery), 1)
         return replace(
             now.flight,
-            landing_utc=iso(at),
+            landing_utc=self._utc(at),
             **self._place("landing", agent.position),
-            duration_s=round((at - now.at) / 1e6, 1),
+            duration_s=round(max(0, at - now.at) / 1e6, 1),
             battery_used_percent=used,
             landed_by=by,
             landed_why=why,
@@ -253,14 +263,15 @@ class FlightLog:
     Args:
         folder: the runtime folder.
         site: the site.
+        utc: what the clock on the wall shows now, as ISO text; it is given the engine time.
 
     Raises:
         SiteError: the files of the former start cannot be read.
     """
 
-    def __init__(self, folder: Path, site: Site) -> None:
+    def __init__(self, folder: Path, site: Site, utc: Callable[[Micros], str] | None = None) -> None:
         self._folder = folder
-        self._flights = Flights(site, flying(folder))
+        self._flights = Flights(site, flying(folder), utc or on_the_wall)
         self._kept = dict(self._flights.flying)
         self._queue: SimpleQueue[Step | None] = SimpleQueue()
         self._thread: threading.Thread | None = None
@@ -358,6 +369,11 @@ def _cell(value: Any) -> Any:
     return "" if value is None else value
 
 
+def on_the_wall(_: Micros) -> str:
+    """Return what the clock on the wall shows now, whatever the engine time is."""
+    return iso(time.time_ns() // 1000)
+
+
 def iso(at: Micros) -> str:
-    """Return an instant of engine time as ISO text, UTC, to a millisecond."""
+    """Return an instant, microseconds since 1970, as ISO text, UTC, to a millisecond."""
     return datetime.fromtimestamp(at / 1e6, UTC).isoformat(timespec="milliseconds").replace("+00:00", "Z")

@@ -13,7 +13,7 @@ from formiga_bt.engine.records import AgentRecord, StandingOrder
 from formiga_bt.errors import SiteError
 from formiga_bt.geo import Position
 from formiga_bt.rehearsal import Rehearsal, fleet_of
-from formiga_bt.services.flightlog import Flight, FlightLog, Flights, as_csv, as_json, flights, flying
+from formiga_bt.services.flightlog import Flight, FlightLog, Flights, as_csv, as_json, flights, flying, iso
 from formiga_bt.site_folder import FLIGHTS, FLYING
 from formiga_bt.testing import packaged_task, packaged_world, task_of
 
@@ -154,7 +154,7 @@ def test_orders_and_breaches_of_the_flight_are_kept_each_once() -> None:
 
 # -- files -------------------------------------------------------------------------------------------------------------
 def log_in(folder: Path) -> tuple[FlightLog, Story]:
-    log = FlightLog(folder, replace(packaged_world()[0], mode="real"))
+    log = FlightLog(folder, replace(packaged_world()[0], mode="real"), iso)
     log.start()
     told = story()
     told.log = Passing(log)
@@ -245,3 +245,23 @@ def test_flights_since_an_instant(tmp_path: Path) -> None:
     first, second, third = flights(tmp_path)
     assert flights(tmp_path, second.take_off_utc) == [second, third]
     assert flights(tmp_path, "2027-01-15T10:00+02:00") == [first, second, third]
+
+
+def test_stamps_are_of_the_wall_and_durations_of_the_engine_and_never_negative() -> None:
+    wall = iter(["2026-07-01T09:00:00Z", "2026-07-01T09:00:06Z", "2026-07-01T09:00:07Z"])
+    log = Flights(packaged_world()[0], utc=lambda _: next(wall))
+    story = Story(log)
+    story.drone("grounded")
+    story.drone("airborne")
+    (flight,) = story.drone("grounded")
+    assert (flight.take_off_utc, flight.landing_utc, flight.duration_s) == (
+        "2026-07-01T09:00:00Z",
+        "2026-07-01T09:00:06Z",
+        60.0,
+    )
+
+    story.drone("airborne")
+    story.at -= 10 * MINUTE  # an engine that was started anew counts from before
+    log._utc = lambda _: "2026-07-01T09:01:00Z"
+    (flight,) = story.drone("grounded")
+    assert flight.duration_s == 0.0
