@@ -157,6 +157,11 @@ class Operands(Parts):
         if never_equal(left.type, right.type):
             self._never(left, right)
             return False
+        for part, other in ((left, right), (right, left)):
+            is_charge = part.type.name == "percent" and part.source.endswith(".battery")
+            if is_charge and other.literal == "quantity" and not 0 <= other.const <= 100:
+                self.wrong(other, Mismatch("E062", f"a battery holds 0 % to 100 %, never {other.source}"))
+                return False
         return True
 
     def _member(self, node: ast.Compare, left: Typed, right: Typed) -> bool:
