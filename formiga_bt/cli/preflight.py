@@ -18,7 +18,8 @@ def command(
 ) -> None:
     """Show what each machine found when it looked at itself before a flight.
 
-    Exit code 0: all are ready. 1: one is not, or has told nothing yet. Example: formiga preflight hwd_1
+    Exit code 0: all that stand on the ground are ready. 1: one is not, or has told nothing yet.
+    Example: formiga preflight hwd_1
     """
     client = connect(site)
     names = [agent] if agent else [a["id"] for a in client.get("/v1/agents")["agents"] if not a["human"]]
@@ -29,15 +30,18 @@ def command(
         typer.echo("no machines yet")
     else:
         print_table([("AGENT", "CHECK", "OK", "TEXT"), *(row for one in found for row in _rows(one))])
-        bad = [one["agent"] for one in found if not one["ok"]]
+        for one in found:
+            if one["airborne"]:
+                typer.echo(one["text"])
+        bad = [one["agent"] for one in found if not one["ok"] and not one["airborne"]]
         if found[0]["required"] and bad:
             typer.echo(f"this site grants no machine that is not ready: {', '.join(bad)}")
         show_next("formiga agents")
-    if any(not one["ok"] for one in found):
+    if any(not one["ok"] and not one["airborne"] for one in found):
         raise typer.Exit(EXIT_NO)
 
 
 def _rows(found: dict[str, Any]) -> list[tuple[str, ...]]:
     if not found["checks"]:
-        return [(found["agent"], "", "?", "told no checks yet")]
+        return [(found["agent"], "", "?", "told no checks" + (": not on the ground" if found["airborne"] else " yet"))]
     return [(found["agent"], one["check"], "ok" if one["ok"] else "NO", one["text"]) for one in found["checks"]]

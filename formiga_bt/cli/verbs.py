@@ -42,7 +42,7 @@ _TABLE = (
     Verb("up", "up", "Start the engine of a site as a service."),
     Verb("run", "run", "Request a task; with --follow, watch it to its end."),
     Verb("tasks", "tasks", "List tasks."),
-    Verb("why", "why", "Explain why a task waits, is held, or failed."),
+    Verb("why", "why", "Explain why a task waits, is held, or failed; or a machine."),
     Verb("abort", "abort", "End a task."),
     Verb("hold", "hold", "Stop machines: what flies hovers."),
     Verb("return", "return_", "Send machines to their ports."),

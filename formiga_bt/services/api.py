@@ -166,6 +166,11 @@ def _tasks(app: FastAPI, orders: Orders) -> None:
         """Explain why a task waits, is held, chose its agents, or failed."""
         return orders.why(task_id)
 
+    @app.get("/v1/agents/{agent}/why", tags=["agents"])
+    def why_agent(agent: str) -> m.WhyOut:
+        """Explain a machine or person: who has it, which order stands on it, what its goals wait for, its task."""
+        return orders.why_agent(agent)
+
     @app.post("/v1/tasks/{task_id}/abort", tags=["tasks"])
     def abort(task_id: str, body: m.AbortBody | None = None) -> m.Reply:
         """End a task: its cleanup runs, its machines come home."""

@@ -196,10 +196,12 @@ class BecauseOut(BaseModel):
 
 
 class WhyOut(BaseModel):
-    """Why a task waits, is held, chose its agents, or failed."""
+    """Why a task waits, is held, chose its agents, or failed; or why an agent does what it does."""
 
     task: str
+    """Or the agent."""
     status: str
+    """Or the agent's pool."""
     held: list[str]
     because: list[BecauseOut]
 

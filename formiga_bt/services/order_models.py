@@ -129,5 +129,7 @@ class PreflightOut(BaseModel):
     """Every check is. False while the machine has told none."""
     required: bool
     """The site grants a machine only when it is ready."""
+    airborne: bool = False
+    """It is not on the ground: its checks are what it told before it took off."""
     checks: list[CheckOut]
     text: str

@@ -34,6 +34,7 @@ from formiga_bt.services.stops import Stops
 from formiga_bt.services.telling import Telling
 from formiga_bt.services.view import TaskLog, View
 from formiga_bt.services.why import why
+from formiga_bt.services.why_machine import why_machine
 from formiga_bt.services.words import hint_for
 from formiga_bt.transport.desk import DeskTransport
 
@@ -231,6 +232,21 @@ class Orders:
             for line in lines
         ]
         return out.WhyOut(task=task.id, status=task.status, held=list(task.held), because=because)
+
+    def why_agent(self, agent: str) -> out.WhyOut:
+        """Explain a machine or person: who has it, which order stands on it, what its goals wait for, its task.
+
+        Raises:
+            Refused: unknown.
+        """
+        now = self._driver.now()
+        with self._view.reading() as state:
+            record = state.agents.get(agent)
+            if record is None:
+                raise Refused("unknown_agent", f"there is no agent '{agent}'", hint_for("unknown_agent"))
+            lines = why_machine(state, record, now, self._catalogue)
+        because = [out.BecauseOut(code=one.code, text=one.text, hint=one.hint, agent=agent, role="") for one in lines]
+        return out.WhyOut(task=agent, status=record.pool, held=[], because=because)
 
     def _silences(self, state: EngineState) -> dict[str, Silence]:
         """Return the machines and people that are not heard of. Liveness is judged in wall time."""

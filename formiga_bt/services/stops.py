@@ -296,4 +296,11 @@ class Stops:
         text = f"{agent} is ready" if ready else f"{agent} is not ready: {bad}"
         if not checks:
             text = f"{agent} has told no checks yet; a machine tells them while it stands on the ground"
-        return out.PreflightOut(agent=agent, ok=ready, required=self._site.preflight, checks=checks, text=text)
+        airborne = record.landed != "grounded"
+        if airborne:
+            text = f"{agent} is not on the ground; " + (
+                "these checks are of before" if checks else "it tells checks there"
+            )
+        return out.PreflightOut(
+            agent=agent, ok=ready, required=self._site.preflight, airborne=airborne, checks=checks, text=text
+        )

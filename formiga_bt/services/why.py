@@ -118,12 +118,8 @@ def _running(
 ) -> Iterator[Because]:
     mine = [goal for goal in state.goals.values() if goal.task == task.id and goal.action != "Confirm"]
     for goal in mine:
-        if goal.state == "gated":
-            code = "control:handback" if (goal.code, goal.text) == ("control", "handback") else goal.code
-            words = say(GATE, code, text=goal.text or "another machine", agent=goal.agent)
-            yield Because(f"gate.{goal.code or 'open'}", f"{goal.agent}.{goal.action} {words}", agent=goal.agent)
-        elif goal.in_flight:
-            yield Because(f"goal.{goal.state}", _flight(goal, now), agent=goal.agent)
+        if goal.state == "gated" or goal.in_flight:
+            yield goal_line(goal, now)
     for child in [state.tasks[one] for one in task.children if not state.tasks[one].ended]:
         words = " HELD" if child.held else ""
         words += ", which outlives it" if child.detached else ""
@@ -146,6 +142,15 @@ def _running(
     if task.section == "recover":
         home = [f"{r.agent} ({r.state})" for r in task.recovering]
         yield Because("recover", f"its machines are brought home: {', '.join(home) or 'none left'}")
+
+
+def goal_line(goal: GoalRecord, now: Micros) -> Because:
+    """Return what a goal waits for at the gate, or what it does."""
+    if goal.state != "gated":
+        return Because(f"goal.{goal.state}", _flight(goal, now), agent=goal.agent)
+    code = "control:handback" if (goal.code, goal.text) == ("control", "handback") else goal.code
+    words = say(GATE, code, text=goal.text or "another machine", agent=goal.agent)
+    return Because(f"gate.{goal.code or 'open'}", f"{goal.agent}.{goal.action} {words}", agent=goal.agent)
 
 
 def _silent(state: EngineState, task: TaskRecord, silences: Mapping[str, Silence]) -> Iterator[Because]:

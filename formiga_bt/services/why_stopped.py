@@ -48,7 +48,7 @@ def stopped(
             hint = f"formiga continue {agent_id}" if free else ""
             yield Because(f"order.{order.stop}", f"{given(order)}: {doing(state, order, now)}", hint, agent_id)
         if agent.breach:
-            yield _breach(agent)
+            yield breach(agent)
     for goal in state.goals.values():
         if goal.task == task.id and goal.state == "interrupted":
             yield _interrupted(state, task, goal, catalogue)
@@ -105,7 +105,8 @@ def _interrupted(state: EngineState, task: TaskRecord, goal: GoalRecord, catalog
     return Because("interrupted", f"{text}; `continue` sends it again", agent=goal.agent)
 
 
-def _breach(agent: AgentRecord) -> Because:
+def breach(agent: AgentRecord) -> Because:
+    """Return which limit a machine breaks, with its numbers."""
     name = agent.breach.removeprefix("!")
     text = f"{agent.id} breaks its limit `{name}`: {say(REASONS, f'envelope.{name}')}{_numbers(agent, name)}"
     if agent.breach.startswith("!"):

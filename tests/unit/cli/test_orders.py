@@ -221,7 +221,7 @@ def test_the_former_word_for_handback_still_ends_the_step(paper: Paper) -> None:
 
 def test_preflight_is_a_table_and_says_no_if_one_is_not_ready(paper: Paper, capsys: Capture) -> None:
     checks = [{"check": "armable", "ok": True, "text": ""}, {"check": "gnss", "ok": False, "text": "4 satellites"}]
-    found = {"agent": "hwd_1", "ok": False, "required": True, "checks": checks, "text": ""}
+    found = {"agent": "hwd_1", "ok": False, "airborne": False, "required": True, "checks": checks, "text": ""}
     paper.answers["/v1/agents/hwd_1/preflight"] = found
     assert run(["preflight"]) == 1  # people are left out
     assert capsys.readouterr().out.splitlines() == [

@@ -387,7 +387,7 @@ def test_a_handback_does_not_promise_what_an_order_forbids(paper: Paper) -> None
 # -- preflight ---------------------------------------------------------------------------------------------------------------
 def test_preflight_lists_the_checks_and_what_is_wrong(paper: Paper) -> None:
     checks = (PreflightCheck("armable", True), PreflightCheck("gnss", False, "4 satellites"))
-    paper.put(AgentPut(machine("hwd_1", checks=checks)), AgentPut(machine("picker_1", human=True)))
+    paper.put(AgentPut(machine("hwd_1", landed="grounded", checks=checks)), AgentPut(machine("picker_1", human=True)))
 
     found = paper.stops.preflight("hwd_1")
 
@@ -396,6 +396,12 @@ def test_preflight_lists_the_checks_and_what_is_wrong(paper: Paper) -> None:
     assert [(one.check, one.ok) for one in found.checks] == [("armable", True), ("gnss", False)]
     assert raised(lambda: paper.stops.preflight("picker_1")).code == "human"
     assert raised(lambda: paper.stops.preflight("nobody")).code == "unknown_agent"
+
+
+def test_one_in_the_air_was_looked_at_before(paper: Paper) -> None:
+    paper.put(AgentPut(machine("hwd_1", checks=(PreflightCheck("armable", True),))))
+    found = paper.stops.preflight("hwd_1")
+    assert (found.airborne, found.text) == (True, "hwd_1 is not on the ground; these checks are of before")
 
 
 def test_a_machine_that_told_nothing_is_not_ready() -> None:

@@ -1,0 +1,62 @@
+"""`why` of a machine: who has it, which order stands on it, what its goals wait for, its task."""
+
+from typing import Any
+
+import pytest
+
+from formiga_bt.engine.records import GoalRecord
+from formiga_bt.engine.state import EngineState
+from formiga_bt.services.why_machine import why_machine
+from tests.unit.services.fakes import NOW, machine, order, task
+
+
+def told(state: EngineState) -> list[tuple[str, str, str]]:
+    return [(line.code, line.text, line.hint) for line in why_machine(state, state.agents["hwd_1"], NOW, None)]
+
+
+@pytest.fixture
+def state() -> EngineState:
+    made = EngineState(now=NOW)
+    made.agents["hwd_1"] = machine("hwd_1", role="drone")
+    made.tasks["PickUp-3"] = task("PickUp-3", "hwd_1")
+    return made
+
+
+def test_its_order_its_gate_and_its_task(state: EngineState) -> None:
+    state.orders["hwd_1"] = order("hwd_1", "hold")
+    state.goals["g"] = GoalRecord(
+        id="g",
+        agent="hwd_1",
+        action="GoTo",
+        task="PickUp-3",
+        section="steps",
+        state="gated",
+        code="leg_busy",
+        text="lwd_1",
+    )
+
+    assert told(state) == [
+        (
+            "order.hold",
+            "hold by eve, given to hwd_1: hwd_1 hovers; it returns by itself before its reserve is reached",
+            "formiga continue PickUp-3 | formiga abort PickUp-3",
+        ),
+        ("gate.leg_busy", "hwd_1.GoTo waits until lwd_1 is out of its way", ""),
+        ("task", "it works as drone for PickUp-3, which is ACTIVE", "formiga why PickUp-3"),
+    ]
+
+
+@pytest.mark.parametrize(
+    ("fields", "code", "text"),
+    [
+        ({"control": "pilot", "taken": True}, "control", "hwd_1 is in the hands of its pilot; nothing is sent to it"),
+        ({"pool": "QUARANTINED", "quarantine": "cut"}, "quarantined", "hwd_1 is quarantined: cut; it gets no task"),
+        ({"refused": "unlisted"}, "not_admitted", "hwd_1 is not admitted: unlisted"),
+        ({"liveness": "LOST"}, "lost", "hwd_1 is not heard of; it counts as lost"),
+        ({"pool": "PARKED_AWAY", "landed": "grounded"}, "parked_away", "hwd_1 stands away from its port"),
+        ({"pool": "STANDBY"}, "free", "hwd_1 is free: it waits for a task that it fits"),
+    ],
+)
+def test_what_keeps_it(state: EngineState, fields: dict[str, Any], code: str, text: str) -> None:
+    state.agents["hwd_1"] = machine("hwd_1", **{"task": "", **fields})
+    assert told(state)[0][:2] == (code, text)
