@@ -1,8 +1,8 @@
 """E025: roles that no agent of the fleet can ever fit.
 
 What an agent can do comes from its type; which agents there can be, from the site. A real site admits those that it lists
-only. In a simulation others may join: any number of people, and as many machines as have a free port. A site without agents says
-nothing about its fleet. Agents without charge, or busy, may fit later: that is for the allocator.
+only. In a simulation others may join: any number of people, and as many machines as have a free port. A site without agents
+says nothing about its fleet. Agents without charge, or busy, may fit later: that is for the allocator.
 """
 
 from collections.abc import Iterable, Mapping

@@ -146,8 +146,8 @@ def first_in_the_way(
 ) -> str:
     """Return the machine that takes up something within the separation of `ways` and `area`, or "".
 
-    Machines of the same task are the author's business, those on the ground are no traffic. A take-off or landing straight up or
-    down keeps half the separation: ports and spots may lie closer together than legs may pass. Where it ends in the air it
+    Machines of the same task are the author's business, those on the ground are no traffic. A take-off or landing straight up
+    or down keeps half the separation: ports and spots may lie closer together than legs may pass. Where it ends in the air it
     stays, and there it keeps all of it.
     """
     keep_m = separation_m

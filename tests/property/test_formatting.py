@@ -1,4 +1,4 @@
-"""`formiga fmt` on everything that ships, on drawn trees, and on nonsense: it changes no meaning, loses no comment, and is done at once."""
+"""`formiga fmt` on all that ships, on drawn trees, on nonsense: no meaning changes, no comment is lost, once is enough."""
 
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
