@@ -55,7 +55,9 @@ def command(
         _show_list(runtime, site, as_json=as_json)
         return
     if not task or not by:
-        raise UnusableFile("say what and who: formiga approve TASK --by NAME    or: formiga approve --list")
+        raise UnusableFile(
+            f"say what and who: formiga approve TASK --by {_approvers(world.site)}    or: formiga approve --list"
+        )
     found = _task(task, site, world)
     digest = approval_digest(found, world.site)
     _check(world.site, by)
@@ -78,6 +80,10 @@ def _check(site: "Site", by: str) -> None:
         raise FormigaError(f"{by} is no approver of {site.name}; it has {known}")
 
 
+def _approvers(site: "Site") -> str:
+    return "|".join(site.people.get(APPROVERS, ())) or "NAME"
+
+
 def _ask(name: str, digest: str) -> None:
     """Have a person type the digest.
 
@@ -86,7 +92,11 @@ def _ask(name: str, digest: str) -> None:
     """
     if not (sys.stdin.isatty() and sys.stdout.isatty()):
         raise FormigaError("no program approves: a person reads this, and types the digest at a terminal")
-    typed = typer.prompt(f"You say that {name} may fly so. Type the first {TYPED} characters of the digest", default="")
+    typed = typer.prompt(
+        f"You say that {name} may fly so. Type the first {TYPED} characters of the digest",
+        default="",
+        show_default=False,
+    )
     if typed.strip().lower() != digest[:TYPED]:
         raise FormigaError("that is not the digest; nothing was approved")
 

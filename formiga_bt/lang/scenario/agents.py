@@ -83,7 +83,8 @@ class _Agents:
             if home is None and isinstance(node, Scalar) and node.text in self.site.ports:
                 home = self.site.ports[node.text]
         elif at is None:
-            self.problems.add("E008", mark, f"'{id_.text}' has no port of its own: it needs 'at'", "add at:")
+            why = "is a person, whom the site does not place" if human else "has no port of its own"
+            self.problems.add("E008", mark, f"'{id_.text}' {why}: it needs 'at'", "add at: a port, a place or a point")
         if at is None:
             return None
         return ScenarioAgent(

@@ -70,7 +70,7 @@ def test_no_program_approves(site: Path, capfd: pytest.CaptureFixture[str]) -> N
     [
         (["approve", "Hello", "--by", "rita"], 1, "rita is no approver of meadow; it has ann, bob"),
         (["approve", "Nothing", "--by", "ann"], 2, "there is no task 'Nothing'"),
-        (["approve", "Hello"], 2, "say what and who: formiga approve TASK --by NAME"),
+        (["approve", "Hello"], 2, "say what and who: formiga approve TASK --by ann|bob"),
         (["approve", "Hello", "--by", "ann", "--revoke"], 1, "is not approved"),
         (["approve", "--list", "--site", "none.yaml"], 2, "there is no none.yaml"),
         (["log", "export", "--since", "tomorrow"], 2, "say a day or an instant, 2026-07-01"),
