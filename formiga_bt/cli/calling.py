@@ -7,10 +7,11 @@ a hurry (`formiga hold --all`) does without it. What the verbs' options and tabl
 import http.client
 import json
 import os
+import pwd
 import socket
 import sys
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
@@ -177,6 +178,9 @@ def segment(word: str) -> str:
 def user() -> str:
     """Return who gives orders from this terminal."""
     name = os.environ.get("USER") or os.environ.get("LOGNAME") or ""
+    if not name:
+        with suppress(KeyError, OSError):  # a service or a container may have a number only
+            name = pwd.getpwuid(os.getuid()).pw_name
     return f"{name}@{socket.gethostname()}" if name else "cli"
 
 

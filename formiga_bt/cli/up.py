@@ -207,7 +207,8 @@ def _fleet(
 
 
 def _banner(host: "EngineHost", served: list[str], people: dict[str, str], sim: bool) -> None:
-    refused = f"   ({len(host.refused)} files are not served)" if host.refused else ""
+    files = "1 file is" if len(host.refused) == 1 else f"{len(host.refused)} files are"
+    refused = f"   ({files} not served)" if host.refused else ""
     where = f"they connect at {host.endpoint}"
     rows = [
         f"site {host.site.name} ({host.site.mode}), start {host.epoch} of its engine",
