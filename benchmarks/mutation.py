@@ -56,9 +56,9 @@ PAGE: Final = """\
 Written by `python benchmarks/mutation.py`; do not edit. The faults are those of `tests/mutation/operators.py`, at every place
 where one can be made in the ten missions and in `lib/flying.yaml`; the scenarios are those of `tests/mutation/scenarios.py`,
 {scenarios} for each mission. A file that cannot be read to its end (a name that nothing has, a unit that does not fit) counts
-as worse. Any other one is run, also if the checker refuses it, and is worse if any scenario ends otherwise or leaves another
-trace than the original: goals and their fields, seconds, questions, notices, where machines stand. `found` are those that the checker
-refuses or warns about.
+as worse. Any other one is run, also if the checker refuses it, and is worse if any scenario ends otherwise or leaves
+another trace than the original: goals and their fields, seconds, questions, notices, where machines stand. `found` are
+those that the checker refuses or warns about.
 
 | | faults | found | share |
 |---|---:|---:|---:|
