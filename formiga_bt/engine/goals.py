@@ -270,7 +270,9 @@ class Goals:
 
     def _read_anew(self, agent_id: str) -> None:
         """The engine moved a machine to another layer: what waits for its way is ordered again, from there."""
-        for goal in [g for g in self._core.state.goals.values() if g.agent == agent_id and g.state == "gated" and g.task]:
+        for goal in [
+            g for g in self._core.state.goals.values() if g.agent == agent_id and g.state == "gated" and g.task
+        ]:
             if goal.code in (*BUSY, "draining"):
                 self.again(goal.id)
 

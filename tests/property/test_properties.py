@@ -31,7 +31,10 @@ def only_its_section_runs(world: World, step: inp.Step) -> None:
     for task in world.engine.state.tasks.values():
         ways_home = {f"recover:{r.agent}#{r.attempt}" for r in task.recovering if r.state == "running"}
         may_run = set() if task.section == "recover" or task.stopping else {task.section}
-        assert sections(world, task.id) <= may_run | ways_home, (task, step.input)  # who is released flies home meanwhile
+        assert sections(world, task.id) <= may_run | ways_home, (
+            task,
+            step.input,
+        )  # who is released flies home meanwhile
 
 
 def test_no_node_runs_after_its_section_ended_and_every_memory_belongs_to_a_running_node() -> None:
