@@ -163,7 +163,7 @@ def test_a_machine_is_handed_back_in_each_way(field: Field) -> None:
     assert field.ends(task_id)["status"] == "SUCCEEDED"
 
     task_id, drone = field.taken()
-    assert f"next: formiga continue {task_id}" in field.shell.run("handback", drone, "--return")
+    assert f"next: formiga why {task_id}" in field.shell.run("handback", drone, "--return")
     field.wait(lambda: field.is_home(drone), "it is home")
     assert field.task(task_id)["held"] == [f"operator:{drone}"]
     field.shell.run("abort", task_id)

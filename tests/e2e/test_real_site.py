@@ -20,11 +20,16 @@ pytestmark = pytest.mark.network
 REAL = "people: {watchers: [watcher_1], approvers: [ann, bob]}\npilots: [{id: pia, max_airborne: 1}]\n"
 
 
+FAST = "from formiga_bt.cli import main, up; up.gaps = lambda site, speed: []; main()"
+"""`formiga`, but a real site may have a clock of another speed: the drones of this test are simulated."""
+
+
 @pytest.fixture
 def field(tmp_path: Path) -> Iterator[Shell]:
     made = Shell(tmp_path)
     made.run("init", "field")
     made.folder = tmp_path / "field"
+    made.program = ("-c", FAST)
     file = made.folder / "site.yaml"
     text = file.read_text(encoding="utf-8").replace(":7447", ":0").replace("mode: simulation", "mode: real")
     assert "people: {watchers: [watcher_1]}\n" in text

@@ -41,11 +41,12 @@ class Shell:
     def __init__(self, folder: Path) -> None:
         self.folder = folder
         self.engines: list[subprocess.Popen[str]] = []
+        self.program: tuple[str, ...] = ("-m", "formiga_bt")
 
     def start(self, *words: str) -> "subprocess.Popen[str]":
         environment = {**os.environ, "PYTHONUNBUFFERED": "1"}
         return subprocess.Popen(
-            [sys.executable, "-m", "formiga_bt", *words], cwd=self.folder, env=environment, stdin=subprocess.DEVNULL,
+            [sys.executable, *self.program, *words], cwd=self.folder, env=environment, stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
         )  # fmt: skip
 
