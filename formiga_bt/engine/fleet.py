@@ -168,7 +168,7 @@ class Fleet:
         if not agent.human:
             self.breaches.look(agent.id)
             if status.landed == "grounded" and agent.landed != "grounded" and agent.task:
-                self.tasks.grounded(agent.task, agent.id)
+                self.tasks.errands.grounded(agent.task, agent.id)
         if status.last_goal and status.last_goal != told_of:
             self._find_lost_result(status)
         if agent.pool in ("STANDBY", "PARKED_AWAY") and not agent.task:
@@ -369,7 +369,7 @@ class Fleet:
             self.tasks.poke_allocator()
         else:
             self._core.put_agent(agent_id, lost_leg=None)  # it is where it says; what it did is canceled
-            self.tasks.start_recover(agent_id)
+            self.tasks.errands.start_recover(agent_id)
 
     # -- command -------------------------------------------------------------------------------------------------
     def on_taken_over(self, goal: GoalRecord) -> None:

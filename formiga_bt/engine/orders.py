@@ -134,9 +134,9 @@ class Orders:
         core.stale.add(order.agent)
         task = core.state.tasks.get(order.task)
         if task is not None and task.stop and task.section != "done":
-            self._tasks.end_system(task.id)
+            self._tasks.errands.end(task.id)
         if not replaced:
-            self._tasks.ordered_home(core.state.agents[order.agent].task)
+            self._tasks.errands.ordered_home(core.state.agents[order.agent].task)
             self.bring_home_if_idle(order.agent, order.by)
         self._tasks.poke_allocator()
 
@@ -210,8 +210,8 @@ class Orders:
             text = f"{agent.id} cannot {order.stop}: its type {agent.type} has no way to"
             self._core.effect(Alarm("agent_needs_help", text, agent.task, agent.id))
             return
-        self.put(replace(order, task=self._tasks.next_system_id(NAMES[order.stop])))
-        self._tasks.start_order(NAMES[order.stop], agent.id, order.stop, order.by)
+        self.put(replace(order, task=self._tasks.errands.next_id(NAMES[order.stop])))
+        self._tasks.errands.start_order(NAMES[order.stop], agent.id, order.stop, order.by)
 
     def _cut(self, agent: AgentRecord, order: StandingOrder) -> None:
         core = self._core
@@ -257,7 +257,7 @@ class Orders:
             self.put(replace(order, task="", state="failed"))
         else:
             self.put(replace(order, task=""))
-        self._tasks.ordered_home(agent.task)
+        self._tasks.errands.ordered_home(agent.task)
 
     def no_way_home(self, agent_id: str, why: str) -> None:
         """No legal leg leads home: the machine lands where it is."""

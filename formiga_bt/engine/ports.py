@@ -86,20 +86,17 @@ class TaskPort(Protocol):
 
     orders: "OrderPort"
 
+    @property
+    def errands(self) -> "ErrandPort":
+        """Return the engine's own tasks."""
+        ...
+
     def fail(self, task_id: str, code: str, reason: str) -> None:
         """End a task by something that no step can catch."""
         ...
 
     def on_agent_left(self, task_id: str, agent_id: str) -> None:
         """A machine of the task was quarantined."""
-        ...
-
-    def grounded(self, task_id: str, agent_id: str) -> None:
-        """A machine of a task stands on the ground now."""
-        ...
-
-    def start_recover(self, agent_id: str) -> None:
-        """Start the system task that brings a machine home."""
         ...
 
     def poke_allocator(self) -> None:
@@ -120,6 +117,18 @@ class TaskPort(Protocol):
 
     def recovered(self, task_id: str) -> None:
         """Every machine is home, or quarantined."""
+        ...
+
+
+class ErrandPort(Protocol):
+    """`Errands`, for the fleet."""
+
+    def grounded(self, task_id: str, agent_id: str) -> None:
+        """A machine of a task stands on the ground now."""
+        ...
+
+    def start_recover(self, agent_id: str) -> None:
+        """Start the system task that brings a machine home."""
         ...
 
 

@@ -21,6 +21,7 @@ from formiga_bt.clock import SECOND, Micros
 from formiga_bt.engine import changes as ch
 from formiga_bt.engine.children import Children
 from formiga_bt.engine.core import Core, task_deadline
+from formiga_bt.engine.errands import Errands
 from formiga_bt.engine.fleet import Fleet
 from formiga_bt.engine.goals import Goals
 from formiga_bt.engine.holds import unhold
@@ -28,8 +29,8 @@ from formiga_bt.engine.inputs import Abort, Alarm, PublishState, Submit
 from formiga_bt.engine.people import People
 from formiga_bt.engine.ports import AllocationPort, OrderPort
 from formiga_bt.engine.preemption import may_rebind
-from formiga_bt.engine.records import Again, Request, Stop, TaskRecord
-from formiga_bt.engine.recovery import UNDER_WAY, Recovery
+from formiga_bt.engine.records import Again, Request, TaskRecord
+from formiga_bt.engine.recovery import Recovery
 from formiga_bt.engine.taskmodel import duration_us, root_values, section_steps
 from formiga_bt.engine.taskrun import TaskRun
 from formiga_bt.engine.tidying import WORD
@@ -46,7 +47,6 @@ MAX_QUEUED = 10_000
 
 AFTER: Final[Mapping[str, str]] = {"on_failure": "finally", "on_abort": "finally", "finally": "recover"}
 SECTION_AFTER_STEPS: Final[Mapping[str, str]] = {"SUCCEEDED": "finally", "FAILED": "on_failure", "CANCELED": "on_abort"}
-RECOVER_TASK = "Recover"
 
 
 class Tasks:
@@ -65,6 +65,7 @@ class Tasks:
         self._factory = factory
         self.runs: dict[str, TaskRun] = {}
         self.recovery = Recovery(core, fleet, self)
+        self.errands = Errands(core, goals, self)
         self.children = Children(core, self)
 
     # -- coming in -----------------------------------------------------------------------------------------------
@@ -157,81 +158,6 @@ class Tasks:
         task = core.task(request.holder)
         core.put_task(task.id, served={**task.served, request.node: Served({}, reason)})
         core.wake(task.id, request.node)
-
-    def next_system_id(self, name: str) -> str:
-        """Return the id that the next system task will have."""
-        return f"{name}-{self._core.state.counters.get('task', 0) + 1}"
-
-    def start_order(self, name: str, agent_id: str, stop: Stop, by: str) -> None:
-        """Start the system task that carries out an order. It borrows the machine, which stays its task's."""
-        core = self._core
-        order = core.count("task")
-        task_id = f"{name}-{order}"
-        core.emit(
-            ch.TaskPut(
-                TaskRecord(
-                    id=task_id, name=name, order=order, bundle="system", priority="high", requester=by or "engine",
-                    status="ACTIVE", section="finally", outcome="SUCCEEDED", roles={"drone": (agent_id,)},
-                    granted=(agent_id,), submitted_at=core.now, assigned_at=core.now, active_at=core.now,
-                    system_agent=agent_id, stop=stop,
-                )
-            )
-        )  # fmt: skip
-        core.emit(ch.ScopePut(task_id, "", {"drone": AgentRef(agent_id)}))
-        agent = core.state.agents[agent_id]
-        if agent.layer_m is None:
-            core.put_agent(agent_id, layer_m=self.allocation.free_layer(agent_id, ""))
-        self._enter(task_id, "recover")
-
-    def end_system(self, task_id: str) -> None:
-        """End a system task: its order was withdrawn or replaced. Its machine hovers where it is."""
-        core = self._core
-        task = core.task(task_id)
-        core.put_task(task_id, outcome="CANCELED", code="aborted", reason="another order replaced it")
-        for one in task.recovering:
-            if one.state == "running":
-                self.stop(task_id, f"recover:{one.agent}#{one.attempt}")
-            if one.state in UNDER_WAY:
-                self.recovery.abandon(task_id, one)
-        core.touch(task_id)
-        self.recovery.proceed(task_id)  # if it was between two tries, nothing has to drain
-
-    def ordered_home(self, task_id: str) -> None:
-        """An order on a machine of a task was carried out: its way home may go on."""
-        task = self._core.state.tasks.get(task_id)
-        if task is not None and task.section == "recover" and not task.stop:
-            self.recovery.begin(task_id)
-
-    def grounded(self, task_id: str, agent_id: str) -> None:
-        """A machine of a task stands on the ground now: what waits to bring it home has nothing left to do."""
-        core = self._core
-        if core.task(task_id).section != "recover":
-            return
-        for goal in [g for g in core.state.goals.values() if g.agent == agent_id and g.task == task_id]:
-            if goal.state in ("gated", "interrupted") and core.action(goal.action).requires == "airborne":
-                self._goals.end(goal.id, "canceled", "requires", f"{agent_id} stands on the ground")
-
-    def start_recover(self, agent_id: str) -> None:
-        """Start the system task that brings a machine home, unless an order does."""
-        core = self._core
-        standing = core.state.orders.get(agent_id)
-        if standing is not None and standing.state == "open":
-            return
-        order = core.count("task")
-        task_id = f"{RECOVER_TASK}-{order}"
-        core.emit(
-            ch.TaskPut(
-                TaskRecord(
-                    id=task_id, name=RECOVER_TASK, order=order, bundle="system", priority="high", requester="engine",
-                    status="ACTIVE", section="finally", outcome="SUCCEEDED", roles={"drone": (agent_id,)},
-                    granted=(agent_id,), submitted_at=core.now, assigned_at=core.now, active_at=core.now,
-                    system_agent=agent_id,
-                )
-            )
-        )  # fmt: skip
-        core.emit(ch.ScopePut(task_id, "", {"drone": AgentRef(agent_id)}))
-        self.allocation.assign(task_id, {"drone": (agent_id,)})
-        self._enter(task_id, "recover")
 
     def run_of(self, task_id: str) -> TaskRun:
         """Return the run of a task, made when it is first needed."""
@@ -484,13 +410,14 @@ class Tasks:
             self._core.put_task(task_id, stopping=True, drain=(*task.drain, *waited))
             return  # what it leaves open ends first
         if task.abort_now:
-            self._enter(task_id, "recover")
+            self.enter(task_id, "recover")
         elif task.section == "steps":
-            self._enter(task_id, SECTION_AFTER_STEPS[task.outcome])
+            self.enter(task_id, SECTION_AFTER_STEPS[task.outcome])
         else:
-            self._enter(task_id, AFTER[task.section])
+            self.enter(task_id, AFTER[task.section])
 
-    def _enter(self, task_id: str, section: str) -> None:
+    def enter(self, task_id: str, section: str) -> None:
+        """Go to a part of a task; an empty one is passed over."""
         core = self._core
         task = core.task(task_id)
         model = core.models.get(task.name)
