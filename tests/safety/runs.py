@@ -63,7 +63,9 @@ class Run:
     def __init__(self, played: Scene, *, story: bool = False) -> None:
         _, catalogue = packaged_world()
         self.scene = played
-        self.world = Rehearsal(played.site, catalogue, tasks(), (), seed=played.seed, status_every_us=STATUS_EVERY_US)
+        self.world = Rehearsal(
+            played.site, catalogue, tasks(played.seed), (), seed=played.seed, status_every_us=STATUS_EVERY_US
+        )
         self.monitor = Monitor(self.world)
         self.lines: list[str] = []
         self.dead: set[str] = set()

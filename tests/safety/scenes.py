@@ -18,6 +18,7 @@ from formiga_bt.lang.loader import load_task
 from formiga_bt.lang.model import Site, SiteAgent, Task
 from formiga_bt.lang.types import AgentRef
 from formiga_bt.testing import packaged_task, packaged_world
+from tests.safety.drawn import COUNT, drawn
 
 SHIPPED = ("move_task", "pick_up", "explore_region", "watch_dog_sos", "watch_dog_request")
 FLEET = (
@@ -40,6 +41,8 @@ ANSWERS: Mapping[str, Sequence[Mapping[str, Any]]] = {
 
 HARD = 100_000
 """From this seed on much more happens in a scene."""
+WILD = 200_000
+"""From this seed on the trees are drawn at random (`drawn`); as much happens as below `HARD`."""
 
 STOPS = ("hold", "return", "land", "cut")
 
@@ -79,9 +82,13 @@ class Scene(Struct, frozen=True):
     calm_at: float
 
 
+def tasks(seed: int) -> tuple[Task, ...]:
+    """Return the tasks of a scene: the shipped ones and those in `trees`, or drawn ones."""
+    return drawn() if seed >= WILD else _written()
+
+
 @cache
-def tasks() -> tuple[Task, ...]:
-    """Return the tasks of all scenes: the shipped ones, and those in `trees`."""
+def _written() -> tuple[Task, ...]:
     site, catalogue = packaged_world()
     found = [packaged_task(name) for name in SHIPPED]
     for file in sorted((Path(__file__).parent / "trees").glob("*.yaml")):
@@ -100,6 +107,8 @@ def scene(seed: int) -> Scene:
     lasts = dice.choice((120.0, 240.0, 400.0))
     requests = [_request(dice, drones, list(people), dice.uniform(0.0, lasts * 0.6)) for _ in range(dice.randint(1, 4))]
     requests[0] = Request(0.0, requests[0].task, requests[0].params)
+    if seed >= WILD:
+        requests = [_drawn(dice, request) for request in requests]
     return Scene(
         seed,
         site,
@@ -175,9 +184,14 @@ def _request(dice: Random, drones: Sequence[tuple[str, str, str]], people: Seque
     return Request(at, task, params[task], dice.choice((None, None, "high", "low")))
 
 
+def _drawn(dice: Random, request: Request) -> Request:
+    to, other = dice.sample(FIELDS, 2)
+    return Request(request.at, f"Drawn{dice.randrange(COUNT)}", {"to": to, "other": other}, request.priority)
+
+
 def _deeds(dice: Random, seed: int, drones: Sequence[str], lasts: float) -> list[Deed]:
     found: list[Deed] = []
-    for _ in range(dice.choice((15, 25, 40) if seed >= HARD else (1, 2, 3, 4, 6, 8, 10))):
+    for _ in range(dice.choice((15, 25, 40) if HARD <= seed < WILD else (1, 2, 3, 4, 6, 8, 10))):
         # A third of all comes together with something else.
         near = found and dice.random() < 0.35
         at = max(0.0, dice.choice(found).at + dice.uniform(-1.5, 1.5)) if near else dice.uniform(3.0, lasts)
