@@ -103,6 +103,7 @@ class SiteFolder:
                     raise SiteError(_taken(self.path)) from error
                 time.sleep(0.05)  # a command may just be looking whether an engine runs
         self._lock = lock
+        (self.path / "engine.json").unlink(missing_ok=True)  # where an engine that was killed has been
 
     def release(self) -> None:
         """Give the site back; may be called twice."""

@@ -113,3 +113,18 @@ def test_an_engine_json_without_an_engine_is_not_an_engine(tmp_path: Path) -> No
     assert find_engines(tmp_path) == []
     (folder.path / "engine.json").write_text("{}", encoding="utf-8")
     assert read_address(folder.path) is None
+
+
+def test_where_a_killed_engine_has_been_is_forgotten_when_the_next_one_takes_the_site(tmp_path: Path) -> None:
+    folder = SiteFolder(tmp_path, "field")
+    folder.take()
+    folder.publish(epoch=1, url="http://127.0.0.1:1", endpoint="tcp/127.0.0.1:2")
+    left = (folder.path / "engine.json").read_text(encoding="utf-8")
+    folder.release()
+    (folder.path / "engine.json").write_text(left, encoding="utf-8")  # as after a kill
+
+    again = SiteFolder(tmp_path, "field")
+    again.take()
+
+    assert find_engines(tmp_path) == []
+    again.release()
