@@ -44,8 +44,8 @@ def stopped(
             continue
         order = state.orders.get(agent_id)
         if order is not None and agent_id not in told:
-            free = order.scope not in ("engine", "lockdown") and in_the_way(state, agent, catalogue) is None
-            hint = f"formiga continue {agent_id}" if free else ""
+            free = order.scope not in ("engine", "lockdown", "task") and in_the_way(state, agent, catalogue) is None
+            hint = f"formiga continue {agent_id}" if free else ""  # of a task's order the task's line says it
             yield Because(f"order.{order.stop}", f"{given(order)}: {doing(state, order, now)}", hint, agent_id)
         if agent.breach:
             yield breach(agent)
