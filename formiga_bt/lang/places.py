@@ -6,6 +6,7 @@ know whether something critical runs.
 """
 
 import re
+from collections.abc import Iterator
 from typing import Final
 
 from formiga_bt.lang.model import Call, Step, Task
@@ -31,3 +32,23 @@ def steps_around(task: Task, key: str) -> tuple[Step, ...]:
         found.append(step)
         inside = step.subtree.steps if isinstance(step, Call) else children(step)
     return tuple(found)
+
+
+def static_path(key: str) -> str:
+    """Return which step a key stands for, whatever the round, item or attempt: `steps/steps[1].steps[0]`."""
+    section, _, rest = key.partition("/")
+    return f"{section}/{'.'.join(_SEG.findall(rest))}"
+
+
+def steps_with_paths(task: Task) -> Iterator[tuple[str, Step]]:
+    """Iterate over every step of a task, those of called subtrees included, with its static path; parents first."""
+    sections = {"steps": task.steps, "on_failure": task.on_failure, "on_abort": task.on_abort, "finally": task.finally_}
+    for section, steps in sections.items():
+        yield from _below(f"{section}/", steps)
+
+
+def _below(prefix: str, steps: tuple[Step, ...]) -> Iterator[tuple[str, Step]]:
+    for step in steps:
+        path = prefix + step.seg
+        yield path, step
+        yield from _below(f"{path}.", step.subtree.steps if isinstance(step, Call) else children(step))

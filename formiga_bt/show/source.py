@@ -1,0 +1,44 @@
+"""The one seam through which everything that is seen is read: of a running engine, a dry run, or a stored history.
+
+`show.folded.FoldedSource` reads what a ledger folded from steps in this process; `cli.remote.RemoteSource` asks a running engine.
+A journal at an instant is a third one; nothing that draws will notice.
+"""
+
+from collections.abc import Sequence
+from typing import Protocol
+
+from formiga_bt.show.facts import Because, Chart, Now, Stats, TaskPicture, Timeline
+
+
+class Source(Protocol):
+    """What can be asked. An id that is not there: TaskError with code `unknown_task` or `unknown_agent`."""
+
+    def now(self, *, first: int = 0, count: int = 100, find: str = "", over: bool = False) -> Now:
+        """Return the site at its instant.
+
+        Args:
+            first, count: the page of tasks, most urgent first.
+            find: only tasks whose id, agents, code or words contain this.
+            over: show ended tasks too, newest first after the others.
+        """
+        ...
+
+    def task(self, task_id: str) -> TaskPicture:
+        """Return one task with its tree."""
+        ...
+
+    def why(self, of: str) -> tuple[str, list[Because]]:
+        """Return how a task or an agent stands in a few words, and the chain of causes."""
+        ...
+
+    def timeline(self, tasks: Sequence[str] = ()) -> Timeline:
+        """Return the actions of some tasks, or of all."""
+        ...
+
+    def chart(self, tasks: Sequence[str] = ()) -> Chart:
+        """Return the site's map with the ways of the agents of some tasks, or of all agents."""
+        ...
+
+    def stats(self, *, task: str = "", hours: float = 0.0) -> Stats:
+        """Return durations with their spread, of tasks of one name or of all, of the last hours or since the start."""
+        ...
