@@ -1,6 +1,7 @@
 """The one seam through which everything that is seen is read: of a running engine, a dry run, or a stored history.
 
-`show.folded.FoldedSource` reads what a ledger folded from steps in this process; `cli.remote.RemoteSource` asks a running engine.
+`show.folded.FoldedSource` reads what a ledger folded from steps in this process; `cli.remote.RemoteSource` asks a running
+engine.
 A journal at an instant is a third one; nothing that draws will notice.
 """
 
@@ -17,7 +18,8 @@ class Source(Protocol):
         """Return the site at its instant.
 
         Args:
-            first, count: the page of tasks, most urgent first.
+            first: number of the first task of the page, from 0; the most urgent come first.
+            count: length of the page.
             find: only tasks whose id, agents, code or words contain this.
             over: show ended tasks too, newest first after the others.
         """
