@@ -1,0 +1,220 @@
+"""How steps, roles and params of a checked task are said on one line: as the author wrote them, in styled spans.
+
+Used by `drawing`. Kinds that this module does not know are said by their name.
+"""
+
+from collections.abc import Mapping, Sequence
+
+from formiga_bt.lang import model
+from formiga_bt.lang.model import Expr, Param, Role, Step, Task
+from formiga_bt.show.facts import Span
+
+
+def source(expr: Expr) -> str:
+    """Return an expression as the author wrote it, on one line and without `${ }` around the whole."""
+    text = " ".join(expr.source.split())
+    whole = text.startswith("${") and text.endswith("}") and "${" not in text[2:]
+    return text[2:-1].strip() if whole else text
+
+
+def facts_of(task: Task) -> tuple[str, ...]:
+    """Return what holds for all of a task: priority, timeout and the like."""
+    facts = [f"priority {task.priority}"]
+    if task.timeout:
+        facts.append(f"timeout {source(task.timeout)}")
+    if task.expires:
+        facts.append(f"expires {source(task.expires)}")
+    if not task.preemptible:
+        facts.append("not preemptible")
+    return tuple(facts)
+
+
+def param_label(param: Param) -> tuple[Span, ...]:
+    """Return a param with its type, default and limits."""
+    text = f": {param.type}"
+    if param.default:
+        text += f" = {source(param.default)}"
+    limits = [f"{word} {source(e)}" for word, e in (("min", param.min), ("max", param.max)) if e]
+    if param.optional:
+        limits.append("optional")
+    return (Span(param.name, "agent"), Span(text), *_bracket(limits))
+
+
+def var_label(name: str, expr: Expr) -> tuple[Span, ...]:
+    """Return a var with its value."""
+    return Span(name, "agent"), Span(f" = {source(expr)}")
+
+
+def role_label(role: Role) -> tuple[Span, ...]:
+    """Return a role with the agents that can play it."""
+    facts = [f"{word} {source(e)}" for word, e in (("id", role.id), ("near", role.near), ("prefer", role.prefer)) if e]
+    if role.battery_min:
+        facts.append(f"battery >= {source(role.battery_min)}")
+    if role.capabilities:
+        facts.append("with " + ", ".join(role.capabilities))
+    if role.wait:
+        facts.append(f"waits {source(role.wait)}")
+    if role.if_lost != "fail":
+        facts.append(f"if lost: {role.if_lost}")
+    if role.away:
+        facts.append("may be away")
+    return (Span(role.name, "agent"), Span(f": {_types(role)}"), *_bracket(facts))
+
+
+def _types(role: Role) -> str:
+    count = f"{_how_many(role)} x " if role.is_list else ""
+    return count + " or ".join(role.types)
+
+
+def _how_many(role: Role) -> str:
+    if role.open is None:
+        return str(role.count)
+    if role.open.max is None:
+        return "all" if role.open.min == 1 else f"{role.open.min} or more"
+    return f"{role.open.min} to {role.open.max}"
+
+
+def _bracket(words: Sequence[str]) -> tuple[Span, ...]:
+    return (Span(f"  [{'; '.join(words)}]", "dim"),) if words else ()
+
+
+def label_of(step: Step) -> tuple[Span, ...]:
+    """Return what a step does; its name, if it has one, first."""
+    name = (Span(f"{step.name}: ", "title"),) if step.name else ()
+    return (*name, *_said(step))
+
+
+def _said(step: Step) -> tuple[Span, ...]:
+    match step:
+        case model.Do():
+            return Span(f"{step.who.name}.", "agent"), Span(step.action, "kind"), *_args(step.fields)
+        case model.Ask():
+            people = ", ".join(who.name for who in step.of)
+            choices = " / ".join(step.options)
+            return Span("ask ", "kind"), Span(people, "agent"), Span(f': "{source(step.question)}" {choices}')
+        case model.Call():
+            return Span("call ", "kind"), Span(step.subtree.name, "agent"), *_args(step.args)
+        case model.Request():
+            return Span("request ", "kind"), Span(step.task, "agent"), *_args(step.args)
+        case model.Wait():
+            return Span("wait ", "kind"), Span(source(step.duration))
+        case model.Check():
+            return Span("check ", "kind"), Span(source(step.cond))
+        case model.Set():
+            text = ", ".join(f"{key} = {source(e)}" for key, e in step.assign.items())
+            return Span("set ", "kind"), Span(text)
+        case model.Notify():
+            to = " to " + ", ".join(who.name for who in step.to) if step.to else ""
+            return Span("notify", "kind"), Span(f'{to}: "{source(step.text)}" ({step.severity})')
+        case model.Fail():
+            code = f" [{step.code}]" if step.code else ""
+            return Span("fail", "kind"), Span(f'{code}: "{source(step.message)}"')
+        case model.WaitFor():
+            since = " (since the task's start)" if step.since_task else ""
+            return Span("wait for ", "kind"), Span(step.who.name, "agent"), Span(f".{step.event}{since}")
+        case model.Release():
+            return Span("release ", "kind"), Span(step.who.name, "agent")
+        case _:
+            return _said_of_parent(step)
+
+
+def _said_of_parent(step: Step) -> tuple[Span, ...]:
+    match step:
+        case model.If():
+            return Span("if ", "kind"), Span(source(step.cond))
+        case model.Switch():
+            return Span("switch ", "kind"), Span(source(step.on))
+        case model.WaitUntil() | model.Guard() | model.BreakIf():
+            return Span(f"{step.kind} ", "kind"), Span(source(step.cond))
+        case model.WithAgents():
+            who = ", ".join(f"{role.name}: {_types(role)}" for role in step.roles.values())
+            return Span("with_agents ", "kind"), Span(who, "agent")
+        case model.Loop():
+            return Span(f"{step.kind} ", "kind"), Span(_how_long(step))
+        case model.For():
+            lists = ", ".join(f"{name} in {_list(e)}" for name, e in step.lists.items())
+            return Span("for ", "kind"), Span(lists)
+        case _:
+            return (Span(step.kind, "kind"),)
+
+
+def _args(args: Mapping[str, Expr]) -> tuple[Span, ...]:
+    return (Span(f"({', '.join(f'{key}: {source(e)}' for key, e in args.items())})"),) if args else ()
+
+
+def _how_long(step: model.Loop) -> str:
+    if step.cond is not None:
+        return source(step.cond)
+    if step.times is not None:
+        return f"{source(step.times)} times"
+    return source(step.duration) if step.duration is not None else "forever"
+
+
+def _list(expr: Expr) -> str:
+    return source(expr) or (f"{len(expr.const)} items" if isinstance(expr.const, tuple) else "a list")
+
+
+def modifiers_of(step: Step) -> tuple[str, ...]:
+    """Return what holds for a step beside what it does: `when ...`, `timeout 2 min`, `3 attempts`."""
+    words = [f"when {source(step.when)}"] if step.when else []
+    words += _options(step)
+    if step.ignore_failure:
+        words.append(IGNORED)
+    if step.timeout:
+        words.append(f"timeout {source(step.timeout)}")
+    if step.retry:
+        another = ", another agent" if step.retry.agent == "another" else ""
+        words.append(f"{source(step.retry.attempts)} attempts{another}")
+    if step.critical:
+        words.append("critical")
+    expect = getattr(step, "expect", None)
+    if isinstance(expect, Expr):
+        words.append(f"expect {source(expect)}")
+    save_as = getattr(step, "save_as", "")
+    return (*words, f"save as {save_as}") if save_as else tuple(words)
+
+
+IGNORED = "failure ignored"
+"""The modifier in words of a step whose failure does not count."""
+
+
+def _options(step: Step) -> list[str]:
+    """Return what the kinds with children say beside their own value."""
+    match step:
+        case model.Loop():
+            facts = (("until", step.until), ("every", step.every), ("at most", step.max))
+            return [f"{word} {source(e)}" for word, e in facts if e is not None]
+        case model.Request():
+            words = [f"priority {step.priority}"] if step.priority else []
+            words += [] if step.wait else ["not waited for"]
+            return [*words, "detached"] if step.detached else words
+        case model.Sequence() | model.Fallback():
+            return ["reactive"] if step.reactive else []
+        case model.Parallel() | model.For():
+            words = ["all at once"] if isinstance(step, model.For) and step.parallel else []
+            if isinstance(step, model.For) and step.max_parallel is not None:
+                words = [f"{step.max_parallel} at a time"]
+            words += [f"need {step.need}"] if step.need != "all" else []
+            words += ["cancel after a failure"] if step.on_child_failure == "cancel" else []
+            return [*words, f"collect {step.collect}"] if isinstance(step, model.For) and step.collect else words
+    return []
+
+
+def role_of(step: Step) -> str:
+    """Return whom a step names: the agent that acts, the people that are asked or told."""
+    match step:
+        case model.Do() | model.WaitFor() | model.Release():
+            return step.who.name
+        case model.Ask():
+            return ", ".join(who.name for who in step.of)
+        case model.Notify():
+            return ", ".join(who.name for who in step.to)
+        case _:
+            return ""
+
+
+def guard_of(step: Step) -> str:
+    """Return the condition that lets a step run: that of `if` and `guard`, else of `when`."""
+    if isinstance(step, model.If | model.Guard):
+        return source(step.cond)
+    return source(step.when) if step.when else ""
