@@ -194,6 +194,9 @@ class QuestionFact(Struct, frozen=True, kw_only=True, omit_defaults=True):
     asked_at: Micros = 0
     lapses_at: Micros | None = None
     if_no_answer: str = ""
+    clears: str = ""
+    """The machine for which an answer of `clears_on` says that people stand clear of it."""
+    clears_on: tuple[str, ...] = ()
 
 
 class LineFact(Struct, frozen=True, kw_only=True, omit_defaults=True):
