@@ -36,6 +36,8 @@ from formiga_bt.units import format_quantity, parse_quantity
 
 _NOT_HELD: Final = "it may be looked at and asked; to command one, declare a role under agents:"
 
+_NAMED_ONLY: Final = "declare a role under agents: with id: ${%s}, and command that"
+
 _HEIGHTS: Final = ("altitude", "height")
 """Fields of actions that are heights over the ground."""
 
@@ -149,9 +151,21 @@ def read_held(body: Body, name: str, at: Scalar, mark: Mark, *, people: bool = T
     human = people and all(of in types and types[of].human for of in body.agents.get(name, ()))
     if named is not None and named.type.is_foreign and not (human and body.agents.get(name)):
         body.used.add(name)
-        body.problems.add("E023", mark, f"'{name}' comes from fleet(): this task does not hold it", _NOT_HELD)
+        whence, help_ = _whence(body, name)
+        body.problems.add("E023", mark, f"'{name}' {whence}: this task does not hold it", help_)
         return None
     return read_who(body, name, at, mark)
+
+
+def _whence(body: Body, name: str) -> tuple[str, str]:
+    """Return in words where an agent comes from that the task does not hold, and how to mend that."""
+    of = next(iter(body.items.get(name, ())), name)
+    named = body.names.get(of)
+    if named is None or named.origin != "param":
+        return "comes from fleet()", _NOT_HELD
+    if named.type.name == "list":
+        return f"is one of the parameter '{of}'" if of != name else "is a parameter", _NOT_HELD
+    return "is a parameter", _NAMED_ONLY % of
 
 
 def _find_action(body: Body, role: str, word: str, mark: Mark, *, known: bool) -> ActionSpec | None:
@@ -455,8 +469,9 @@ def _read_args(body: Body, given: Entry | None, callee: Callee, at: Scalar) -> d
             _check_abilities(body, entry.value, args[param.name], callee.needs.get(param.name, ()), at.text)
         name = plain_name(args[param.name])
         if param.name in callee.releases and args[param.name].type.is_foreign:
-            what = f"{at.text} releases an agent from fleet(): this task does not hold it"
-            body.problems.add("E023", entry.value.mark, what, _NOT_HELD)
+            whence, help_ = _whence(body, name)
+            one = f"'{name}', which {whence}" if "param" in whence else "an agent from fleet()"
+            body.problems.add("E023", entry.value.mark, f"{at.text} releases {one}: this task does not hold it", help_)
         elif param.name in callee.releases and name:
             body.flow.released.setdefault(name, at.mark)
     _check_called_heights(body, args, callee)
@@ -476,8 +491,9 @@ def _check_abilities(body: Body, node: Node, arg: Expr, needs: tuple[str, ...], 
     known = body.world.catalogue.types
     machines = [one for one in types if one not in known or not known[one].human]
     if arg.type.is_foreign and needs and (machines or not types):
-        what = f"{callee} orders {needs[0]} of an agent from fleet(): this task does not hold it"
-        body.problems.add("E023", node.mark, what, _NOT_HELD)
+        whence, help_ = _whence(body, name)
+        one = f"'{name}', which {whence}" if "param" in whence else "an agent from fleet()"
+        body.problems.add("E023", node.mark, f"{callee} orders {needs[0]} of {one}: this task does not hold it", help_)
         return
     for action in needs:
         lacking = [one for one in types if one in known and action not in known[one].actions]

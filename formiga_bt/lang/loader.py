@@ -31,6 +31,7 @@ from formiga_bt.lang.scopes import Body, Flow, Named, World, agent_types_of, sav
 from formiga_bt.lang.site import load_site
 from formiga_bt.lang.steps import read_bound, read_steps
 from formiga_bt.lang.subtrees import Subtrees
+from formiga_bt.lang.types import not_held
 from formiga_bt.lang.walk import size
 from formiga_bt.packaged import folder
 from formiga_bt.units import format_quantity
@@ -211,7 +212,8 @@ class _TaskReader:
         parts: dict[str, Any] = {}
         params = read_params(keys["params"].value, self.world, self.problems) if "params" in keys else {}
         for param in params.values():
-            body.define(param.name, Named(param.type, param.mark, "param"), param.optional and param.default is None)
+            named = Named(not_held(param.type), param.mark, "param")
+            body.define(param.name, named, param.optional and param.default is None)
         body.agents = agent_types_of(params)
         parts["params"] = params
         roles_node = keys["agents"].value if "agents" in keys else None

@@ -14,7 +14,7 @@
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from msgspec import Struct
@@ -46,7 +46,7 @@ class Type:
     fields: Mapping[str, "Type"] = field(default_factory=dict, hash=False)
     """Of a record."""
     foreign: bool = field(default=False, compare=False)
-    """Of an agent that the task does not hold (`fleet('hwd')`): it may be looked at and asked, not commanded."""
+    """Of an agent that the task does not hold (`fleet('hwd')`, a param): it may be looked at and asked, not commanded."""
 
     @property
     def is_foreign(self) -> bool:
@@ -89,3 +89,10 @@ def record_of(**fields: Type) -> Type:
 def agent_type(type_: Type) -> Type:
     """Return the type of the agents that a value of this type is, or is a list of."""
     return type_.item if type_.name == "list" and type_.item is not None else type_
+
+
+def not_held(type_: Type) -> Type:
+    """Return the type of a task's own param: of agents that its caller names, which the task does not hold for that."""
+    if type_.name == "list" and type_.item is not None:
+        return replace(type_, item=not_held(type_.item))
+    return replace(type_, foreign=True) if type_.name == "agent" else type_
