@@ -126,6 +126,14 @@ class NodeMem(Struct, frozen=True, tag=True):
     mem: Mem | None
 
 
+class NodesEnded(Struct, frozen=True, tag=True):
+    """Steps of a task ended in a pass, or were stopped. History only: the state does not change by it."""
+
+    task: str
+    ended: tuple[tuple[str, str, str], ...]
+    """Instance path, how (S succeeded, F failed, K skipped, H stopped), reason code of a failure."""
+
+
 class DeadlineSet(Struct, frozen=True, tag=True):
     """An engine-time deadline is set, or (None) forgotten."""
 
@@ -179,5 +187,5 @@ class TaskForget(Struct, frozen=True, tag=True):
 Change = (
     TaskPut | AgentPut | GoalPut | GoalDrop | QuestionPut | QuestionDrop | ClearancePut | ScopePut | VarPut | NodeMem
     | DeadlineSet | WallTimerSet | RequestPut | Granted | Explained | CounterSet | TaskForget | OrderPut | LockdownPut
-    | ApprovalPut | DutyPut | Happened
+    | ApprovalPut | DutyPut | Happened | NodesEnded
 )  # fmt: skip

@@ -101,6 +101,8 @@ def apply(state: EngineState, board: Blackboard, change: ch.Change) -> None:
             board.touch(name_key(task_id, scope, name))
         case ch.NodeMem(task_id, path, mem):
             _set_or_drop(state.memory.setdefault(task_id, {}), path, mem)
+        case ch.NodesEnded():
+            pass  # history, not state
         case ch.DeadlineSet(key, deadline):
             _set_or_drop(state.deadlines, key, deadline)
             if deadline is not None:

@@ -22,6 +22,7 @@ from formiga_bt.nodes.run import (
     AROUND,
     THROUGH,
     AskOrder,
+    EndLetter,
     Failure,
     GoalOrder,
     GoalView,
@@ -63,6 +64,7 @@ class TaskRun:
         self._children = children
         self.task_id = task_id
         self._fresh: dict[str, Mem | None] = {}
+        self._ended: list[tuple[str, str, str]] = []
         self._spent = 0
         self._spent_seq = -1
         self._watched: dict[str, Watched] = {}
@@ -110,8 +112,15 @@ class TaskRun:
             return self._fresh[path]
         return self._core.state.memory.get(self.task_id, {}).get(path)
 
+    def ended(self, path: str, how: EndLetter, code: str = "") -> None:
+        """Tell how a step ended when the pass is over."""
+        self._ended.append((path, how, code))
+
     def flush(self) -> None:
-        """Write what changed in a pass."""
+        """Write what changed in a pass: which steps ended, then the memory of those that run."""
+        if self._ended:
+            self._core.emit(ch.NodesEnded(self.task_id, tuple(self._ended)))
+            self._ended.clear()
         old = self._core.state.memory.get(self.task_id, {})
         for path, mem in self._fresh.items():
             if old.get(path) != mem:

@@ -29,7 +29,7 @@ class TreeHost(Run, Protocol):
     """What the trees need of their task's run besides the services of nodes."""
 
     def flush(self) -> None:
-        """Write the node memory of a pass as changes."""
+        """Write the ends and the node memory of a pass as changes."""
         ...
 
 

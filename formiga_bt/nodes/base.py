@@ -47,6 +47,8 @@ class Node(Behaviour):
     kind: ClassVar[str] = "node"
     watches: ClassVar[bool] = False
     """Nodes of this class hold a watch while they run."""
+    tells = True
+    """Its end is the end of its step, or of a section; False: another node tells of that."""
 
     def __init__(self, name: str, step: Step | None = None) -> None:
         # Deliberately not Behaviour.__init__ (see the module's head).
@@ -117,6 +119,7 @@ class Node(Behaviour):
         if self.status is not RUNNING:
             return []
         drained = self.on_halt(run)
+        self.tell_stopped(run)
         self._leave(run)
         self.status = INVALID
         return drained
@@ -200,8 +203,23 @@ class Node(Behaviour):
         self.status = status
         if status is not RUNNING:
             self.feedback_message = self.failure.code if self.failure else ""
+            self.tell_end(run)
             self._leave(run)
         return status
+
+    def tell_end(self, run: Run) -> None:
+        """Tell how the step ended."""
+        if not self.tells:
+            return
+        if self.status is FAILURE:
+            run.ended(self.path, "F", self.failure.code if self.failure else "")
+        else:
+            run.ended(self.path, "K" if self.skipped else "S")
+
+    def tell_stopped(self, run: Run) -> None:
+        """Tell that the step was stopped."""
+        if self.tells:
+            run.ended(self.path, "H")
 
     def _leave(self, run: Run) -> None:
         run.clear_deadline(self.key)

@@ -120,6 +120,7 @@ class SequenceNode(Chain, composites.Sequence):
     def __init__(self, name: str, step: model.Step | None, children: Seq[Node], joint: str = "") -> None:
         Node.__init__(self, name, step)
         self.joint = joint or ("/" if step is None else ".")
+        self.tells = step is not None or self.joint == "/"  # not an item of a `for`, nor a `finally`
         adopt_children(self, children)
 
     @property

@@ -19,7 +19,12 @@ from formiga_bt.nodes.run import Failure, Run
 
 
 class Modifier(Node, decorators.Decorator):
-    """Common part: one child, at the same path unless the kind says otherwise."""
+    """Common part: one child, at the same path unless the kind says otherwise.
+
+    The child tells how the step ended; a modifier does so only when it decides that itself.
+    """
+
+    tells = False
 
     def __init__(self, step: model.Step, child: Node) -> None:
         Node.__init__(self, self.kind, step)
@@ -54,6 +59,11 @@ class Modifier(Node, decorators.Decorator):
         """Return this node's status for the child's."""
         raise NotImplementedError
 
+    def tell_end(self, run: Run) -> None:
+        """Tell of a failure that is not the child's: what it reads at its start is not known."""
+        if self.failure is not None and self.failure is not self.child.failure:
+            run.ended(self.path, "F", self.failure.code)
+
     def same(self) -> Status:
         """Take the child's status, skip and failure over."""
         self.skipped, self.failure, self.breaking = self.child.skipped, self.child.failure, self.child.breaking
@@ -71,6 +81,7 @@ class WhenNode(Modifier):
         assert self.step_model.when is not None
         if not self.step_model.when.run(run.env(self.scope, self.error_here())):
             self.skipped = True
+            run.ended(self.path, "K")
             return SUCCESS
         self.remember(run, PassMem())
         self.child.enter(run, self.path, self.scope)
@@ -180,6 +191,15 @@ class TimeoutNode(Modifier):
     def child_ended(self, run: Run) -> Status:  # noqa: ARG002
         """Pass through."""
         return self.same()
+
+    def tell_end(self, run: Run) -> None:
+        """Tell how a step ended that was stopped at the deadline."""
+        if not self.halting:
+            super().tell_end(run)
+        elif self.failure is not None:
+            run.ended(self.path, "F", self.failure.code)
+        else:
+            run.ended(self.path, "S")
 
     def on_halt(self, run: Run) -> list[str]:
         """Stop the child; goals already draining move to the one that stops us."""

@@ -13,6 +13,9 @@ from formiga_bt.clock import Micros
 from formiga_bt.lang.model import Env, Expr, Role
 from formiga_bt.nodes.memory import Mem
 
+EndLetter = Literal["S", "F", "K", "H"]
+"""How a step ended: it succeeded, failed, was skipped, or was stopped."""
+
 
 class Runaway(Exception):  # noqa: N818 - the reason code is `runaway`
     """A task visited more nodes in one input than any sane tree does."""
@@ -215,6 +218,10 @@ class Run(Protocol):
 
     def memory(self, path: str) -> Mem | None:
         """Return a node's memory."""
+        ...
+
+    def ended(self, path: str, how: EndLetter, code: str = "") -> None:
+        """Tell how the step at an instance path ended, for who looks on: nothing depends on it."""
         ...
 
     def register(self, path: str, node: Any) -> None:

@@ -36,6 +36,7 @@ class TidyNode(Node):
     def __init__(self, step: model.Sequence, main: Node, tidy: Callable[[], FinallyNode]) -> None:
         super().__init__(step.title, step)
         self.main = main
+        main.tells = False  # the step has not ended before its `finally`
         self._new_tidy = tidy
         self.tidy = tidy()
         self.closing = False

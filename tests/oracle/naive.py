@@ -72,6 +72,11 @@ def modifiers(step: model.Step) -> tuple[str, ...]:
     return tuple(word for word, there in words.items() if there)
 
 
+def is_own(at: At) -> bool:
+    """Return whether the end here is the end of the step: not that of a modifier, but of the `finally` of a sequence."""
+    return at.words == ("finally",) or not (at.words or "finally" in modifiers(at.step))
+
+
 class NaiveTrees:
     """Implements `engine.treerun.TaskTrees`."""
 
@@ -119,6 +124,7 @@ class NaiveTrees:
             else:
                 for section in list(self.live):
                     self._pass(section, ended)
+            self.host.flush()
             if not self.moved:
                 return ended
 
@@ -133,7 +139,10 @@ class NaiveTrees:
         if key in self.mem:
             goals = self._halt_child(self._root(section, steps, scope), self.mem[key])
             del self.mem[key]
+            if section not in self.alone:
+                self.host.ended(section, "H")
         self.alone.pop(section, None)
+        self.host.flush()
         return goals
 
     def restore(
@@ -173,6 +182,8 @@ class NaiveTrees:
             return
         if done is not None:
             del self.live[section], self.mem[self._key(section)]
+            if section not in self.alone:
+                self._tell(section, done)
             self.alone.pop(section, None)
             ended.append(Ended(section, done.failure))
 
@@ -186,8 +197,11 @@ class NaiveTrees:
         kind = getattr(self, f"_{at.words[0] if at.words else at.step.kind}")
         try:
             done = kind(at, self.mem[at.key], fresh)
+            if done is not None and is_own(at):
+                self._tell(at.path, done)
         except model.UnknownState as unknown:
             done = failed(at, "unknown_state", f"{unknown.key} is not known yet")
+            self._tell(at.path, done)
         except (BrokenError, Runaway):
             raise
         except Exception as cause:
@@ -195,6 +209,12 @@ class NaiveTrees:
         if done is not None:
             self._leave(at)
         return done
+
+    def _tell(self, path: str, done: Done) -> None:
+        if done.failure is not None:
+            self.host.ended(path, "F", done.failure.code)
+        else:
+            self.host.ended(path, "K" if done.skipped else "S")
 
     def halt_at(self, at: At) -> list[str]:
         mem = self.mem.get(at.key)
@@ -234,6 +254,8 @@ class NaiveTrees:
             if isinstance(at.step, model.For) and mem.get("items"):
                 self._unset(at, at.step.collect)
                 self._unset(at, *at.step.lists, always=True)
+        if is_own(at):
+            self.host.ended(at.path, "H")
         self._leave(at)
         return goals
 
@@ -253,6 +275,7 @@ class NaiveTrees:
     # -- modifiers -----------------------------------------------------------------------------------------------------
     def _when(self, at: At, mem: dict[str, Any], fresh: bool) -> Done | None:
         if fresh and not at.step.when.run(self._env(at)):
+            self.host.ended(at.path, "K")
             return Done(skipped=True)
         return self.visit(at.inner())
 
@@ -285,8 +308,11 @@ class NaiveTrees:
         again = all(goal.repeatable for goal in goals)
         for goal in goals:
             host.drop_goal(goal.id)
-        if late is not None:
-            return late
+        done = late or self._too_late(at, goals, again)
+        self._tell(at.path, done)
+        return done
+
+    def _too_late(self, at: At, goals: list[GoalView], again: bool) -> Done:
         doubt = [goal for goal in goals if goal.state == "in_doubt"]
         if doubt:
             reason = "the agent never confirmed the cancel"
