@@ -12,7 +12,7 @@ from formiga_bt.lang.model import Expr
 from formiga_bt.lang.reading import read_name, read_word, shorten, what_is
 from formiga_bt.lang.scopes import Around, Body, Flow, Named, is_free, saves
 from formiga_bt.lang.tokens import ExprSyntax, Parsed, parse_expression
-from formiga_bt.lang.types import ANY, INT, Type, list_of
+from formiga_bt.lang.types import ANY, INT, Type, agent_type, list_of
 from formiga_bt.lang.typing_rules import in_words
 
 
@@ -176,7 +176,7 @@ def _loop_names(body: Body, lists: Mapping[str, tuple[Expr, Entry]], line: int) 
         item = expr.type.item or ANY
         body.names[name] = Named(item, entry.key.mark, "loop name")
         if item.name == "agent":
-            roles = tuple(read.name for read in expr.reads if not read.field and read.name in body.agents)
+            roles = tuple(read.name for read in expr.reads if not read.field and _is_agents(body, read.name))
             body.agents[name] = item.of or _common(body, roles)
             body.items[name] = roles
             of = Type("agent", of=body.agents[name], foreign=item.foreign)
@@ -192,7 +192,15 @@ def _loop_names(body: Body, lists: Mapping[str, tuple[Expr, Entry]], line: int) 
 
 
 def _common(body: Body, roles: tuple[str, ...]) -> tuple[str, ...]:
-    return tuple(dict.fromkeys(of for role in roles for of in body.agents[role]))
+    return tuple(dict.fromkeys(of for role in roles for of in body.agents.get(role, ())))
+
+
+def _is_agents(body: Body, name: str) -> bool:
+    """Return whether a name is a role, an agent param, or a param that is a list of agents."""
+    named = body.names.get(name)
+    return name in body.agents or (
+        named is not None and named.origin == "param" and agent_type(named.type).name == "agent"
+    )
 
 
 def _check_sets(body: Body, node: Node) -> None:
