@@ -41,9 +41,10 @@ def in_words(found: dict[str, Any]) -> str:
     """Return an explanation as people read it."""
     lines = [f"{found['task']} {found['status']}" + (" HELD" if found["held"] else "")]
     for because in found["because"]:
-        lines.append(f"  {because['text']}")
+        indent = "  " * (because["depth"] + 1)
+        lines.append(f"{indent}{because['text']}")
         if because["hint"]:
-            lines.append(f"      -> {because['hint']}")
+            lines.append(f"{indent}    -> {because['hint']}")
     return "\n".join(lines)
 
 

@@ -193,6 +193,8 @@ class BecauseOut(BaseModel):
     hint: str = ""
     agent: str = ""
     role: str = ""
+    depth: int = 0
+    """How deep it stands below the line that it explains."""
 
 
 class WhyOut(BaseModel):

@@ -10,8 +10,9 @@ from formiga_bt.engine.records import AgentRecord, StandingOrder
 from formiga_bt.engine.state import EngineState
 from formiga_bt.lang.model import Catalogue
 from formiga_bt.services import order_models as out
-from formiga_bt.services.going_on import HANDBACK, in_the_way, stays, ways_on, ways_on_of
-from formiga_bt.services.standing import doing
+from formiga_bt.services.standing import wall_us
+from formiga_bt.show.why.going_on import HANDBACK, in_the_way, stays, ways_on, ways_on_of
+from formiga_bt.show.why.standing import doing
 
 
 def machines(state: EngineState) -> list[AgentRecord]:
@@ -45,12 +46,12 @@ def sorted_out(
     for agent in agents:
         order = state.orders.get(agent.id)
         if order is not None and agent.liveness == "SUSPECT" and order.state == "open" and order.stop == stop:
-            skipped.append(passed_over(state, agent, "suspect", doing(state, order, now), "formiga agents"))
+            skipped.append(passed_over(state, agent, "suspect", doing(state, order, now, wall_us()), "formiga agents"))
         elif order is not None and (order.stop == stop or not same_order(before.get(agent.id), order)):
             other = "" if order.stop == stop else f"; `{stop}` became `{order.stop}`: it has too little charge to hover"
-            ordered.append(out.OrderedOut(who=agent.id, text=doing(state, order, now) + other))
+            ordered.append(out.OrderedOut(who=agent.id, text=doing(state, order, now, wall_us()) + other))
         elif order is not None:
-            text = f"`{order.stop}` stands on it, which goes before: {doing(state, order, now)}"
+            text = f"`{order.stop}` stands on it, which goes before: {doing(state, order, now, wall_us())}"
             skipped.append(passed_over(state, agent, "ordered", text))
         elif agent.liveness == "LOST" or agent.pool == "QUARANTINED":
             text = "is not heard of, nothing can be sent to it" if agent.liveness == "LOST" else "is quarantined"

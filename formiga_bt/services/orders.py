@@ -9,7 +9,6 @@ problem document of it.
 import hashlib
 import json
 import threading
-import time
 from collections import OrderedDict
 from collections.abc import Mapping, Sequence
 from typing import Any, Final, Protocol
@@ -26,16 +25,14 @@ from formiga_bt.lang.binding import bind_params
 from formiga_bt.lang.model import Catalogue, Site, Task
 from formiga_bt.services import models as out
 from formiga_bt.services import shown
-from formiga_bt.services.because import Silence
-from formiga_bt.services.places import StepPlaces
 from formiga_bt.services.refused import Refused
-from formiga_bt.services.standing import lockdown_out
+from formiga_bt.services.standing import lockdown_out, wall_us
 from formiga_bt.services.stops import Stops
 from formiga_bt.services.telling import Telling
 from formiga_bt.services.view import TaskLog, View
-from formiga_bt.services.why import why
-from formiga_bt.services.why_machine import why_machine
 from formiga_bt.services.words import hint_for
+from formiga_bt.show.why import explain
+from formiga_bt.show.why.places import StepPlaces
 from formiga_bt.transport.desk import DeskTransport
 
 KEYS_KEPT: Final = 10_000
@@ -225,12 +222,7 @@ class Orders:
         now = self._driver.now()
         with self._view.reading() as state:
             task = self._known(state.tasks, task_id)
-            places = self._places_of(task.name)
-            lines = why(state, task, now, places, self._silences(state), self.desk_people, self._catalogue)
-        because = [
-            out.BecauseOut(code=line.code, text=line.text, hint=line.hint, agent=line.agent, role=line.role)
-            for line in lines
-        ]
+            because = self._because(state, task_id, now)
         return out.WhyOut(task=task.id, status=task.status, held=list(task.held), because=because)
 
     def why_agent(self, agent: str) -> out.WhyOut:
@@ -244,20 +236,17 @@ class Orders:
             record = state.agents.get(agent)
             if record is None:
                 raise Refused("unknown_agent", f"there is no agent '{agent}'", hint_for("unknown_agent"))
-            lines = why_machine(state, record, now, self._catalogue)
-        because = [out.BecauseOut(code=one.code, text=one.text, hint=one.hint, agent=agent, role="") for one in lines]
+            because = [line.model_copy(update={"agent": agent}) for line in self._because(state, agent, now)]
         return out.WhyOut(task=agent, status=record.pool, held=[], because=because)
 
-    def _silences(self, state: EngineState) -> dict[str, Silence]:
-        """Return the machines and people that are not heard of. Liveness is judged in wall time."""
-        wall = time.monotonic_ns() // 1000
-        found = {}
-        for agent in state.agents.values():
-            kind = self._catalogue.types.get(agent.type)
-            if agent.liveness != "ALIVE" and kind is not None:
-                lost_after = None if agent.human else kind.lost_after_us
-                found[agent.id] = Silence(max(0, wall - agent.heard_wall), lost_after)
-        return found
+    def _because(self, state: EngineState, of: str, now: Micros) -> list[out.BecauseOut]:
+        _, lines = explain(
+            state, self._tasks, of, now, catalogue=self._catalogue, wall=wall_us(), desk=self.desk_people
+        )
+        return [
+            out.BecauseOut(code=o.code, text=o.text, hint=o.hint, agent=o.agent, role=o.role, depth=o.depth)
+            for o in lines
+        ]
 
     def _known(self, tasks: Mapping[str, TaskRecord], task_id: str) -> TaskRecord:
         task = tasks.get(task_id)

@@ -8,10 +8,9 @@ from formiga_bt.engine.state import EngineState
 from formiga_bt.geo import Frame
 from formiga_bt.lang.model import Task
 from formiga_bt.services import models as out
-from formiga_bt.services.places import StepPlaces, running_leaves, title
 from formiga_bt.services.standing import standing_out
 from formiga_bt.services.view import Line, TaskLog
-from formiga_bt.services.why import place
+from formiga_bt.show.why.places import StepPlaces, running_leaves, title
 
 
 def millis(at: Micros) -> int:
@@ -72,7 +71,7 @@ def task_detail(
             code=failure.code,
             reason=failure.reason,
             step=failure.step,
-            place=place(failure.step, places) if failure.step else "",
+            place=places.place(failure.step) if places is not None else failure.step,
             agent=failure.agent,
         ),
         notes=list(task.notes),

@@ -13,7 +13,6 @@ from formiga_bt.engine.records import AgentRecord, StandingOrder, TaskRecord
 from formiga_bt.engine.state import EngineState
 from formiga_bt.lang.model import Catalogue, Site
 from formiga_bt.services import order_models as out
-from formiga_bt.services.going_on import machines_of, stays, ways_on, ways_on_of
 from formiga_bt.services.order_replies import (
     after_stop,
     count,
@@ -27,9 +26,12 @@ from formiga_bt.services.order_replies import (
     told_of,
 )
 from formiga_bt.services.refused import Refused
-from formiga_bt.services.standing import STOPPED, doing, lockdown_out
+from formiga_bt.services.standing import lockdown_out, wall_us
 from formiga_bt.services.view import View
-from formiga_bt.services.words import hint_for, not_ready
+from formiga_bt.services.words import hint_for
+from formiga_bt.show.why.going_on import machines_of, stays, ways_on, ways_on_of
+from formiga_bt.show.why.standing import STOPPED, doing
+from formiga_bt.show.why.words import not_ready
 
 NOTHING: Final = "there is nothing to do: no machine is here"
 
@@ -161,7 +163,7 @@ class Stops:
         for agent in agents:
             order = state.orders.get(agent.id)
             if order is not None:
-                text = f"`{order.stop}` still stands on it: {doing(state, order, now)}"
+                text = f"`{order.stop}` still stands on it: {doing(state, order, now, wall_us())}"
                 skipped.append(passed_over(state, agent, "ordered", text, ways_on_of(state, agent, self._catalogue)[0]))
             elif agent.id in before:
                 ordered.append(out.OrderedOut(who=agent.id, text=f"{agent.id} is free of `{before[agent.id].stop}`"))
@@ -255,7 +257,7 @@ class Stops:
             found = state.tasks.get(task)
             held = found is not None and bool(found.held)
             order = state.orders.get(agent)
-            now = doing(state, order, self._now()) if order is not None else ""
+            now = doing(state, order, self._now(), wall_us()) if order is not None else ""
             follow = ["formiga agents", "formiga tasks"]
             if found is not None and held:
                 follow = ways_on(state, found, self._catalogue)

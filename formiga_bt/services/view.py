@@ -21,7 +21,8 @@ from formiga_bt.engine.inputs import Abort, Alarm, LockdownOrder, Notify, Operat
 from formiga_bt.engine.records import AgentRecord, GoalRecord, Question, StandingOrder, TaskRecord
 from formiga_bt.engine.state import EngineState, apply
 from formiga_bt.services.feed import Feed
-from formiga_bt.services.standing import AGAIN, doing, given, lockdown_out
+from formiga_bt.services.standing import lockdown_out, wall_us
+from formiga_bt.show.why.standing import AGAIN, doing, given
 
 ENDED_KEPT: Final = 2000
 ROWS_KEPT: Final = 500
@@ -247,7 +248,7 @@ class View:
         if order is None:
             text = f"{agent}: the order `{shown.stop}` stands no more"
         elif order.state == "open":
-            text = f"{given(order)}: {doing(self.state, order, at)}"
+            text = f"{given(order)}: {doing(self.state, order, at, wall_us())}"
         else:
             text = f"{agent}: the order `{order.stop}` is {order.state}"
         record = self.state.agents.get(agent)

@@ -269,6 +269,8 @@ class Because(Struct, frozen=True, omit_defaults=True):
     hint: str = ""
     agent: str = ""
     role: str = ""
+    depth: int = 0
+    """How deep it stands below the line that it explains; 0 = the first level."""
 
 
 # -- time and space ----------------------------------------------------------------------------------------------------

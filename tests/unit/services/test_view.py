@@ -6,11 +6,11 @@ from pathlib import Path
 from formiga_bt.engine.changes import TaskPut
 from formiga_bt.engine.inputs import Alarm, Operator, Step, TimerDue
 from formiga_bt.engine.records import TaskRecord
-from formiga_bt.services import words
 from formiga_bt.services.feed import Feed
-from formiga_bt.services.places import StepPlaces, running_leaves
 from formiga_bt.services.view import View
-from formiga_bt.services.words import span
+from formiga_bt.show.why import words
+from formiga_bt.show.why.places import StepPlaces, running_leaves
+from formiga_bt.show.why.words import span
 from formiga_bt.testing import packaged_task
 
 ROOT = Path(__file__).parents[3]

@@ -9,9 +9,9 @@ from formiga_bt.engine.records import GoalRecord, Lockdown, Verdict
 from formiga_bt.engine.state import EngineState
 from formiga_bt.geo import Position
 from formiga_bt.lang.model import Catalogue
-from formiga_bt.services.because import Because
-from formiga_bt.services.why import why
-from formiga_bt.services.words import GATE, HOLDS, REASONS, VERDICTS, say
+from formiga_bt.show.facts import Because
+from formiga_bt.show.why import explain
+from formiga_bt.show.why.words import GATE, HOLDS, REASONS, VERDICTS, say
 from formiga_bt.testing import packaged_world
 from tests.unit.services.fakes import NOW, machine, order, task
 
@@ -30,7 +30,7 @@ def state() -> EngineState:
 
 
 def told(state: EngineState, catalogue: Catalogue | None = None, now: int = NOW) -> list[Because]:
-    return why(state, state.tasks["PickUp-3"], now, None, catalogue=catalogue)
+    return explain(state, {}, "PickUp-3", now, catalogue=catalogue)[1]
 
 
 def one(state: EngineState, code: str, catalogue: Catalogue | None = None) -> Because:

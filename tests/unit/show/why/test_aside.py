@@ -2,8 +2,7 @@
 
 import pytest
 
-from formiga_bt.services.places import StepPlaces
-from formiga_bt.services.why import why
+from formiga_bt.show.why import explain
 from tests.unit.engine.yard import CART, Yard, task
 
 FLIGHT = "steps: [{do: cart.Rise}, {do: cart.Move}, {do: cart.Home}]\n"
@@ -21,8 +20,8 @@ def asked_for(text: str) -> tuple[Yard, str, str]:
 
 def told(yard: Yard, task_id: str) -> dict[str, str]:
     state = yard.engine.state
-    model = yard.engine.core.models[state.tasks[task_id].name]
-    return {line.code: line.text for line in why(state, state.tasks[task_id], yard.now, StepPlaces(model))}
+    _, lines = explain(state, yard.engine.core.models, task_id, yard.now)
+    return {line.code: line.text for line in lines}
 
 
 def test_who_waits_is_told_who_steps_aside_and_that_its_wait_stands_still() -> None:

@@ -1,13 +1,13 @@
 """Who steps aside for whom: what preemption says to the task that waits, and to the one that began anew.
 
-Pure functions over the view's copy of the state, part of `why`.
+Pure functions over a state, part of `why`.
 """
 
 from collections.abc import Iterator, Mapping
 from typing import Final
 
 from formiga_bt.engine.records import Request, TaskRecord, Verdict
-from formiga_bt.services.because import Because
+from formiga_bt.show.facts import Because
 
 KEPT: Final[Mapping[str, str]] = {
     "not_preemptible": "its task file does not allow it",

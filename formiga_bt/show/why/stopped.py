@@ -1,35 +1,34 @@
 """Why a task does not go on: who holds it, which orders stand on its machines, what was interrupted, which limit was broken.
 
-Pure functions over the view's copy of the state, part of `why`.
+Pure functions over a state, part of `why`.
 """
 
 import math
 from collections.abc import Iterator
 
-from formiga_bt.clock import Micros
 from formiga_bt.engine.continuing import cannot as cannot_continue
 from formiga_bt.engine.continuing import is_done
 from formiga_bt.engine.records import AgentRecord, GoalRecord, TaskRecord
 from formiga_bt.engine.state import EngineState
-from formiga_bt.lang.model import Catalogue, Task
-from formiga_bt.services.because import Because
-from formiga_bt.services.going_on import in_the_way, ways_on
-from formiga_bt.services.standing import AGAIN, doing, given
-from formiga_bt.services.words import HOLDS, REASONS, say, span
+from formiga_bt.lang.model import Catalogue
+from formiga_bt.show.facts import Because
+from formiga_bt.show.why.going_on import in_the_way, ways_on
+from formiga_bt.show.why.scene import Scene
+from formiga_bt.show.why.standing import AGAIN, doing, given
+from formiga_bt.show.why.words import HOLDS, REASONS, say, span
 
 
-def locked(state: EngineState, now: Micros) -> Iterator[Because]:
+def locked(scene: Scene) -> Iterator[Because]:
     """Tell of lockdown to a task that waits for agents."""
-    found = state.lockdown
+    found = scene.state.lockdown
     if found is not None:
-        text = f"the site is locked down by {found.by or 'somebody'} since {span(now - found.at)}; nothing is granted"
+        text = f"the site is locked down by {found.by or 'somebody'} since {span(scene.now - found.at)}; nothing is granted"
         yield Because("lockdown", text, "formiga lockdown release")
 
 
-def stopped(
-    state: EngineState, task: TaskRecord, now: Micros, catalogue: Catalogue | None, model: Task | None
-) -> Iterator[Because]:
+def stopped(scene: Scene, task: TaskRecord) -> Iterator[Because]:
     """Tell who holds a task, what its machines do for their orders, and what `continue` would do."""
+    state, catalogue, model = scene.state, scene.catalogue, scene.model(task)
     if task.again:
         reason = f" {task.reason}" if task.reason else ""
         fails = task.again == "preempted" and model is not None and model.if_preempted == "fail"
@@ -37,7 +36,7 @@ def stopped(
         yield Because(task.again, f"{AGAIN[task.again]}{reason}; its machines come home, then {then}")
     told: set[str] = set()
     for cause in task.held:
-        yield _held(state, task, cause, now, told, catalogue)
+        yield _held(scene, task, cause, told)
     for agent_id in _machines_of(task):
         agent = state.agents.get(agent_id)
         if agent is None:
@@ -46,7 +45,9 @@ def stopped(
         if order is not None and agent_id not in told:
             free = order.scope not in ("engine", "lockdown", "task") and in_the_way(state, agent, catalogue) is None
             hint = f"formiga continue {agent_id}" if free else ""  # of a task's order the task's line says it
-            yield Because(f"order.{order.stop}", f"{given(order)}: {doing(state, order, now)}", hint, agent_id)
+            yield Because(
+                f"order.{order.stop}", f"{given(order)}: {doing(state, order, scene.now, scene.wall)}", hint, agent_id
+            )
         if agent.breach:
             yield breach(agent)
     for goal in state.goals.values():
@@ -58,9 +59,8 @@ def _machines_of(task: TaskRecord) -> list[str]:
     return list(dict.fromkeys([*task.granted, *([task.system_agent] if task.system_agent else [])]))
 
 
-def _held(
-    state: EngineState, task: TaskRecord, cause: str, now: Micros, told: set[str], catalogue: Catalogue | None
-) -> Because:
+def _held(scene: Scene, task: TaskRecord, cause: str, told: set[str]) -> Because:
+    state, catalogue = scene.state, scene.catalogue
     word, _, agent_id = cause.partition(":")
     text = say(HOLDS, f"{word}:" if agent_id and f"{word}:" in HOLDS else word, agent=agent_id)
     hint = ""
@@ -71,12 +71,12 @@ def _held(
             hint = " | ".join(ways_on(state, task, catalogue))
             if order is not None:
                 told.add(agent_id)
-                text = f"{given(order)}: {doing(state, order, now)}"
+                text = f"{given(order)}: {doing(state, order, scene.now, scene.wall)}"
         case "lockdown":
             hint = "formiga lockdown release"
             found = state.lockdown
             if found is not None:
-                text += f" ({found.how}) by {found.by or 'somebody'} since {span(now - found.at)}"
+                text += f" ({found.how}) by {found.by or 'somebody'} since {span(scene.now - found.at)}"
         case "take-over" if agent is not None:
             if agent.control == "engine":
                 text += "; it has been given back, and a person must say what becomes of it"

@@ -1,49 +1,48 @@
 """Why a machine does what it does, or nothing: who has it, which order stands on it, its task, what its goals wait for.
 
-Pure functions over the view's copy of the state; the counterpart of `why`, which explains tasks.
+Pure functions over a state; the counterpart of `why`, which explains tasks.
 """
 
 from collections.abc import Iterator
 
-from formiga_bt.clock import Micros
 from formiga_bt.engine.records import AgentRecord
 from formiga_bt.engine.state import EngineState
-from formiga_bt.lang.model import Catalogue
-from formiga_bt.services.because import Because
-from formiga_bt.services.going_on import HANDBACK, ways_on_of
-from formiga_bt.services.standing import doing, given, lockdown_out, not_heard
-from formiga_bt.services.why import goal_line
-from formiga_bt.services.why_stopped import breach
-from formiga_bt.services.words import not_ready
+from formiga_bt.show.facts import Because
+from formiga_bt.show.why.follow import behind_gate
+from formiga_bt.show.why.goals import goal_line
+from formiga_bt.show.why.going_on import HANDBACK, ways_on_of
+from formiga_bt.show.why.scene import Scene, deeper
+from formiga_bt.show.why.standing import doing, given, lockdown_text, not_heard
+from formiga_bt.show.why.stopped import breach
+from formiga_bt.show.why.words import not_ready
 
 LAYS_DOWN = ("engine", "lockdown")
 """Scopes of orders that end by themselves, or with lockdown."""
 
 
-def why_machine(state: EngineState, agent: AgentRecord, now: Micros, catalogue: Catalogue | None) -> list[Because]:
+def why_machine(scene: Scene, agent: AgentRecord) -> list[Because]:
     """Return the chain of a machine or person, most important first."""
-    lines = [*_reach(agent), *_orders(state, agent, now, catalogue)]
+    state = scene.state
+    lines = [*_reach(agent, scene), *_orders(scene, agent)]
     if agent.breach:
         lines.append(breach(agent))
-    lines += [
-        goal_line(goal, now)
-        for goal in state.goals.values()
-        if goal.agent == agent.id and (goal.state == "gated" or goal.in_flight)
-    ]
+    for goal in state.goals.values():
+        if goal.agent == agent.id and (goal.state == "gated" or goal.in_flight):
+            lines += [goal_line(scene, goal), *deeper(behind_gate(scene, goal))]
     lines += _task(state, agent)
     return lines or [
         Because("free", f"{agent.id} is free: it waits for a task that it fits", "formiga run TASK --follow")
     ]
 
 
-def _reach(agent: AgentRecord) -> Iterator[Because]:
+def _reach(agent: AgentRecord, scene: Scene) -> Iterator[Because]:
     """Tell whether it can be commanded at all."""
     if agent.refused:
         hint = "list it in site.yaml under agents, with a port as its home"
         yield Because("not_admitted", f"{agent.id} is not admitted: {agent.refused}", hint)
     if agent.liveness != "ALIVE":
         lost = agent.liveness == "LOST"
-        text = f"{agent.id} {not_heard(agent)}" + ("; it counts as lost" if lost else "")
+        text = f"{agent.id} {not_heard(agent, scene.wall)}" + ("; it counts as lost" if lost else "")
         yield Because("lost" if lost else "suspect", text, "is its process running, and connected to this engine?")
     if agent.pool == "QUARANTINED":
         back = agent.liveness == "ALIVE"
@@ -57,14 +56,15 @@ def _reach(agent: AgentRecord) -> Iterator[Because]:
         yield Because("control", text, HANDBACK.format(agent=agent.id))
 
 
-def _orders(state: EngineState, agent: AgentRecord, now: Micros, catalogue: Catalogue | None) -> Iterator[Because]:
+def _orders(scene: Scene, agent: AgentRecord) -> Iterator[Because]:
+    state = scene.state
     if state.lockdown is not None and not agent.human:
-        yield Because("lockdown", lockdown_out(state).text, "formiga lockdown release")
+        yield Because("lockdown", lockdown_text(state.lockdown, scene.now), "formiga lockdown release")
     order = state.orders.get(agent.id)
     if order is not None:
         free = order.scope not in LAYS_DOWN
-        hint = " | ".join(ways_on_of(state, agent, catalogue)) if free else ""
-        yield Because(f"order.{order.stop}", f"{given(order)}: {doing(state, order, now)}", hint)
+        hint = " | ".join(ways_on_of(state, agent, scene.catalogue)) if free else ""
+        yield Because(f"order.{order.stop}", f"{given(order)}: {doing(state, order, scene.now, scene.wall)}", hint)
 
 
 def _task(state: EngineState, agent: AgentRecord) -> Iterator[Because]:

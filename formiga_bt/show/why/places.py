@@ -18,6 +18,11 @@ class StepPlaces:
         around = steps_around(self.task, key)
         return around[-1] if around else None
 
+    def place(self, key: str) -> str:
+        """Return what people call the node with this key, and where it stands; an unknown key as it is."""
+        step = self.of(key)
+        return f"{title(step)} at {step.mark.file}:{step.mark.line}" if step is not None else key
+
 
 def title(step: Step) -> str:
     """Return what a step is called: its name, or what it does."""

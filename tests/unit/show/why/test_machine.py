@@ -6,12 +6,12 @@ import pytest
 
 from formiga_bt.engine.records import GoalRecord
 from formiga_bt.engine.state import EngineState
-from formiga_bt.services.why_machine import why_machine
+from formiga_bt.show.why import explain
 from tests.unit.services.fakes import NOW, machine, order, task
 
 
 def told(state: EngineState) -> list[tuple[str, str, str]]:
-    return [(line.code, line.text, line.hint) for line in why_machine(state, state.agents["hwd_1"], NOW, None)]
+    return [(line.code, line.text, line.hint) for line in explain(state, {}, "hwd_1", NOW)[1]]
 
 
 @pytest.fixture

@@ -1,0 +1,67 @@
+"""Why these agents: the cost of each chosen one beside those of others that fitted, and who was passed over."""
+
+from collections.abc import Iterator, Sequence
+from typing import Final
+
+from formiga_bt.engine.allocator.policy import PREFERRED, UNREACHABLE
+from formiga_bt.engine.records import TaskRecord, Verdict
+from formiga_bt.show.facts import Because
+from formiga_bt.show.why.scene import Scene, deeper
+from formiga_bt.show.why.waiting import OTHER_ROLE, refusals
+from formiga_bt.show.why.words import span
+
+OTHERS: Final = 5
+"""So many that fitted too are named, the best first."""
+
+
+def chosen(scene: Scene, task: TaskRecord) -> Iterator[Because]:
+    """Tell who was chosen for each role of a task, or for a failed one why nobody was."""
+    verdicts = scene.state.explanations.get(task.id, ())
+    for role in dict.fromkeys(v.role for v in verdicts if v.role):
+        of_role = [v for v in verdicts if v.role == role]
+        picked = [v for v in of_role if v.code == "chosen"]
+        refused = [v for v in of_role if v.code not in OTHER_ROLE and v.code not in ("chosen", "fits")]
+        if picked:
+            yield _choice(scene, role, picked, [v for v in of_role if v.code == "fits"])
+            yield from deeper(refusals(scene, refused))
+        elif task.status != "SUCCEEDED":
+            fit = ", ".join(v.agent for v in of_role if v.code == "fits")
+            yield Because("role_open", f"{role}: " + (f"only {fit} fitted" if fit else "nobody fitted"), role=role)
+            if not refused and not fit:
+                yield Because("no_such_agent", "no agent of that kind is known to this engine", role=role, depth=1)
+            yield from deeper(refusals(scene, refused))
+
+
+def _choice(scene: Scene, role: str, picked: Sequence[Verdict], others: Sequence[Verdict]) -> Because:
+    names = ", ".join(with_cost(scene, v) for v in picked)
+    rest = sorted(others, key=lambda v: v.cost or 0.0)
+    more = f" and {len(rest) - OTHERS} more" if len(rest) > OTHERS else ""
+    told = ", ".join(with_cost(scene, v) for v in rest[:OTHERS]) + more
+    return Because("chosen", f"{role} = {names}{_reason(picked, rest)}" + (f": {told}" if rest else ""), role=role)
+
+
+def _reason(picked: Sequence[Verdict], others: Sequence[Verdict]) -> str:
+    if not others:
+        return ", the only one that fitted" if len(picked) == 1 else ", all that fitted"
+    costs = [v.cost or 0.0 for v in (*picked, *others)]
+    if len(picked) == 1 and costs[0] <= PREFERRED / 2:
+        return ", which was asked for; others that fitted"
+    if len(set(costs)) == 1:
+        return "; others that fitted"
+    return ", the nearest; others that fitted" if len(picked) == 1 else ", nearest as a team; others that fitted"
+
+
+def with_cost(scene: Scene, verdict: Verdict) -> str:
+    """Return an agent with what choosing it costs: `hwd_1 (410 m, 41 s away)`."""
+    cost = verdict.cost
+    if cost is None or cost == 0.0:
+        return verdict.agent
+    if cost < 0.0:
+        return f"{verdict.agent} (preferred)"
+    agent = scene.state.agents.get(verdict.agent)
+    if agent is not None and agent.human and cost >= UNREACHABLE:
+        return f"{verdict.agent} (unreachable then)"
+    metres = f"{cost:.0f} m" if cost < 10_000 else f"{cost / 1000:.0f} km"
+    speed = scene.speed_m_s(verdict.agent)
+    far = f"{metres}, {span(round(cost / speed * 1e6))}" if speed else metres
+    return f"{verdict.agent} ({far} away)"

@@ -1,0 +1,77 @@
+"""How a task ended: code and reason, the step that failed first, what was tried before, what its cleanup did."""
+
+from collections.abc import Iterator
+from typing import Final
+
+from formiga_bt.engine.records import TaskRecord
+from formiga_bt.lang.places import static_path
+from formiga_bt.show.facts import ActionFact, Because
+from formiga_bt.show.why.scene import Scene
+from formiga_bt.show.why.words import REASONS, REPEATS, say, span
+
+TRIES: Final = 5
+"""So many attempts of the step that failed are told, the newest."""
+CLEANUP: Final = ("on_failure", "on_abort", "finally", "recover")
+STATES: Final = {"succeeded": "", "failed": " failed", "running": " (runs)"}
+
+
+def outcome(scene: Scene, task: TaskRecord) -> Iterator[Because]:
+    """Tell how a task's steps ended, and why."""
+    if task.outcome == "SUCCEEDED":
+        took = f" after {span(task.ended_at - task.submitted_at)}" if task.ended_at is not None else ""
+        yield Because("succeeded", f"it succeeded{took}" if task.section == "done" else "its steps succeeded")
+    else:
+        words = say(REASONS, task.code)
+        reason = f": {task.reason}" if task.reason and task.reason not in REPEATS else ""
+        said = f" ({task.abort_reason})" if task.abort_reason and task.code == "aborted" else ""
+        yield Because(task.code or "ended", f"{task.outcome} ({task.code}): {words}{reason}{said}")
+    failure = task.failure
+    if failure is not None and failure.step:
+        agent = f" with {failure.agent}" if failure.agent else ""
+        text = f"first failed: {scene.place(task, failure.step)}{agent}"
+        yield Because("where", text, agent=failure.agent, depth=1)
+        yield from _tried(scene, task, failure.step)
+    yield from _children(scene, task)
+    yield from _cleanup(scene, task)
+
+
+def _tried(scene: Scene, task: TaskRecord, key: str) -> Iterator[Because]:
+    """Tell of the attempts of the step that failed, if there were several."""
+    path = static_path(key)
+    found = [one for one in scene.actions if one.task == task.id and one.path == path]
+    if len(found) < 2:
+        return
+    told = ", then ".join(_ended_as(one) for one in found[-TRIES:])
+    yield Because("tried", f"it was sent {len(found)} times: {told}", depth=2)
+
+
+def _ended_as(action: ActionFact) -> str:
+    code = action.code if action.code != action.state else ""
+    return f"{action.agent} {action.state} {code}".rstrip()
+
+
+def _children(scene: Scene, task: TaskRecord) -> Iterator[Because]:
+    """Tell of the tasks that it requested and that did not succeed."""
+    for one in task.children:
+        child = scene.state.tasks.get(one)
+        if child is not None and child.ended and child.outcome != "SUCCEEDED":
+            text = f"its task {child.id} {child.outcome} ({child.code}): {say(REASONS, child.code)}"
+            yield Because("child", text, f"formiga why {child.id}", depth=1)
+
+
+def _cleanup(scene: Scene, task: TaskRecord) -> Iterator[Because]:
+    """Tell what was done after the steps, what went wrong in it, and what became of the machines."""
+    found = [
+        one
+        for one in scene.actions
+        if one.task == task.id and one.path.partition("/")[0] in CLEANUP and one.action != "Confirm"
+    ]
+    if found and task.outcome != "SUCCEEDED":
+        told = ", ".join(f"{one.agent}.{one.action}{STATES.get(one.state, ' ' + one.state)}" for one in found[-TRIES:])
+        yield Because("cleanup", f"after that: {told}")
+    for note in task.notes:
+        yield Because("note", f"while it cleaned up: {note}")
+    away = [r for r in task.recovering if r.state == "failed"]
+    for one in away:
+        hint = f"look at it, then: formiga agents clear {one.agent}"
+        yield Because("stayed", f"{one.agent} could not be brought home ({one.tries} tries)", hint, one.agent)

@@ -1,0 +1,108 @@
+"""The front: explain a task or an agent, and print an explanation."""
+
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from difflib import get_close_matches
+
+from formiga_bt.clock import Micros
+from formiga_bt.engine.records import TaskRecord
+from formiga_bt.engine.state import EngineState
+from formiga_bt.errors import TaskError
+from formiga_bt.lang.model import Catalogue, Task
+from formiga_bt.show.facts import ActionFact, Because
+from formiga_bt.show.why.aside import earlier_runs
+from formiga_bt.show.why.chosen import chosen
+from formiga_bt.show.why.ended import outcome
+from formiga_bt.show.why.goals import silent
+from formiga_bt.show.why.machine import why_machine
+from formiga_bt.show.why.running import running
+from formiga_bt.show.why.scene import Scene
+from formiga_bt.show.why.stopped import locked, stopped
+from formiga_bt.show.why.waiting import waiting
+
+
+def explain(
+    state: EngineState,
+    models: Mapping[str, Task],
+    of: str,
+    now: Micros,
+    *,
+    catalogue: Catalogue | None = None,
+    wall: Micros = 0,
+    desk: Collection[str] = (),
+    actions: Sequence[ActionFact] = (),
+) -> tuple[str, list[Because]]:
+    """Return how a task or an agent stands (`PickUp-3 ACTIVE HELD`), and the chain of causes, most important first.
+
+    Args:
+        state: of the engine.
+        models: the checked tasks by name; an unknown one is explained without its file's lines.
+        of: id of the task or agent.
+        now: engine time.
+        catalogue: as `Scene`.
+        wall: as `Scene`.
+        desk: as `Scene`.
+        actions: as `Scene`.
+
+    Raises:
+        TaskError: `unknown_task`; the text proposes ids that look alike.
+    """
+    scene = Scene(state, now, models, catalogue, wall, desk, actions)
+    task = state.tasks.get(of)
+    if task is not None:
+        return f"{task.id} {task.status}" + (" HELD" if task.held else ""), why_task(scene, task)
+    agent = state.agents.get(of)
+    if agent is not None:
+        return f"{agent.id} {agent.pool}", why_machine(scene, agent)
+    raise unknown(of, [*state.tasks, *state.agents])
+
+
+def unknown(of: str, known: Iterable[str], code: str = "unknown_task") -> TaskError:
+    """Return the error for an id that is not there, with those that look alike."""
+    shown = of if len(of) <= 60 else f"{of[:60]}..."
+    near = get_close_matches(of[:200], list(known), n=3, cutoff=0.6)
+    tail = f"; did you mean {' or '.join(near)}?" if near else ""
+    return TaskError(code, f"there is no task or agent '{shown}' (any more){tail}")
+
+
+def why_task(scene: Scene, task: TaskRecord) -> list[Because]:
+    """Return the chain of a task."""
+    if task.status == "PENDING":
+        return [*locked(scene), *waiting(scene, task), *_requested(task), *earlier_runs(task)]
+    over = task.section == "done"
+    lines = [*outcome(scene, task)] if task.outcome and (over or not task.again) else []
+    if not over:
+        lines += stopped(scene, task)
+        lines += silent(scene, _agents_of(scene, task))
+        lines += running(scene, task)
+    return [*lines, *chosen(scene, task), *_requested(task), *earlier_runs(task)]
+
+
+def _requested(task: TaskRecord) -> Iterator[Because]:
+    if task.parent:
+        ends = "outlives it" if task.detached else "ends with it"
+        yield Because("parent", f"{task.parent} requested it, and it {ends}", f"formiga why {task.parent}")
+
+
+def _agents_of(scene: Scene, task: TaskRecord) -> list[str]:
+    """Return the agents that a task depends on now."""
+    mine = [goal.agent for goal in scene.state.goals.values() if goal.task == task.id and not goal.ended]
+    return [*mine, *(agent.id for agent in scene.state.agents.values() if agent.task == task.id), *task.granted]
+
+
+# -- as text -----------------------------------------------------------------------------------------------------------
+def in_words(headline: str, lines: Iterable[Because]) -> str:
+    """Return an explanation as people read it: what explains a line stands indented below it."""
+    told = [headline]
+    for line in lines:
+        indent = "  " * (line.depth + 1)
+        told.append(f"{indent}{line.text}")
+        if line.hint:
+            told.append(f"{indent}    -> {line.hint}")
+    return "\n".join(told)
+
+
+def as_text(
+    state: EngineState, models: Mapping[str, Task], of: str, now: Micros, *, catalogue: Catalogue | None = None
+) -> str:
+    """Return the explanation of a task or an agent as text, for example at the end of a dry run."""
+    return in_words(*explain(state, models, of, now, catalogue=catalogue))
