@@ -57,15 +57,29 @@ def of_profile(word: str, task: "Task", given: Iterable[str]) -> dict[str, str]:
     return _profile(word).fill(task, given) if word else {}
 
 
-def of_profile_by_name(word: str, task: str, given: Iterable[str]) -> dict[str, str]:
-    """Return the same for a task of which only the name is known: the parameters not given under the profile's names.
+def of_profile_by_name(
+    word: str, task: str, given: Iterable[str], library: Sequence[Mapping[str, Any]] = ()
+) -> dict[str, str]:
+    """Return the same for a task of a running engine: the parameters not given under any name that it has there.
+
+    Args:
+        word: the profile's name or file; "" = none.
+        task: the task's name, or an alias.
+        given: the names that a person used.
+        library: what the engine says can be requested (`/v1/library`).
 
     Raises:
         UnusableFile: there is no such profile.
         TreeError: its file has errors.
     """
-    taken = set(given)
-    return {name: text for name, text in _profile(word).texts(task).items() if name not in taken} if word else {}
+    if not word:
+        return {}
+    entry = next((one for one in library if one["task"] == task), None)
+    entry = entry or next((one for one in library if task in one["aliases"]), None) or {"task": task, "params": ()}
+    names = {alias: param["name"] for param in entry["params"] for alias in (*param["aliases"], param["name"])}
+    taken = {names.get(name, name) for name in given}
+    texts = _profile(word).texts(entry["task"])
+    return {name: text for name, text in texts.items() if names.get(name, name) not in taken}
 
 
 def _profile(word: str) -> "Profile":

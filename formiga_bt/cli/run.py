@@ -50,8 +50,9 @@ def command(
     aborts the task and waits until its machines are home; a second one stops watching.
     """
     params = read_params(param or [])
-    params |= of_profile_by_name(profile, task, params)
     client = connect(site)
+    if profile:
+        params |= of_profile_by_name(profile, task, params, client.get("/v1/library")["tasks"])
     body = {"task": task, "params": params, "priority": _priority(priority), "requester": by or user()}
     task_id = client.post("/v1/tasks", body, key=uuid.uuid4().hex)["id"]
     if not follow:

@@ -143,6 +143,12 @@ class TestProfiles:
         assert of_profile_by_name("paper-code", "PickUp", []) == {}
         assert of_profile_by_name("", "Circle", []) == {}
 
+    def test_a_request_by_alias_gets_them_too(self) -> None:
+        params = [{"name": "radius", "aliases": ["r"]}, {"name": "points", "aliases": []}]
+        library = [{"task": "Circle", "aliases": ["CircleTask"], "params": params}]
+        assert of_profile_by_name("paper-code", "CircleTask", [], library) == {"radius": "5 m", "points": "360"}
+        assert of_profile_by_name("paper-code", "CircleTask", ["r"], library) == {"points": "360"}
+
     def test_a_profile_of_ones_own_lies_in_profiles(
         self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture
     ) -> None:
