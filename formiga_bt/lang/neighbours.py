@@ -44,6 +44,16 @@ class Neighbours:
         """Return the names of all that may be requested."""
         return sorted({*self._texts, *self._found()})
 
+    def called(self, alias: str) -> str:
+        """Return the name of the task that has this alias, "" = none has."""
+        for name in self.names():
+            unit = self._unit(name)
+            entry = unit[1].keys.get("aliases") if unit is not None else None
+            words = entry.value.items if entry is not None and isinstance(entry.value, Listing) else ()
+            if any(isinstance(word, Scalar) and word.text == alias for word in words):
+                return name
+        return ""
+
     def path(self, name: str) -> str:
         """Return the file of a task; "" = it is given as a text."""
         return "" if name in self._texts else str(self._found()[name])

@@ -33,6 +33,11 @@ def read_request(body: Body, keys: Keys) -> Part | None:
     params = others.params(at.text, lambda node: _params(node, body.world))
     if params is None:
         known = others.names()
+        own = others.called(at.text)
+        if own:
+            what = f"'{at.text}' is another name of {own}, for callers from outside; did you mean '{own}'?"
+            body.problems.add("E050", at.mark, what, f"write {own}", fix_word(at, own))
+            return None
         meant = nearest(at.text, known)
         help_ = f"tasks: {quoted_list(known)}" if known and not meant else "its file stands beside this one"
         what = f"no task is called '{shorten(at.text)}'{did_you_mean(at.text, known)}"
