@@ -1,28 +1,92 @@
-"""`formiga show`: print a checked task as a tree in the terminal."""
+"""`formiga show`: draw a task as a tree: one of a file, or one that an engine runs, with how its steps stand."""
 
+import os
 import shutil
 import sys
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from formiga_bt.cli.inputs import read_task, read_world, readable, rendered
+from formiga_bt.cli.inputs import UnusableFile, read_task, read_world, readable, rendered, shipped_task, shipped_tasks
+
+if TYPE_CHECKING:
+    from formiga_bt.show.facts import Drawing, TaskPicture
+    from formiga_bt.show.source import Source
+
+Format = Literal["terminal", "dot", "svg", "png", "mermaid", "html", "json"]
 
 
 def command(
-    file: Annotated[Path, typer.Argument(help="Task file.", metavar="FILE")],
-    ascii_only: Annotated[bool, typer.Option("--ascii", help="Use plain ASCII characters.")] = False,
+    what: Annotated[
+        str, typer.Argument(help="Task file, name of a task that ships, or id of a task.", metavar="FILE|TASK-ID")
+    ],
+    form: Annotated[
+        Format | None, typer.Option("--format", help="How to draw it. Default: as --out ends, else terminal.")
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option("--out", "-o", help="Write it there; replaces the file.", metavar="FILE")
+    ] = None,
     depth: Annotated[int | None, typer.Option(min=1, help="Show at most this many levels of steps.")] = None,
+    collapse: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="Leave out what is inside: a subtree, a named step, a path. May be repeated.", metavar="NAME"
+        ),
+    ] = None,
+    live: Annotated[bool, typer.Option("--live", help="Draw it again at every change, until the task ends.")] = False,
+    ascii_only: Annotated[bool, typer.Option("--ascii", help="Use plain ASCII characters.")] = False,
     width: Annotated[int | None, typer.Option(min=40, help="Columns to fit into. Default: the terminal's.")] = None,
-    site: Annotated[Path | None, typer.Option(help="Site file.", metavar="FILE")] = None,
+    site: Annotated[
+        Path | None, typer.Option(help="Site file: to check against, or of the engine to ask.", metavar="FILE")
+    ] = None,
+    url: Annotated[str, typer.Option(help="Address of the engine to ask.", metavar="URL")] = "",
     actions: Annotated[list[Path] | None, typer.Option(help="Catalogue file; may be repeated.", metavar="FILE")] = None,
 ) -> None:
-    """Print a task as a tree: its roles, its steps with their arguments and modifiers, and where each is written."""
-    from formiga_bt.show.terminal import draw
+    """Draw a task as a tree: its roles, its steps with their arguments and modifiers, and where each is written.
 
-    world = read_world(actions or (), site)
-    read = read_task(readable(file), world)
+    Of a running task also how each step stands. Examples: formiga show Circle -o circle.svg; formiga show Circle-7 --live
+    """
+    from formiga_bt.cli.show_out import Canvas
+
+    canvas = Canvas(
+        form=form or "",
+        out=out,
+        depth=depth,
+        collapse=tuple(collapse or ()),
+        ascii_only=ascii_only or not can_print(),
+        width=width or shutil.get_terminal_size((100, 24)).columns,
+        colour=coloured(),
+    )
+    file = _file_of(what)
+    if file is not None:
+        if live:
+            raise UnusableFile("--live follows a task that an engine runs, and this is a file; name the task's id")
+        canvas.show(_drawing(file, site, actions or []))
+        return
+    source = _connect(what, site, url)
+    picture = _task(source, what)
+    if live:
+        from formiga_bt.cli.show_live import follow
+
+        follow(lambda: source.task(what), picture, canvas)
+    else:
+        canvas.show_task(picture)
+
+
+def _file_of(what: str) -> Path | None:
+    """Return the task file that a word means, or None if it must be a task's id."""
+    path = shipped_task(Path(what))
+    if path.exists() or path.suffix in (".yaml", ".yml") or len(path.parts) > 1:
+        return readable(path)
+    return None
+
+
+def _drawing(file: Path, site: Path | None, actions: list[Path]) -> "Drawing":
+    from formiga_bt.show.drawing import drawing_of
+
+    world = read_world(actions, site)
+    read = read_task(file, world)
     errors = [d for d in (*world.diagnostics, *read.diagnostics) if d.severity == "error"]
     if errors:
         typer.echo("\n\n".join(rendered(errors, {**world.sources, **read.sources})), err=True)
@@ -30,15 +94,55 @@ def command(
     if read.task is None:
         typer.echo(f"formiga: {file} holds subtrees only; show a task that uses them", err=True)
         raise typer.Exit(1)
-    columns = width or shutil.get_terminal_size((100, 24)).columns
-    plain = ascii_only or not _can_print("├─└│…°")
-    for line in draw(read.task, width=columns, ascii_only=plain, depth=depth):
-        typer.echo(line.styled() if sys.stdout.isatty() else line.plain())
+    return drawing_of(read.task, sources=read.sources)
 
 
-def _can_print(text: str) -> bool:
+def _connect(what: str, site: Path | None, url: str) -> "Source":
+    from formiga_bt.cli.calling import NoEngine
+    from formiga_bt.cli.remote import connect_source
+
     try:
-        text.encode(sys.stdout.encoding or "ascii")
+        return connect_source(site, url)
+    except NoEngine as error:
+        raise NoEngine(
+            f"'{what}' is no file here and no task that ships{_near(what, shipped_tasks())}; and {error}"
+        ) from (error)
+
+
+def _task(source: "Source", what: str) -> "TaskPicture":
+    from formiga_bt.errors import FormigaError
+
+    try:
+        return source.task(what)
+    except FormigaError as error:
+        if getattr(error, "code", "") != "unknown_task":
+            raise
+        ids = [task.id for task in source.now(over=True).tasks]
+        here = f"; its tasks: {', '.join(ids[:5])}" if ids else ""
+        raise FormigaError(
+            f"'{what}' is no file here, no task that ships, and no task of the engine"
+            f"{_near(what, [*ids, *shipped_tasks()]) or here}"
+        ) from error
+
+
+def _near(word: str, known: "list[str] | dict[str, Path]") -> str:
+    from difflib import get_close_matches
+
+    close = get_close_matches(word, known, n=3, cutoff=0.6)
+    return f" (near: {', '.join(close)})" if close else ""
+
+
+def coloured() -> bool:
+    """Return whether stdout takes colours: it is a terminal, and nobody said NO_COLOR."""
+    return sys.stdout.isatty() and not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"
+
+
+def can_print() -> bool:
+    """Return whether stdout takes the characters of the drawing."""
+    from formiga_bt.show.terminal import UNICODE_USED
+
+    try:
+        UNICODE_USED.encode(sys.stdout.encoding or "ascii")
     except UnicodeEncodeError:
         return False
     return True

@@ -6,6 +6,7 @@ from formiga_bt.lang import model
 from formiga_bt.lang.loader import Loaded
 from formiga_bt.lang.model import Task
 from formiga_bt.lang.places import steps_around
+from formiga_bt.show.drawing import drawing_of
 from formiga_bt.show.terminal import draw
 
 Load = Callable[[str], Loaded]
@@ -98,6 +99,6 @@ def test_it_is_drawn_with_its_cases(task: Read) -> None:
         "      2: [{notify: two, to: [watcher]}]\n    default: [{wait: 3 s}]\n"
     )
 
-    drawn = "\n".join(line.plain() for line in draw(found, width=60, ascii_only=True))
+    drawn = "\n".join(line.plain() for line in draw(drawing_of(found), width=60, ascii_only=True))
     for text in ("switch n + 1", "2", 'notify to watcher: "two"', "default", "wait 3 s"):
         assert text in drawn

@@ -15,6 +15,7 @@ from formiga_bt.lang.model import (
     Request,
     Retry,
     Role,
+    Sequence,
     Some,
     Step,
     Subtree,
@@ -24,7 +25,10 @@ from formiga_bt.lang.model import (
     WithAgents,
 )
 from formiga_bt.lang.types import ANY, DISTANCE, PLACE
-from formiga_bt.show.terminal import draw, source
+from formiga_bt.show.drawing import cut, drawing_of
+from formiga_bt.show.facts import StepFact
+from formiga_bt.show.phrases import source
+from formiga_bt.show.terminal import draw
 
 
 def at(line: int, file: str = "trees/Fetch.yaml") -> Mark:
@@ -51,7 +55,7 @@ def block_with(role: Role) -> Task:
     ],
 )
 def test_a_block_with_agents_of_its_own_tells_whom_it_asks_for(role: Role, shown: str) -> None:
-    lines = [line.plain() for line in draw(block_with(role), ascii_only=True)]
+    lines = [line.plain() for line in draw(drawing_of(block_with(role)), ascii_only=True)]
 
     assert lines[2].startswith(f"`- {shown} ")
     assert lines[3].lstrip().startswith("`- wait 5 s")
@@ -69,7 +73,7 @@ def test_a_block_with_agents_of_its_own_tells_whom_it_asks_for(role: Role, shown
 def test_a_request_tells_of_whom_with_what_and_whether_it_is_waited_for(options: dict[str, Any], shown: str) -> None:
     step = Request(kind="request", seg="steps[0]", mark=at(5), task="Look", args={"spot": expr("camp")}, **options)
 
-    lines = [line.plain() for line in draw(Task("Tour", at(2), (step,)), ascii_only=True)]
+    lines = [line.plain() for line in draw(drawing_of(Task("Tour", at(2), (step,))), ascii_only=True)]
 
     assert lines[2].split("`- ")[1].removesuffix("Fetch.yaml:5").rstrip() == shown
 
@@ -127,7 +131,7 @@ def task() -> Task:
 
 
 def text(task: Task, **options: Any) -> str:
-    return "\n".join(line.plain() for line in draw(task, **options))
+    return "\n".join(line.plain() for line in draw(drawing_of(task), **options))
 
 
 def test_every_part_of_a_task_is_drawn(task: Task) -> None:
@@ -140,7 +144,7 @@ def test_every_part_of_a_task_is_drawn(task: Task) -> None:
         "agents",
         "`- drone: hwd  [near target; battery >= 40 %]                       Fetch.yaml:8",
         "steps",
-        "|- drone.GoTo(to: above(target, 60 m))  [timeout 5 min; 3 atte...  Fetch.yaml:12",
+        "|- drone.GoTo(to: above(target, ...)  [timeout 5 min; 3 attempts]  Fetch.yaml:12",
         '|- ask picker: "Loaded?" yes / no  [save as reply]                 Fetch.yaml:16',
         "`- if reply.answer == 'yes'                                        Fetch.yaml:20",
         "   |- then",
@@ -151,11 +155,72 @@ def test_every_part_of_a_task_is_drawn(task: Task) -> None:
     ]
 
 
+FACTS = {
+    "steps/steps[0]": StepFact(path="", status="success", succeeded=1),
+    "steps/steps[1]": StepFact(path="", status="running", running=1, note="Q7 asks eve"),
+    "steps/steps[2].else[0]": StepFact(path="", status="failure", failed=2, succeeded=1, code="lost"),
+}
+
+
 @pytest.mark.parametrize("width", [40, 60, 80, 200])
 @pytest.mark.parametrize("ascii_only", [False, True])
-def test_no_line_is_wider_than_asked_for(task: Task, width: int, ascii_only: bool) -> None:
-    lines = [line.plain() for line in draw(task, width=width, ascii_only=ascii_only)]
+@pytest.mark.parametrize("steps", [None, FACTS], ids=["file", "task"])
+def test_no_line_is_wider_than_asked_for(
+    task: Task, width: int, ascii_only: bool, steps: dict[str, StepFact] | None
+) -> None:
+    lines = [line.plain() for line in draw(drawing_of(task), steps, width=width, ascii_only=ascii_only)]
     assert max(map(len, lines)) <= width
+
+
+def test_a_step_says_how_it_stands_before_its_name_and_what_it_does_now_behind(task: Task) -> None:
+    lines = draw(drawing_of(task), FACTS, width=70, head=False)
+    assert [line.plain() for line in lines] == [
+        "steps",
+        "├─ ✓ drone.GoTo(to: above(target, …)  [timeout 5 min; 3 attempts]  :12",
+        '├─ ► ask picker: "Loaded?" yes / no  [save as reply]  Q7 asks eve  :16',
+        "└─ · if reply.answer == 'yes'                                      :20",
+        "   ├─ then",
+        "   │  └─ · wait 15 s                                               :22",
+        "   └─ else",
+        "      └─ ✗ call ReturnHome(drone: drone)  lost, 3 runs, 2 failed   :24",
+        "         └─ · drone.LandIn                              flying.yaml:4",
+    ]
+    assert lines[7].path == "steps/steps[2].else[0]"
+
+
+def test_ascii_has_a_letter_for_every_status(task: Task) -> None:
+    lines = draw(drawing_of(task), FACTS, width=70, ascii_only=True, head=False)
+    assert lines[1].plain().startswith("|- + drone.GoTo(")
+    assert lines[2].plain().startswith("|- > ask picker")
+    assert lines[7].plain().startswith("      `- x call")
+
+
+@pytest.mark.parametrize("width", [40, 52, 100])
+def test_a_tree_as_deep_as_it_gets_keeps_the_names_of_its_actions(width: int) -> None:
+    inner: Step = do(1, "TakePhotograph")
+    for _ in range(30):
+        inner = Sequence(kind="sequence", seg="sequence[0]", mark=at(3), steps=(inner,))
+    lines = [line.plain() for line in draw(drawing_of(Task("Deep", at(1), (inner,))), width=width)]
+    assert max(map(len, lines)) <= width
+    assert "drone.TakePhotograph" in lines[-1]
+
+
+def test_text_of_a_file_cannot_command_the_terminal(task: Task) -> None:
+    ask = Ask(
+        kind="ask", seg="steps[0]", mark=at(3), question=expr("a\x1b[2Jb\u202ec"), of=(who("picker"),), options=("y",)
+    )
+    assert draw(drawing_of(Task("T", at(1), (ask,))))[-1].plain().startswith('└─ ask picker: "a\\x1b[2Jb\\u202ec" y')
+
+
+def test_wide_characters_count_as_two_columns() -> None:
+    from rich.cells import cell_len
+
+    ask = Ask(
+        kind="ask", seg="steps[0]", mark=at(3), question=expr("載せたか" * 9), of=(who("picker"),), options=("y",)
+    )
+    line = draw(drawing_of(Task("T", at(1), (ask,))), width=60)[-1].plain()
+    assert cell_len(line) == 60
+    assert line.endswith("…   :3")
 
 
 def test_ascii_has_no_other_character(task: Task) -> None:
@@ -164,21 +229,18 @@ def test_ascii_has_no_other_character(task: Task) -> None:
 
 
 def test_depth_says_how_much_it_hides(task: Task) -> None:
-    shown = text(task, width=80, depth=1)
-    assert "(3 more)" in shown
-    assert "LandIn" not in shown
+    lines = [line.plain() for line in draw(cut(drawing_of(task), depth=1), width=60, ascii_only=True)]
+    assert lines[-1] == "`- if reply.answer == 'yes'  (3 more)                    :20"
 
 
 def test_colours_add_nothing_to_the_text(task: Task) -> None:
     import re
 
-    for line in draw(task):
+    for line in draw(drawing_of(task)):
         assert re.sub(r"\x1b\[\d+m", "", line.styled()).rstrip() == line.plain()
 
 
 def test_a_kind_that_the_drawing_does_not_know_shows_its_children() -> None:
-    from formiga_bt.lang.model import Sequence
-
     steps: tuple[Step, ...] = (Sequence(kind="sequence", seg="steps[0]", mark=at(3), steps=(do(4, "TakeOff"),)),)
     assert "sequence" in text(Task("T", at(1), steps))
     assert "drone.TakeOff" in text(Task("T", at(1), steps))
