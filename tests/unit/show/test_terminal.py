@@ -183,7 +183,7 @@ def test_a_step_says_how_it_stands_before_its_name_and_what_it_does_now_behind(t
         "   │  └─ · wait 15 s                                               :22",
         "   └─ else",
         "      └─ ✗ call ReturnHome(drone: drone)  lost, 3 runs, 2 failed   :24",
-        "         └─ · drone.LandIn                              flying.yaml:4",
+        "         └─ · drone.LandIn                               flying.yaml:4",
     ]
     assert lines[7].path == "steps/steps[2].else[0]"
 
