@@ -8,6 +8,7 @@ from formiga_bt.lang.deadlock import check_blocks
 from formiga_bt.lang.effort import check_effort
 from formiga_bt.lang.fleet import check_fleet
 from formiga_bt.lang.flight import check_flight
+from formiga_bt.lang.held_back import check_requests
 from formiga_bt.lang.landing import check_landings
 from formiga_bt.lang.model import (
     MIN_SPACING_M,
@@ -70,6 +71,7 @@ def check_task(task: Task, catalogue: Catalogue, problems: Problems, site: Site 
         check_fleet(task, catalogue, site, problems)
     check_flight(task, catalogue, problems, contended)
     with problems.within("steps"):
+        check_requests(task, catalogue, site, problems)
         check_landings(task, catalogue, problems)
     if not problems.has_errors():  # what was refused has no value
         check_effort(task, catalogue, site, problems)

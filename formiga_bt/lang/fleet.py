@@ -66,17 +66,17 @@ def _check_numbers(held: list[Role], new: list[Role], catalogue: Catalogue, site
     """Report E025 for the first role (of `new`, if there are any) for which too few agents are left."""
     for role in new or held:
         names = {one.name for one in types_that_fit(role, catalogue.types)}
-        most = _most(names, catalogue, site)
+        most = most_of(names, catalogue, site)
         if most is None:
             continue
         scarce = [one for one in (*held, *new) if _names(one, catalogue) <= names and _is_scarce(one, catalogue)]
         same = scarce if _is_scarce(role, catalogue) else [role]
-        if sum(_least(one) for one in same) > most:
+        if sum(least(one) for one in same) > most:
             shown = " or ".join(role.types)
             others = [one.name for one in same if one is not role]
             beside = f" beside {quoted_list(others)}" if others else ""
             has = f"{most} {shown}" if most else f"no {shown}"
-            what = f"'{role.name}' needs {_least(role)} {shown}{beside}, site {site.name} has {has}"
+            what = f"'{role.name}' needs {least(role)} {shown}{beside}, site {site.name} has {has}"
             problems.add("E025", role.mark, what, "list the agent in the site file, or ask for fewer")
             return
 
@@ -91,11 +91,17 @@ def _is_scarce(role: Role, catalogue: Catalogue) -> bool:
     return bool(fit) and not any(one.shared for one in fit)
 
 
-def _least(role: Role) -> int:
+def machines_of(role: Role, catalogue: Catalogue) -> set[str]:
+    """Return the types of a role and those that extend them, if only one task at a time can have such an agent."""
+    return _names(role, catalogue) if _is_scarce(role, catalogue) else set()
+
+
+def least(role: Role) -> int:
+    """Return how many agents a role needs at least."""
     return role.open.min if role.open is not None else role.count or 1
 
 
-def _most(names: set[str], catalogue: Catalogue, site: Site) -> int | None:
+def most_of(names: set[str], catalogue: Catalogue, site: Site) -> int | None:
     """Return how many agents of these types there can ever be; None = nobody knows."""
     if not names:
         return None

@@ -405,6 +405,8 @@ class Request(Step):
     wait: bool = True
     detached: bool = False
     save_as: str = ""
+    needs: "tuple[Role, ...]" = ()
+    """What the other task is granted before its first step: names, types and counts only."""
 
     @property
     def title(self) -> str:

@@ -10,7 +10,7 @@ from pathlib import Path
 from formiga_bt.diagnostics import Mark
 from formiga_bt.lang.document import Entry, Listing, Mapping_, Node, Scalar
 from formiga_bt.lang.files import Shelf, Unit
-from formiga_bt.lang.model import Param
+from formiga_bt.lang.model import Param, Role, Some
 from formiga_bt.lang.reading import Problems
 
 
@@ -72,6 +72,13 @@ class Neighbours:
         entry = unit[1].keys.get("task") if unit is not None else None
         return entry.value.mark if entry is not None else None
 
+    def roles(self, name: str) -> tuple[Role, ...]:
+        """Return what a task is granted before its first step, as far as its text says it: types and counts."""
+        unit = self._unit(name)
+        entry = unit[1].keys.get("agents") if unit is not None else None
+        entries = entry.value.entries if entry is not None and isinstance(entry.value, Mapping_) else ()
+        return tuple(_role(one.key, one.value) for one in entries if isinstance(one.value, Mapping_))
+
     def through(self, name: str) -> list[str]:
         """Return the tasks by which the requests of this task come back to `name`; empty if they do not."""
         way: dict[str, str] = dict.fromkeys(self.asked, "")
@@ -124,6 +131,16 @@ class Neighbours:
             file, folder = (name, None) if name in self._texts or path is None else (str(path), path.parent)
             self._units[name] = shelf, shelf.open_text(text, file, folder, library=False)
         return self._units[name]
+
+
+def _role(key: Scalar, value: Mapping_) -> Role:
+    of, any_of, count = value.get("type"), value.get("any_of"), value.get("count")
+    words = any_of.value.items if any_of is not None and isinstance(any_of.value, Listing) else ()
+    words = (of.value,) if of is not None else words
+    types = tuple(word.text for word in words if isinstance(word, Scalar))
+    number = count.value.text if count is not None and isinstance(count.value, Scalar) else ""
+    least = int(number) if number.isdecimal() else None
+    return Role(key.text, types, key.mark, count=least, open=Some() if count is not None and least is None else None)
 
 
 def _requested(node: Node) -> Iterator[str]:

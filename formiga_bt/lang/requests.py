@@ -46,6 +46,7 @@ def read_request(body: Body, keys: Keys) -> Part | None:
     others.asked.setdefault(at.text, at)
     waits = "wait" not in keys or read_flag(keys["wait"].value, body.problems, "wait")
     part: Part = {"task": at.text, "args": _read_args(body, keys, params, at), "wait": waits}
+    part["needs"] = others.roles(at.text)
     if "priority" in keys:
         part["priority"] = read_word(keys["priority"].value, body.problems, "priority", ("low", "medium", "high"))
     part["detached"] = "detached" in keys and read_flag(keys["detached"].value, body.problems, "detached")
