@@ -3,6 +3,8 @@
 from collections.abc import Iterator, Sequence
 from typing import Final
 
+from msgspec.structs import replace
+
 from formiga_bt.engine.allocator.policy import PREFERRED, UNREACHABLE
 from formiga_bt.engine.records import TaskRecord, Verdict
 from formiga_bt.show.facts import Because
@@ -23,7 +25,8 @@ def chosen(scene: Scene, task: TaskRecord) -> Iterator[Because]:
         refused = [v for v in of_role if v.code not in OTHER_ROLE and v.code not in ("chosen", "fits")]
         if picked:
             yield _choice(scene, role, picked, [v for v in of_role if v.code == "fits"])
-            yield from deeper(refusals(scene, refused))
+            for line in refusals(scene, refused):  # of that instant: what helped then need not help now
+                yield replace(line, text=f"passed over: {line.text}", hint="", depth=1)
         elif task.status != "SUCCEEDED":
             fit = ", ".join(v.agent for v in of_role if v.code == "fits")
             yield Because("role_open", f"{role}: " + (f"only {fit} fitted" if fit else "nobody fitted"), role=role)

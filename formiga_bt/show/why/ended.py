@@ -12,6 +12,8 @@ from formiga_bt.show.why.words import REASONS, REPEATS, say, span
 TRIES: Final = 5
 """So many attempts of the step that failed are told, the newest."""
 CLEANUP: Final = ("on_failure", "on_abort", "finally", "recover")
+UNSAID: Final = ("", "operator", "abandoned", "restart")
+"""Reasons of an abort that its words say already."""
 STATES: Final = {"succeeded": "", "failed": " failed", "running": " (runs)"}
 
 
@@ -23,7 +25,7 @@ def outcome(scene: Scene, task: TaskRecord) -> Iterator[Because]:
     else:
         words = say(REASONS, task.code)
         reason = f": {task.reason}" if task.reason and task.reason not in REPEATS else ""
-        said = f" ({task.abort_reason})" if task.abort_reason and task.code == "aborted" else ""
+        said = "" if task.code != "aborted" or task.abort_reason in UNSAID else f" ({task.abort_reason})"
         yield Because(task.code or "ended", f"{task.outcome} ({task.code}): {words}{reason}{said}")
     failure = task.failure
     if failure is not None and failure.step:
@@ -46,8 +48,10 @@ def _tried(scene: Scene, task: TaskRecord, key: str) -> Iterator[Because]:
 
 
 def _ended_as(action: ActionFact) -> str:
-    code = action.code if action.code != action.state else ""
-    return f"{action.agent} {action.state} {code}".rstrip()
+    if not action.code or action.code == action.state:
+        return f"{action.agent} {action.state}"
+    own = action.code.startswith(f"{action.state}:")  # an agent's own code: failed:motor
+    return f"{action.agent} {action.code}" if own else f"{action.agent} {action.state} ({action.code})"
 
 
 def _children(scene: Scene, task: TaskRecord) -> Iterator[Because]:

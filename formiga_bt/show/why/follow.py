@@ -33,7 +33,7 @@ def behind_gate(scene: Scene, goal: GoalRecord, seen: Seen = ()) -> Iterator[Bec
         for question in scene.state.questions.values():
             if question.reply is None and question.kind == "clearance" and question.clears_on[:1] == (goal.agent,):
                 task = scene.state.tasks.get(question.task)
-                yield from questions(scene, task) if task is not None and task.id != goal.task else ()
+                yield from questions(scene, task, name_task=True) if task is not None and task.id != goal.task else ()
 
 
 def behind_machine(scene: Scene, agent_id: str, seen: Seen = ()) -> Iterator[Because]:
@@ -105,7 +105,7 @@ def behind_task(scene: Scene, task: TaskRecord, seen: Seen = ()) -> Iterator[Bec
             text = say(HOLDS, f"{word}:" if agent and f"{word}:" in HOLDS else word, agent=agent)
             yield Because(f"held.{word}", f"{task.id} is HELD: {text}", hint, agent)
         return
-    asked = list(questions(scene, task))
+    asked = list(questions(scene, task, name_task=True))
     if asked:
         yield from asked[:1]
         return

@@ -58,7 +58,8 @@ def explain(
 
 def unknown(of: str, known: Iterable[str], code: str = "unknown_task") -> TaskError:
     """Return the error for an id that is not there, with those that look alike."""
-    shown = of if len(of) <= 60 else f"{of[:60]}..."
+    plain = "".join(letter if letter.isprintable() else "?" for letter in of[:61])
+    shown = plain if len(of) <= 60 else f"{plain[:60]}..."
     near = get_close_matches(of[:200], list(known), n=3, cutoff=0.6)
     tail = f"; did you mean {' or '.join(near)}?" if near else ""
     return TaskError(code, f"there is no task or agent '{shown}' (any more){tail}")

@@ -50,18 +50,19 @@ def silence_line(scene: Scene, agent: AgentRecord) -> Because:
     return Because("lost" if lost else "suspect", text, RUNNING_HINT, agent.id)
 
 
-def questions(scene: Scene, task: TaskRecord) -> Iterator[Because]:
+def questions(scene: Scene, task: TaskRecord, *, name_task: bool = False) -> Iterator[Because]:
     """Tell of the open questions of a task."""
     for question in scene.state.questions.values():
         if question.task == task.id and question.reply is None:
-            yield question_line(scene, question)
+            yield question_line(scene, question, name_task=name_task)
 
 
-def question_line(scene: Scene, question: Question) -> Because:
+def question_line(scene: Scene, question: Question, *, name_task: bool = False) -> Because:
     """Return whom a question asks, since when, when it lapses and what then; the hint answers it, where that is done here."""
     shown = [p for p in question.asked if question.showing(p) in scene.state.goals]
     who = ", ".join(question.asked) or "nobody"
-    text = f"{question.number} waits for an answer of {who} since {span(scene.now - question.asked_at)}"
+    of = f" of {question.task}" if name_task else ""
+    text = f"{question.number}{of} waits for an answer of {who} since {span(scene.now - question.asked_at)}"
     text += "".join(f"; {answer.by} said {answer.answer}" for answer in question.answers)
     if not shown:
         text += f"; it is not shown to anyone yet{_unseen(scene, question)}"
@@ -69,7 +70,7 @@ def question_line(scene: Scene, question: Question) -> Because:
     if escalates is not None and question.tier + 1 < len(question.tiers):
         text += f"; in {span(escalates.at - scene.now)} {', '.join(question.tiers[question.tier + 1])} is asked too"
     if question.expires_at is not None:
-        then = f", then: {question.if_no_answer}" if question.if_no_answer else ""
+        then = f", then: {question.if_no_answer}" if question.if_no_answer else ", then its step fails"
         text += f"; lapses in {span(question.expires_at - scene.now)}{then}"
     here = [p for p in question.asked if p in scene.desk and not any(answer.by == p for answer in question.answers)]
     hint = f"formiga answer {question.number} {'|'.join(question.options)}" if here else ""

@@ -6,10 +6,9 @@ Pure functions over a state; the counterpart of `why`, which explains tasks.
 from collections.abc import Iterator
 
 from formiga_bt.engine.records import AgentRecord
-from formiga_bt.engine.state import EngineState
 from formiga_bt.show.facts import Because
-from formiga_bt.show.why.follow import behind_gate
-from formiga_bt.show.why.goals import goal_line
+from formiga_bt.show.why.follow import behind_gate, behind_task
+from formiga_bt.show.why.goals import goal_line, question_line
 from formiga_bt.show.why.going_on import HANDBACK, ways_on_of
 from formiga_bt.show.why.scene import Scene, deeper
 from formiga_bt.show.why.standing import doing, given, lockdown_text, not_heard
@@ -26,10 +25,15 @@ def why_machine(scene: Scene, agent: AgentRecord) -> list[Because]:
     lines = [*_reach(agent, scene), *_orders(scene, agent)]
     if agent.breach:
         lines.append(breach(agent))
+    if agent.human:
+        mine = [q for q in state.questions.values() if q.reply is None and agent.id in q.asked]
+        lines += [question_line(scene, q, name_task=True) for q in sorted(mine, key=lambda q: q.order)]
     for goal in state.goals.values():
-        if goal.agent == agent.id and (goal.state == "gated" or goal.in_flight):
+        if goal.agent == agent.id and goal.action != "Confirm" and (goal.state == "gated" or goal.in_flight):
             lines += [goal_line(scene, goal), *deeper(behind_gate(scene, goal))]
-    lines += _task(state, agent)
+    lines += _task(scene, agent)
+    if agent.human:
+        return lines or [Because("free", f"{agent.id} is asked nothing")]
     return lines or [
         Because("free", f"{agent.id} is free: it waits for a task that it fits", "formiga run TASK --follow")
     ]
@@ -67,13 +71,16 @@ def _orders(scene: Scene, agent: AgentRecord) -> Iterator[Because]:
         yield Because(f"order.{order.stop}", f"{given(order)}: {doing(state, order, scene.now, scene.wall)}", hint)
 
 
-def _task(state: EngineState, agent: AgentRecord) -> Iterator[Because]:
+def _task(scene: Scene, agent: AgentRecord) -> Iterator[Because]:
+    state = scene.state
     order = state.orders.get(agent.id)
     task = state.tasks.get(agent.task or (order.task if order is not None else ""))
     if task is not None:
         held = " HELD" if task.held else ""
         role = f" as {agent.role}" if agent.role else ""
         yield Because("task", f"it works{role} for {task.id}, which is {task.status}{held}", f"formiga why {task.id}")
+        if not agent.goal and agent.id not in state.orders:
+            yield from deeper(behind_task(scene, task))
     elif agent.pool == "PARKED_AWAY":
         yield Because("parked_away", f"{agent.id} stands away from its port", f"formiga return {agent.id}")
     bad = not_ready(agent.checks)
