@@ -111,7 +111,7 @@ def bind_params(
         lat, lng = one.names
         if not lng:
             sources[f"parameter {lat}"] = raw[lat]
-            problems.append(_half(lat, one.param))
+            problems.append(half_a_place(lat, one.param))
             given.setdefault(one.param.name, lat)
         else:
             by_name[f"{lat} and {lng}"] = one.param
@@ -184,7 +184,8 @@ def _default_outside(param: Param, default: Expr, site: Site, now: Micros | None
     return [] if problems else outside(param, value, site, default.mark)
 
 
-def _half(name: str, param: Param) -> Diagnostic:
+def half_a_place(name: str, param: Param) -> Diagnostic:
+    """Return E051 for a latitude without a longitude, or the reverse."""
     other = name.replace("lat", "lng", 1) if name.startswith("lat") else "lat" + name[3:]
     text = f"'{name}' is half a place: '{other}' is missing"
     return Diagnostic("E051", Mark(f"parameter {name}", 1, 1), text, f"both are '{param.name}'; or give that alone")

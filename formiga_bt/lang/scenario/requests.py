@@ -1,14 +1,16 @@
 """Reads the tasks of a scenario: when, which, with which values. Tasks are looked up by name and checked."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from formiga_bt.clock import micros
 from formiga_bt.diagnostics import Mark
-from formiga_bt.lang.aliases import by_alias, names_in
+from formiga_bt.lang.aliases import by_alias, degrees_of, names_in
+from formiga_bt.lang.binding import half_a_place
 from formiga_bt.lang.document import Entry, Mapping_, Scalar
 from formiga_bt.lang.loader import load_task
-from formiga_bt.lang.model import Task
+from formiga_bt.lang.model import Param, Task
 from formiga_bt.lang.reading import (
     did_you_mean,
     fix_word,
@@ -112,17 +114,21 @@ def read_params(book: Book, task: Task, entry: Entry | None, mark: Mark) -> dict
     mapping = read_mapping(entry.value, book.problems, "params") if entry is not None else None
     by_name = by_alias(task.params)
     values: dict[str, Any] = {}
-    given = set()
-    for one in mapping.entries if mapping is not None else ():
+    given: dict[str, str] = {}
+    for one in _with_places(book, task, mapping.entries, by_name, given) if mapping is not None else ():
         param = by_name.get(one.key.text)
         if param is None:
             meant = surely(one.key.text, by_name)
             what = f"{task.name} has no parameter '{shorten(one.key.text)}'{did_you_mean(one.key.text, by_name)}"
             help_ = f"parameters: {quoted_list(task.params) or 'none'}"
             book.problems.add("E010", one.key.mark, what, help_, fix_word(one.key, meant))
-            given.add(meant)
+            given[meant] = one.key.text
             continue
-        given.add(param.name)
+        if param.name in given:
+            what = f"'{one.key.text}' and '{given[param.name]}' are the same parameter"
+            book.problems.add("E018", one.key.mark, what, "remove one")
+            continue
+        given[param.name] = one.key.text
         value = book.value(one.value, param)
         if value is not None:
             values[param.name] = value
@@ -131,3 +137,28 @@ def read_params(book: Book, task: Task, entry: Entry | None, mark: Mark) -> dict
             what = f"{task.name} needs the parameter '{param.name}' ({param.type})"
             book.problems.add("E051", mark, what, f"params: {{{param.name}: ...}}")
     return values
+
+
+def _with_places(
+    book: Book, task: Task, entries: Sequence[Entry], by_name: dict[str, Param], given: dict[str, str]
+) -> list[Entry]:
+    """Return the entries with one place instead of its latitude and longitude, where these are given apart.
+
+    Its name, such as `lat and lng`, is added to `by_name`; half a place is reported and counts as given.
+    """
+    by_key = {entry.key.text: entry for entry in entries}
+    places: dict[str, list[Entry]] = {}
+    for one in degrees_of(task.params, list(by_key)):
+        lat, lng = one.names
+        at = by_key[lat]
+        key = Scalar(f"{lat} and {lng}", at.key.mark)
+        if lng:
+            pair = (Entry(Scalar("lat", at.key.mark), at.value), Entry(Scalar("lng", at.key.mark), by_key[lng].value))
+            by_name[key.text] = one.param
+            places[lat], places[lng] = [Entry(key, Mapping_(pair, at.value.mark))], []
+        else:
+            said = half_a_place(lat, one.param)
+            book.problems.add("E051", at.key.mark, said.message, said.help)
+            places[lat] = []
+            given[one.param.name] = lat
+    return [found for entry in entries for found in places.get(entry.key.text, [entry])]

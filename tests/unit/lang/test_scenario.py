@@ -93,6 +93,15 @@ faults:
     assert sorted(scenario.tasks) == ["MoveTask", "PickUp"]
 
 
+def test_a_place_may_be_given_as_latitude_and_longitude(catalogue: Catalogue) -> None:
+    task = "{task: PickUp, params: {user: picker_1, lat: 66.501, lng: 25.7}}"
+    scenario = read(HEAD + FLEET + f"tasks:\n  - {task}\n", catalogue)
+
+    target = scenario.requests[0].params["target"]
+    assert (round(target.east_m), round(target.north_m)) == (0, 112)
+    assert scenario.requests[0].texts == {"user": "picker_1", "lat": "66.501", "lng": "25.7"}
+
+
 def test_every_kind_of_fault_can_be_written(catalogue: Catalogue) -> None:
     needs = {"slow": ", delay: 2 s", "battery": ", charge: 30 %", "preflight": ", check: gnss", "event": ", event: sos"}
     whom = {"event": "picker_1"}
@@ -160,6 +169,11 @@ def test_a_wrong_agent_is_named(agent: str, expected: str, catalogue: Catalogue)
         ("{task: MoveTask, params: {robot: picker_1}}", "E013 'robot' is a hwd or lwd, 'picker_1' is a picker"),
         ("{task: PickUp, params: {target: camp}}", "E051 PickUp needs the parameter 'user' (picker agent)"),
         ("{task: PickUp, params: {target: camp, user: picker_1, height: 300 m}}", "E062 'height' must be at most 120 m"),
+        ("{task: PickUp, params: {target: camp, user: picker_1, username: picker_1}}",
+         "E018 'username' and 'user' are the same parameter"),
+        ('{task: PickUp, params: {lat: 66.5, user: picker_1}}', "E051 'lat' is half a place: 'lng' is missing"),
+        ('{task: PickUp, params: {lat: 66.5, lng: 25.7, target: camp, user: picker_1}}',
+         "E018 'target' and 'lat and lng' are the same parameter"),
         ('{task: PickUp, params: {target: "66.6,25.7", user: picker_1}}',
          "E063 'target' lies outside the fence of site rovaniemi"),
         ('{task: PickUp, params: {target: "${now}", user: picker_1}}',
