@@ -11,6 +11,7 @@ from msgspec.structs import replace
 from formiga_bt.diagnostics import Mark
 from formiga_bt.lang import model
 from formiga_bt.lang.model import Step, Task
+from formiga_bt.lang.walk import Names, called_with, items_of
 from formiga_bt.show import phrases
 from formiga_bt.show.facts import Box, Drawing, Span, Spot
 
@@ -33,7 +34,7 @@ def drawing_of(task: Task, *, sources: Mapping[str, str] | None = None) -> Drawi
         vars=tuple(_row("var", phrases.var_label(name, e), e.mark) for name, e in task.vars.items()),
         roles=tuple(_row("role", phrases.role_label(r), r.mark, role=r.name) for r in task.roles.values()),
         sections=tuple(
-            Box(kind="section", path=f"{name}/", label=(Span(name, "title"),), children=_boxes(steps, f"{name}/"))
+            Box(kind="section", path=f"{name}/", label=(Span(name, "title"),), children=_boxes(steps, f"{name}/", {}))
             for name, steps in (*sections, ("finally", task.finally_))
             if steps
         ),
@@ -55,44 +56,49 @@ def _used(drawing: Drawing, sources: Mapping[str, str]) -> dict[str, str]:
     return {file: text for file, text in sources.items() if file in files}
 
 
-def _boxes(steps: Iterable[Step], prefix: str) -> tuple[Box, ...]:
-    return tuple(_box(step, prefix + step.seg) for step in steps)
+def _boxes(steps: Iterable[Step], prefix: str, names: Names) -> tuple[Box, ...]:
+    return tuple(_box(step, prefix + step.seg, names) for step in steps)
 
 
-def _box(step: Step, path: str) -> Box:
+def _box(step: Step, path: str, names: Names) -> Box:
+    role = phrases.role_of(step)
+    behind = names.get(role, (role,))
     return Box(
         path=path,
         kind=step.kind,
         label=phrases.label_of(step),
         modifiers=phrases.modifiers_of(step),
-        role=phrases.role_of(step),
+        role=role,
+        task_role=behind[0].partition("[")[0] if len(behind) == 1 else "",
         action=step.action if isinstance(step, model.Do) else "",
         guard=phrases.guard_of(step),
         spot=_spot(step.mark),
-        children=_children(step, f"{path}."),
+        children=_children(step, f"{path}.", names),
     )
 
 
-def _children(step: Step, prefix: str) -> tuple[Box, ...]:
+def _children(step: Step, prefix: str, names: Names) -> tuple[Box, ...]:
     match step:
         case model.If() if step.otherwise:
-            return _branch("then", step.then, prefix), _branch("else", step.otherwise, prefix)
+            return _branch("then", step.then, prefix, names), _branch("else", step.otherwise, prefix, names)
         case model.If():
-            return _boxes(step.then, prefix)
+            return _boxes(step.then, prefix, names)
         case model.Switch():
-            cases = tuple(_branch(str(case.value), case.steps, prefix, case.mark) for case in step.cases)
-            return (*cases, _branch("default", step.default, prefix)) if step.default else cases
+            cases = tuple(_branch(str(case.value), case.steps, prefix, names, case.mark) for case in step.cases)
+            return (*cases, _branch("default", step.default, prefix, names)) if step.default else cases
         case model.Sequence() if step.finally_:
-            return *_boxes(step.steps, prefix), _branch("finally", step.finally_, prefix)
+            return *_boxes(step.steps, prefix, names), _branch("finally", step.finally_, prefix, names)
         case model.Call():
-            return _boxes(step.subtree.steps, prefix)
+            return _boxes(step.subtree.steps, prefix, called_with(step, names))
+        case model.For():
+            return _boxes(step.steps, prefix, {**names, **items_of(step, names)})
         case _:
-            return _boxes(getattr(step, "steps", ()), prefix)
+            return _boxes(getattr(step, "steps", ()), prefix, names)
 
 
-def _branch(word: str, steps: tuple[Step, ...], prefix: str, mark: Mark | None = None) -> Box:
+def _branch(word: str, steps: tuple[Step, ...], prefix: str, names: Names, mark: Mark | None = None) -> Box:
     spot = _spot(mark) if mark else None
-    return Box(kind="branch", label=(Span(word, "kind"),), spot=spot, children=_boxes(steps, prefix))
+    return Box(kind="branch", label=(Span(word, "kind"),), spot=spot, children=_boxes(steps, prefix, names))
 
 
 # -- reading a drawing -------------------------------------------------------------------------------------------------

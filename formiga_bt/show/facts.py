@@ -40,6 +40,8 @@ class Box(Struct, frozen=True, kw_only=True, omit_defaults=True):
     modifiers: tuple[str, ...] = ()
     """In words: `when ...`, `timeout 2 min`, `3 attempts`."""
     role: str = ""
+    task_role: str = ""
+    """The role of the task that `role` stands for in a called subtree or a loop, where it is one."""
     action: str = ""
     guard: str = ""
     """The condition that lets it run: of `when`, `if`, `guard`."""

@@ -169,7 +169,8 @@ class _Layout:
             mark = mark_of(box, fact)
             state = [Piece(f"{mark.letter if self._ascii else mark.glyph} ", mark.status)]
             style = "dim" if mark.status in ("waiting", "skipped") else ""
-        head, arguments = [], []
+        head: list[Piece] = []
+        arguments: list[Piece] = []
         for span in box.label:
             (arguments if span.style in ("plain", "dim") else head).append(Piece(span.text, style or span.style))
         facts = [Piece(f"[{'; '.join(box.modifiers)}]", style or "warn")] if box.modifiers else []

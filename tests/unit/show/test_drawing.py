@@ -125,3 +125,8 @@ def test_a_cut_of_a_cut_counts_all(drawing: Drawing) -> None:
 def test_a_step_is_named_by_its_path_its_name_or_what_it_calls(drawing: Drawing) -> None:
     assert names_of(of(drawing, "steps/steps[0]")) == ("steps/steps[0]", "many")
     assert names_of(of(drawing, "steps/steps[1].sequence[0]")) == ("steps/steps[1].sequence[0]", "Twice")
+
+
+def test_a_step_in_a_subtree_says_which_role_of_the_task_it_is_of(drawing: Drawing) -> None:
+    told = of(drawing, "steps/steps[1].sequence[0]").children[0]
+    assert (told.role, told.task_role) == ("who", "ann")

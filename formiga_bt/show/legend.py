@@ -1,0 +1,65 @@
+"""What the shapes of a picture mean: of those that it has, one entry each."""
+
+from collections.abc import Mapping
+from typing import Final, NamedTuple
+
+from formiga_bt.show.marks import MARKS
+from formiga_bt.show.outline import BADGE, BADGES, GAP, SMALL, Outline
+from formiga_bt.show.textsize import text_width
+
+SHAPES: Final[Mapping[str, str]] = {"ask": "note", "notify": "note", "request": "box3d"}
+"""Kinds without steps inside that are no plain box, as graphviz calls their shapes."""
+CONDITIONS: Final = frozenset({"check", "wait_until", "break_if"})
+"""Kinds that have round corners."""
+
+
+class Entry(NamedTuple):
+    """One entry with its place, points from the top left of the legend."""
+
+    words: str
+    symbol: str
+    look: str
+    """Attributes of graphviz."""
+    x: float
+    y: float
+    width: float
+    """Of the words."""
+
+
+def legend_of(outline: Outline, runs: bool) -> list[Entry]:
+    """Return the legend of a picture, in lines as wide as it.
+
+    Args:
+        outline: the picture.
+        runs: whether statuses are shown.
+    """
+    x, y = 0.0, GAP * 2
+    entries = []
+    for words, symbol, look in dict.fromkeys(_needed(outline, runs)):
+        width = text_width(words, SMALL) + 4
+        if x and x + BADGE + 3 + width > outline.width:
+            x, y = 0.0, y + BADGE + 3
+        entries.append(Entry(words, symbol, look, x, y, width))
+        x += BADGE + 3 + width + 10
+    return entries
+
+
+def _needed(outline: Outline, runs: bool) -> list[tuple[str, str, str]]:
+    kinds = {row.box.kind for row in outline.rows if row.box and row.parent is not None}
+    found = [(badge.words, badge.symbol, f"shape={badge.shape}") for kind, badge in BADGES.items() if kind in kinds]
+    leaves = (
+        ("goal of an agent", {"do"}, "shape=box"),
+        ("people", {"ask", "notify"}, "shape=note"),
+        ("another task", {"request"}, "shape=box3d"),
+        ("condition", CONDITIONS, 'shape=box style="rounded"'),
+        ("subtree", {"call"}, "shape=box penwidth=1.8"),
+    )
+    found += [(words, "", look) for words, of, look in leaves if kinds & of]
+    if runs:
+        used = {row.mark.status for row in outline.rows if row.mark}
+        for mark in MARKS:
+            look = (
+                f'shape=box color="{mark.colour}" fontcolor="{mark.colour}" penwidth={mark.width:g} style="{mark.line}"'
+            )
+            found += [(mark.words, mark.glyph, look)] if mark.status in used else []
+    return found
