@@ -33,6 +33,7 @@ _TABLE = (
     Verb("schema", "schema", "Print the JSON Schema for editors, or for language models."),
     Verb("lsp", "lsp", "Serve an editor: problems as you type, completion, rename."),
     Verb("show", "show", "Print a task as a tree."),
+    Verb("diff", "diff", "Tell what changed between two tasks, as trees."),
     Verb("export", "export", "Write a task as XML of BehaviorTree.CPP."),
     Verb("import", "import_", "Read an XML file of BehaviorTree.CPP as a task."),
     Verb("dryrun", "dryrun", "Run a task against simulated agents in virtual time."),

@@ -1,0 +1,1 @@
+"""What changed between two tasks, as trees: added, removed, moved, changed, renamed. `changes.compare` is the door."""
