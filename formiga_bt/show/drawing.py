@@ -62,7 +62,8 @@ def _boxes(steps: Iterable[Step], prefix: str, names: Names) -> tuple[Box, ...]:
 
 def _box(step: Step, path: str, names: Names) -> Box:
     role = phrases.role_of(step)
-    behind = names.get(role, (role,))
+    first = role.partition(", ")[0]
+    behind = names.get(first, (first,))
     return Box(
         path=path,
         kind=step.kind,

@@ -41,7 +41,7 @@ class Box(Struct, frozen=True, kw_only=True, omit_defaults=True):
     """In words: `when ...`, `timeout 2 min`, `3 attempts`."""
     role: str = ""
     task_role: str = ""
-    """The role of the task that `role` stands for in a called subtree or a loop, where it is one."""
+    """The role of the task that `role` (the first of several) stands for in a called subtree or a loop, where it is one."""
     action: str = ""
     guard: str = ""
     """The condition that lets it run: of `when`, `if`, `guard`."""

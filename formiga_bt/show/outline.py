@@ -128,6 +128,7 @@ class _Pen:
         for section in drawing.sections:
             at = len(self._rows)
             self._heading("".join(span.text for span in section.label))
+            self._y += GAP / 2
             for box in section.children:
                 self._step(box, 0, at)
             if section.hidden:
@@ -162,9 +163,10 @@ class _Pen:
         badge = BADGES.get(box.kind)
         mark = mark_of(box, self._steps.get(box.path)) if self._steps is not None and is_step(box) else None
         start = x + (BADGE + 2 if badge else 0)
-        lines = flow(self._runs(box, mark), self._right - start - 2 * PAD, SIZE)
+        corner = 8.0 if box.kind in ("ask", "notify") else 0.0  # folded down
+        lines = flow(self._runs(box, mark), self._right - start - corner - 2 * PAD, SIZE)
         height = max(LINE * len(lines) + 2 * PAD - 1, BADGE if badge else 0)
-        width = min(_widest(lines) + 2 * PAD + 1, self._right - start)
+        width = min(_widest(lines) + corner + 2 * PAD + 1, self._right - start)
         self._put(
             Row(
                 box=box,
