@@ -89,7 +89,9 @@ def compile_expr(
 
 def _mismatch(part: Typed, expected: Type, scope: Scope, what: str) -> Mismatch:
     if expected == BOOL:
-        return Mismatch("E015", f"a condition must be true or false, this is {in_words(part.type)}")
+        such = {"percent": "30 %", "distance": "10 m", "duration": "5 s", "int": "3", "number": "3"}.get(part.type.name)
+        mend = f"such as: {part.source} > {such}" if such else "compare it with something"
+        return Mismatch("E015", f"a condition must be true or false, this is {in_words(part.type)}", mend)
     return mismatch(part, expected, scope, what)
 
 

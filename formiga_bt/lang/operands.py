@@ -60,7 +60,7 @@ class Operands(Parts):
             "-": f"cannot subtract {b} from {a}",
             "*": f"cannot multiply {a} by {b}",
         }.get(op, f"cannot divide {a} by {b}")
-        mend = ""
+        mend = "both must be of one kind, or one of them a number" if op in "*/" else "both must be of one kind"
         if "text" in (left.type.name, right.type.name) or left.literal == "text" or right.literal == "text":
             mend = 'texts are joined by writing them in one: "${a} and ${b}"'
         self.bad(node, "E013", said, mend)

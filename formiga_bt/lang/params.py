@@ -160,7 +160,8 @@ def _bound(keys: dict[str, Entry], key: str, of: Type, world: World, problems: P
 def _as_default(diagnostic: Diagnostic) -> Diagnostic:
     if diagnostic.code not in ("E013", "E016"):
         return diagnostic
-    return Diagnostic("E061", diagnostic.mark, diagnostic.message, diagnostic.help, diagnostic.within, None)
+    help_ = diagnostic.help or "a default, min or max is of the param's type"
+    return Diagnostic("E061", diagnostic.mark, diagnostic.message, help_, diagnostic.within, None)
 
 
 def _check_range(param: Param, problems: Problems) -> None:

@@ -230,9 +230,10 @@ def _read_near(body: Body, keys: Mapping[str, Entry], count: int | Some | None) 
         body.problems.add("E026", expr.mark, what, "give one place, or a count with a max")
         return expr
     most = count.max if isinstance(count, Some) else count
-    if expr.is_const and isinstance(expr.const, tuple) and most != len(expr.const):
+    places = length_of(body, expr, keys["near"].value)
+    if places is not None and most != places:
         shown = f"a count of up to {most}" if isinstance(count, Some) else f"count {most}"
-        what = f"near has {len(expr.const)} places for {shown}"
+        what = f"near has {places} places for {shown}"
         body.problems.add("E026", expr.mark, what, "one place for each agent")
     return expr
 

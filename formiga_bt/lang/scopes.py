@@ -304,7 +304,8 @@ class Body:
             return None
         expr, found = compile_cond(node, self.scope(), None if live is None else live | self.volatile)
         if expr.is_const and not found:
-            self.problems.add("E044", node.mark, f"this condition is always {'true' if expr.const else 'false'}")
+            what = f"this condition is always {'true' if expr.const else 'false'}"
+            self.problems.add("E044", node.mark, what, "say what it depends on, or leave it away")
         return self._took(expr, found, node)
 
     def bare(self, node: Node, what: str) -> Expr | None:

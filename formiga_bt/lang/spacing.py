@@ -10,6 +10,7 @@ from typing import Any, Final
 
 from formiga_bt.diagnostics import Mark
 from formiga_bt.geo import Place, Position, horizontal_m
+from formiga_bt.lang.expressions import plain_name
 from formiga_bt.lang.model import Call, Catalogue, Do, Expr, For, Parallel, Sequence, Step
 from formiga_bt.lang.reading import Problems
 from formiga_bt.lang.walk import agent_params, bare, children
@@ -85,6 +86,10 @@ def _end(step: Step, catalogue: Catalogue) -> tuple[Expr, Mark] | None:
     """Return where a branch surely leaves its drone."""
     if isinstance(step, Sequence) and step.steps:
         return _end(step.steps[-1], catalogue)
+    if isinstance(step, Call) and step.when is None and step.subtree.steps:
+        inner = _end(step.subtree.steps[-1], catalogue)
+        given = step.args.get(plain_name(inner[0])) if inner is not None else None
+        return (given, given.mark) if given is not None else None
     if not isinstance(step, Do) or step.when is not None:
         return None
     told = next(_targets(step, catalogue), None)
