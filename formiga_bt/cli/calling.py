@@ -1,4 +1,7 @@
-"""How the verbs find a running engine and call its API: `.formiga/<site>/engine.json`, then plain HTTP.
+"""How the verbs find a running engine and call its API: `.formiga/<site>/engine.json`, or an address; then plain HTTP.
+
+An engine elsewhere is named by `--url`, or by the environment for every verb: FORMIGA_URL, with FORMIGA_TOKEN, or
+FORMIGA_TOKEN_FILE, the file that holds it. A token is never an argument, which other users of the machine can read.
 
 The standard library's client is enough here, and it starts fast. Nothing here imports the command line library: an order in
 a hurry (`formiga hold --all`) does without it. What the verbs' options and tables need is in `client`.
@@ -17,7 +20,7 @@ from pathlib import Path
 from typing import Any, Final
 from urllib.parse import quote, urlencode, urlsplit
 
-from formiga_bt.errors import FormigaError
+from formiga_bt.errors import FormigaError, UnusableFile
 from formiga_bt.site_folder import EngineAddress, find_engines
 
 TIMEOUT_S: Final = 30.0
@@ -47,9 +50,9 @@ class Event:
 class Client:
     """One engine's API."""
 
-    def __init__(self, address: EngineAddress) -> None:
+    def __init__(self, address: EngineAddress, token: str | None = None) -> None:
         self.address = address
-        self._token = _token(address)
+        self._token = _token(address) if token is None else token
 
     def get(self, path: str, **query: Any) -> Any:
         """Return what a GET answers.
@@ -86,7 +89,15 @@ class Client:
         self, method: str, path: str, query: Mapping[str, Any], body: Any = None, more: Mapping[str, str] | None = None
     ) -> Any:
         with self._answer(method, path, query, body, more) as answer:
-            return json.loads(answer.read())
+            try:
+                return json.loads(answer.read())
+            except ValueError as error:
+                raise self._stranger() from error
+
+    def read(self, path: str, query: Mapping[str, Any]) -> bytes:
+        """Return what a GET answers, as it came."""
+        with self._answer("GET", path, query) as answer:
+            return answer.read()
 
     @contextmanager
     def _answer(
@@ -98,8 +109,10 @@ class Client:
         more: Mapping[str, str] | None = None,
     ) -> Iterator[http.client.HTTPResponse]:
         parts = urlsplit(self.address.url)
-        connection = http.client.HTTPConnection(parts.hostname or "", parts.port, timeout=TIMEOUT_S)
-        words = urlencode({name: value for name, value in query.items() if value not in ("", None)})
+        kind = http.client.HTTPSConnection if parts.scheme == "https" else http.client.HTTPConnection
+        connection = kind(parts.hostname or "", parts.port, timeout=TIMEOUT_S)
+        words = urlencode({name: value for name, value in query.items() if value not in ("", None)}, doseq=True)
+        path = parts.path + path
         headers = {"Accept": "application/json", **(more or {})}
         if self._token:
             headers["Authorization"] = f"Bearer {self._token}"
@@ -110,15 +123,42 @@ class Client:
             connection.request(method, f"{path}?{words}" if words else path, text, headers)
             answer = connection.getresponse()
             if answer.status >= 400:
-                raise _error(answer)
+                raise self._no(answer)
+            if answer.status >= 300:
+                raise self._stranger()
             yield answer
         except (OSError, http.client.HTTPException) as error:
-            raise NoEngine(
-                f"the engine of site '{self.address.site}' (process {self.address.pid}) does not answer at"
-                f" {self.address.url}: {error or type(error).__name__}"
-            ) from error
+            raise self._silent(error) from error
         finally:
             connection.close()
+
+    def _no(self, answer: http.client.HTTPResponse) -> FormigaError:
+        """Return the error of an answer that says no."""
+        error = _error(answer)
+        if error.code == "http" and not self.address.pid:
+            return self._stranger()
+        if error.code == "unauthorized":
+            said = "refuses the token that was sent" if self._token else "wants its site's token"
+            hint = "FORMIGA_TOKEN=..., or --token-file FILE: a copy of `token` of the site's runtime folder"
+            return ApiError("unauthorized", f"the engine at {self.address.url} {said}", hint, answer.status)
+        return error
+
+    def _stranger(self) -> NoEngine:
+        return NoEngine(
+            f"what answers at {self.address.url} is no formiga engine\n"
+            "  help: name the address that formiga up prints, for example --url http://127.0.0.1:8420"
+        )
+
+    def _silent(self, error: Exception) -> NoEngine:
+        why = f"{self.address.url}: {error or type(error).__name__}"
+        if self.address.pid:
+            return NoEngine(
+                f"the engine of site '{self.address.site}' (process {self.address.pid}) does not answer at {why}"
+            )
+        return NoEngine(
+            f"no engine answers at {why}\n"
+            "  help: does it run there, and may it be reached? formiga up --http HOST:PORT lets it listen beyond its machine"
+        )
 
 
 def _error(answer: http.client.HTTPResponse) -> ApiError:
@@ -140,15 +180,73 @@ def _token(address: EngineAddress) -> str:
         return ""
 
 
-def connect(site: Path | None = None) -> Client:
-    """Return a client of the engine of this folder.
+def _base(url: str) -> str:
+    """Return the address of an engine, without what is after it.
+
+    Raises:
+        UnusableFile: it is no address.
+    """
+    example = "for example http://127.0.0.1:8420"
+    try:
+        parts = urlsplit(url.strip())
+        port = parts.port
+    except ValueError as error:
+        raise UnusableFile(f"--url: {error}; {example}") from error
+    if "@" in parts.netloc:  # the text is not repeated: it may hold a password
+        raise UnusableFile(f"--url: names and passwords do not belong into an address; {example}, with FORMIGA_TOKEN")
+    if parts.scheme not in ("http", "https") or not parts.hostname or parts.query or parts.fragment:
+        raise UnusableFile(f"--url: '{url}' is no address of an engine; {example}")
+    if not all(letter.isascii() and letter.isprintable() and letter != " " for letter in url.strip()):
+        raise UnusableFile(f"--url: the address has letters that no address has; {example}")
+    host = f"[{parts.hostname}]" if ":" in parts.hostname else parts.hostname
+    path = parts.path.rstrip("/").removesuffix("/v1")
+    return f"{parts.scheme}://{host}{f':{port}' if port is not None else ''}{path}"
+
+
+def _own_token(file: Path | None) -> str:
+    """Return the token for an engine elsewhere, or an empty text. It is never shown.
+
+    Raises:
+        UnusableFile: the file cannot be read, or what is there is no token.
+    """
+    named = os.environ.get("FORMIGA_TOKEN_FILE", "")
+    path = file if file is not None else Path(named) if named and "FORMIGA_TOKEN" not in os.environ else None
+    if path is None:
+        text, where = os.environ.get("FORMIGA_TOKEN", ""), "FORMIGA_TOKEN"
+    else:
+        where = str(path)
+        try:
+            text = path.read_text(encoding="utf-8")
+        except (OSError, UnicodeDecodeError) as error:
+            raise UnusableFile(
+                f"{path}: the token cannot be read: {getattr(error, 'strerror', '') or 'no text'}"
+            ) from None
+    token = text.strip()
+    if not token.isascii() or not token.isprintable() or " " in token:
+        raise UnusableFile(f"{where} holds no token: it is one word of plain letters and digits")
+    return token
+
+
+def connect(site: Path | None = None, url: str = "", token_file: Path | None = None) -> Client:
+    """Return a client of the engine at an address, or of the one of this folder.
 
     Args:
         site: a site file; without it the current folder and those above it are looked at.
+        url: an engine's address; without it and `site`, FORMIGA_URL.
+        token_file: holds the token for `url`; without it FORMIGA_TOKEN, or the file that FORMIGA_TOKEN_FILE names.
 
     Raises:
         NoEngine: none runs, or several do.
+        UnusableFile: `url` is no address, both are given, or the token cannot be used.
     """
+    if url and site is not None:
+        raise UnusableFile("--url and --site name two engines; leave one out")
+    named_url = url or ("" if site is not None else os.environ.get("FORMIGA_URL", ""))
+    if named_url:
+        place = EngineAddress(site="", pid=0, epoch=0, url=_base(named_url), endpoint="")
+        return Client(place, _own_token(token_file))
+    if token_file is not None:
+        raise UnusableFile("--token-file goes with --url; an engine of this machine's own has its token in its folder")
     if site is not None:
         folder = site if site.is_dir() else site.parent
         found = [a for a in find_engines(folder) if Path(a.folder).parent.parent == folder.resolve()]

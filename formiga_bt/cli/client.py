@@ -29,6 +29,8 @@ __all__ = [
     "JsonOption",
     "NoEngine",
     "SiteOption",
+    "TokenFileOption",
+    "UrlOption",
     "connect",
     "interrupts",
     "print_json",
@@ -44,6 +46,16 @@ SiteOption = Annotated[
         help="The site file of the engine to talk to. Default: the engine of this folder, or of one above it.",
         metavar="FILE",
     ),
+]
+UrlOption = Annotated[
+    str,
+    typer.Option(
+        help="Address of the engine to talk to, for example http://10.0.0.5:8420; its token in FORMIGA_TOKEN.",
+        metavar="URL",
+    ),
+]
+TokenFileOption = Annotated[
+    Path | None, typer.Option(help="File with the token for --url, instead of FORMIGA_TOKEN.", metavar="FILE")
 ]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON instead of text.")]
 

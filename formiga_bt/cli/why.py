@@ -1,56 +1,73 @@
 """`formiga why`: explain why a task waits, is held, chose its agents, or failed; or why a machine does what it does."""
 
-from typing import Annotated, Any
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from formiga_bt.cli.client import ApiError, JsonOption, SiteOption, connect, print_json, segment, show_next
+from formiga_bt.cli.client import JsonOption, SiteOption, TokenFileOption, UrlOption, print_json, segment, show_next
 
-POOLS = ("STANDBY", "ASSIGNED", "QUARANTINED", "PARKED_AWAY", "")
-"""States of agents, not of tasks."""
+if TYPE_CHECKING:
+    from formiga_bt.cli.calling import Client
+    from formiga_bt.show.facts import Because
+
 OVER = ("SUCCEEDED", "FAILED", "CANCELED")
+OPEN = ("PENDING", "ASSIGNED", "ACTIVE", "ENDING")
 
 
 def command(
     task: Annotated[str, typer.Argument(help="A task's id, for example PickUp-12, or an agent's.", metavar="ID")],
     as_json: JsonOption = False,
     site: SiteOption = None,
+    url: UrlOption = "",
+    token_file: TokenFileOption = None,
 ) -> None:
     """Explain a task in plain words: what it waits for, who holds it, why these agents, why it failed.
 
-    Of an agent: who has it, which order stands on it, what it waits for, its task. Example: formiga why hwd_1
+    What explains a line stands below it. Of an agent: who has it, which order stands on it, what it waits for, its task.
+    Example: formiga why hwd_1
     """
-    client = connect(site)
+    from formiga_bt.cli.remote import connect_source
+    from formiga_bt.show.why import text
+
+    source = connect_source(site, url, token_file)
+    if as_json:
+        print_json(_as_json(source.client, task))
+        return
+    headline, lines = source.why(task)
+    typer.echo(text.in_words(headline, lines))
+    show_next(*suggestions(headline, lines))
+
+
+def in_words(found: dict[str, Any]) -> str:
+    """Return an answer of the API as people read it."""
+    from formiga_bt.show.facts import Because
+    from formiga_bt.show.why import text
+
+    held = " HELD" if found["held"] else ""
+    return text.in_words(f"{found['task']} {found['status']}{held}", [Because(**line) for line in found["because"]])
+
+
+def _as_json(client: "Client", of: str) -> object:
+    from formiga_bt.cli.calling import ApiError
+
     try:
-        found = client.get(f"/v1/tasks/{segment(task)}/why")
+        return client.get(f"/v1/tasks/{segment(of)}/why")
     except ApiError as unknown:
         if unknown.code != "unknown_task":
             raise
         try:
-            found = client.get(f"/v1/agents/{segment(task)}/why")
+            return client.get(f"/v1/agents/{segment(of)}/why")
         except ApiError as error:
             raise unknown from error
-    if as_json:
-        print_json(found)
-        return
-    typer.echo(in_words(found))
-    show_next(*suggestions(found))
 
 
-def in_words(found: dict[str, Any]) -> str:
-    """Return an explanation as people read it."""
-    lines = [f"{found['task']} {found['status']}" + (" HELD" if found["held"] else "")]
-    for because in found["because"]:
-        indent = "  " * (because["depth"] + 1)
-        lines.append(f"{indent}{because['text']}")
-        if because["hint"]:
-            lines.append(f"{indent}    -> {because['hint']}")
-    return "\n".join(lines)
-
-
-def suggestions(found: dict[str, Any]) -> list[str]:
-    """Return what may come next."""
-    hints = [b["hint"] for b in found["because"] if b["hint"].startswith("formiga ")]
-    if hints or found["status"] in POOLS:
-        return hints[:1] or ["formiga agents"]
-    return ["formiga tasks"] if found["status"] in OVER else [f"formiga abort {found['task']}"]
+def suggestions(headline: str, lines: "Sequence[Because]") -> list[str]:
+    """Return what may come next: the first order that a line proposes, or else what fits how it stands."""
+    hints = [line.hint for line in lines if line.hint.startswith("formiga ")]
+    of, _, status = headline.removesuffix(" HELD").partition(" ")
+    if hints:
+        return hints[:1]
+    if status in OVER:
+        return ["formiga tasks"]
+    return [f"formiga abort {of}"] if status in OPEN else ["formiga agents"]

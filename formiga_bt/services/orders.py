@@ -29,9 +29,10 @@ from formiga_bt.services.refused import Refused
 from formiga_bt.services.standing import lockdown_out, wall_us
 from formiga_bt.services.stops import Stops
 from formiga_bt.services.telling import Telling
-from formiga_bt.services.view import TaskLog, View
+from formiga_bt.services.view import View
 from formiga_bt.services.words import hint_for
-from formiga_bt.show.why import explain
+from formiga_bt.show.why.front import explain
+from formiga_bt.show.why.near import nearest, shortened
 from formiga_bt.show.why.places import StepPlaces
 from formiga_bt.transport.desk import DeskTransport
 
@@ -209,9 +210,9 @@ class Orders:
         """
         now = self._driver.now()
         with self._view.reading() as state:
-            task = self._known(state.tasks, task_id)
-            log = self._view.logs.get(task_id) or TaskLog()
-            return shown.task_detail(state, task, log, now, self._places_of(task.name))
+            task = self._known(state, task_id)
+            rows, lines = self._view.rows(task_id), self._view.notices(task_id)
+            return shown.task_detail(state, task, rows, lines, now, self._places_of(task.name))
 
     def why(self, task_id: str) -> out.WhyOut:
         """Explain a task.
@@ -221,7 +222,7 @@ class Orders:
         """
         now = self._driver.now()
         with self._view.reading() as state:
-            task = self._known(state.tasks, task_id)
+            task = self._known(state, task_id)
             because = self._because(state, task_id, now)
         return out.WhyOut(task=task.id, status=task.status, held=list(task.held), because=because)
 
@@ -241,17 +242,20 @@ class Orders:
 
     def _because(self, state: EngineState, of: str, now: Micros) -> list[out.BecauseOut]:
         _, lines = explain(
-            state, self._tasks, of, now, catalogue=self._catalogue, wall=wall_us(), desk=self.desk_people
-        )
+            state, self._tasks, of, now, catalogue=self._catalogue, wall=wall_us(), desk=self.desk_people,
+            actions=[row.fact() for row in self._view.rows(of)],
+        )  # fmt: skip
         return [
             out.BecauseOut(code=o.code, text=o.text, hint=o.hint, agent=o.agent, role=o.role, depth=o.depth)
             for o in lines
         ]
 
-    def _known(self, tasks: Mapping[str, TaskRecord], task_id: str) -> TaskRecord:
-        task = tasks.get(task_id)
+    def _known(self, state: EngineState, task_id: str) -> TaskRecord:
+        task = state.tasks.get(task_id)
         if task is None:
-            raise Refused("unknown_task", f"there is no task '{task_id}' (any more)", "formiga tasks lists them")
+            near = nearest(task_id, [*state.tasks, *state.agents])
+            hint = f"did you mean {' or '.join(near)}? formiga tasks lists them" if near else "formiga tasks lists them"
+            raise Refused("unknown_task", f"there is no task '{shortened(task_id)}' (any more)", hint)
         return task
 
     def _places_of(self, name: str) -> StepPlaces | None:

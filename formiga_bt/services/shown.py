@@ -1,6 +1,6 @@
 """From the view's records to what the API shows. Pure functions; called with the view held still."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterable
 
 from formiga_bt.clock import Micros
 from formiga_bt.engine.records import AgentRecord, GoalRecord, Question, TaskRecord
@@ -9,7 +9,8 @@ from formiga_bt.geo import Frame
 from formiga_bt.lang.model import Task
 from formiga_bt.services import models as out
 from formiga_bt.services.standing import standing_out
-from formiga_bt.services.view import Line, TaskLog
+from formiga_bt.services.view import Line
+from formiga_bt.show.rows import ActionRow
 from formiga_bt.show.why.places import StepPlaces, running_leaves, title
 
 
@@ -54,9 +55,14 @@ def _machines_of(task: TaskRecord) -> list[str]:
 
 
 def task_detail(
-    state: EngineState, task: TaskRecord, log: TaskLog, now: Micros, places: StepPlaces | None
+    state: EngineState,
+    task: TaskRecord,
+    rows: Iterable[ActionRow],
+    lines: Iterable[Line],
+    now: Micros,
+    places: StepPlaces | None,
 ) -> out.TaskDetail:
-    """Return everything about a task."""
+    """Return everything about a task; `rows` are its actions, `lines` its notices."""
     failure = task.failure
     nodes = []
     for key in running_leaves(state.memory.get(task.id, {})):
@@ -78,19 +84,21 @@ def task_detail(
         running=nodes,
         goals=[goal_out(goal, now) for goal in state.goals.values() if goal.task == task.id and not goal.ended],
         questions=[q.number for q in state.questions.values() if q.task == task.id and q.reply is None],
-        actions=[
-            out.ActionOut(
-                agent=row.agent,
-                action=row.action,
-                state=row.state,
-                code=row.code,
-                unix_millis_start=millis(row.start),
-                unix_millis_end=None if row.end is None else millis(row.end),
-                duration_s=seconds((now if row.end is None else row.end) - row.start),
-            )
-            for row in log.rows
-        ],
-        lines=[line_out(line) for line in log.lines],
+        actions=[_action_out(row, now) for row in rows],
+        lines=[line_out(line) for line in lines],
+    )
+
+
+def _action_out(row: ActionRow, now: Micros) -> out.ActionOut:
+    is_answer = row.state == "answered"  # the ledger keeps what was answered as the code
+    return out.ActionOut(
+        agent=row.agent,
+        action=row.action,
+        state="succeeded" if is_answer else row.state,
+        code="" if is_answer else row.code,
+        unix_millis_start=millis(row.start),
+        unix_millis_end=None if row.end is None else millis(row.end),
+        duration_s=seconds((now if row.end is None else row.end) - row.start),
     )
 
 

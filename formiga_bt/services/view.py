@@ -1,45 +1,36 @@
 """A read-only copy of the engine's state for everyone who asks, folded from its steps in a thread of its own.
 
 The driver's thread only puts its steps into a queue. HTTP threads read here, under one lock, and never touch the engine.
-Ended tasks are kept up to a number; their rows and lines with them.
+`show.ledger` folds; the view has the thread, the lock, and the feed of events. Ended tasks are kept up to a number.
 """
 
 import logging
 import threading
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from queue import SimpleQueue
 from typing import Final
 
-from msgspec import Struct, field
+from msgspec import Struct
 
-from formiga_bt.blackboard import Blackboard
 from formiga_bt.clock import Micros
 from formiga_bt.engine import changes as ch
 from formiga_bt.engine.inputs import Abort, Alarm, LockdownOrder, Notify, Operator, Step
-from formiga_bt.engine.records import AgentRecord, GoalRecord, Question, StandingOrder, TaskRecord
-from formiga_bt.engine.state import EngineState, apply
+from formiga_bt.engine.records import AgentRecord, GoalRecord, Lockdown, Question, StandingOrder, TaskRecord
+from formiga_bt.engine.state import EngineState
 from formiga_bt.services.feed import Feed
-from formiga_bt.services.standing import lockdown_out, wall_us
-from formiga_bt.show.why.standing import AGAIN, doing, given
+from formiga_bt.services.standing import wall_us
+from formiga_bt.show.ledger import Bounds, Ledger
+from formiga_bt.show.rows import ActionRow
+from formiga_bt.show.why.standing import AGAIN, doing, given, lockdown_text
 
 ENDED_KEPT: Final = 2000
 ROWS_KEPT: Final = 500
 """Of the actions of one task."""
+NOTICES_KEPT: Final = 50
+"""Of one task."""
 log = logging.getLogger("formiga.view")
-
-
-class Row(Struct):
-    """One goal of one agent, from its sending to its end."""
-
-    goal: str
-    agent: str
-    action: str
-    start: Micros
-    end: Micros | None = None
-    state: str = ""
-    code: str = ""
 
 
 class Line(Struct, frozen=True):
@@ -50,25 +41,16 @@ class Line(Struct, frozen=True):
     text: str
 
 
-class TaskLog(Struct):
-    """What is kept of one task besides the engine's record."""
-
-    rows: deque[Row] = field(default_factory=lambda: deque(maxlen=ROWS_KEPT))
-    lines: deque[Line] = field(default_factory=lambda: deque(maxlen=50))
-
-
 class View:
     """The copy. `feed_step` may be called from the driver's thread; everything else reads."""
 
     def __init__(self, epoch: int, *, ended_kept: int = ENDED_KEPT) -> None:
         self.feed = Feed(epoch)
-        self.state = EngineState()
-        self.logs: dict[str, TaskLog] = {}
+        self.ledger = Ledger(Bounds(ended=ended_kept, rows=ROWS_KEPT))
+        self.state = self.ledger.state
         self.alarms: deque[Line] = deque(maxlen=100)
-        self._board = Blackboard()
-        self._open: dict[str, Row] = {}
-        self._ended: deque[str] = deque()
-        self._ended_kept = ended_kept
+        self._notices: dict[str, deque[Line]] = {}
+        self.ledger.before.append(self._tell)
         self._queue: SimpleQueue[Step | threading.Event | None] = SimpleQueue()
         self._lock = threading.RLock()
         self._thread: threading.Thread | None = None
@@ -116,44 +98,8 @@ class View:
 
     # -- folding -----------------------------------------------------------------------------------------------------
     def _fold(self, step: Step) -> None:
-        state = self.state
-        state.now, state.seq = step.at, step.seq
         self._refused(step)
-        for change in step.changes:
-            match change:
-                case ch.TaskPut(task):
-                    before = state.tasks.get(task.id)
-                    apply(state, self._board, change)
-                    self._task(step.at, task, before)
-                case ch.GoalPut(goal):
-                    old = state.goals.get(goal.id)
-                    apply(state, self._board, change)
-                    self._goal(step.at, goal, old)
-                case ch.GoalDrop(goal_id):
-                    apply(state, self._board, change)
-                    self._withdrawn(step.at, goal_id)
-                case ch.AgentPut(agent):
-                    known = state.agents.get(agent.id)
-                    apply(state, self._board, change)
-                    self._agent(step.at, agent, known)
-                case ch.OrderPut(agent_id, order):
-                    former = state.orders.get(agent_id)
-                    apply(state, self._board, change)
-                    self._order(step.at, agent_id, order, former)
-                case ch.LockdownPut():
-                    apply(state, self._board, change)
-                    self._lockdown(step.at)
-                case ch.QuestionPut(question):
-                    asked = state.questions.get(question.id)
-                    apply(state, self._board, change)
-                    self._question(step.at, question, asked)
-                case ch.QuestionDrop(question_id):
-                    dropped = state.questions.get(question_id)
-                    apply(state, self._board, change)
-                    if dropped is not None and dropped.reply is None:
-                        self._tell_question(step.at, dropped, "withdrawn", f"{dropped.number} is withdrawn")
-                case _:
-                    apply(state, self._board, change)
+        self.ledger.feed(step)
         for effect in step.effects:
             match effect:
                 case Notify(text, to, severity, task_id):
@@ -161,20 +107,43 @@ class View:
                 case Alarm(code, text, task_id, agent_id):
                     self._line(step.at, "alarm", f"{text} ({code})", task_id, agent_id)
 
-    def _log(self, task_id: str) -> TaskLog:
-        found = self.logs.get(task_id)
-        if found is None:
-            found = TaskLog()
-            if task_id in self.state.tasks:
-                self.logs[task_id] = found
-        return found
+    def _tell(self, at: Micros, change: ch.Change, state: EngineState) -> None:
+        """Put what a change means to the outside into the feed; `state` is as it was before."""
+        match change:
+            case ch.TaskPut(task):
+                self._task(at, task, state.tasks.get(task.id))
+            case ch.GoalPut(goal):
+                self._goal(at, goal, state.goals.get(goal.id))
+            case ch.AgentPut(agent):
+                self._agent(at, agent, state.agents.get(agent.id))
+            case ch.OrderPut(agent_id, order):
+                self._order(at, agent_id, order, state.orders.get(agent_id))
+            case ch.LockdownPut(lockdown):
+                self._lockdown(at, lockdown)
+            case ch.QuestionPut(question):
+                self._question(at, question, state.questions.get(question.id))
+            case ch.QuestionDrop(question_id):
+                dropped = state.questions.get(question_id)
+                if dropped is not None and dropped.reply is None:
+                    self._tell_question(at, dropped, "withdrawn", f"{dropped.number} is withdrawn")
+
+    def rows(self, task_id: str) -> Sequence[ActionRow]:
+        """Return the actions of a task, oldest first; hold the state still meanwhile."""
+        story = self.ledger.stories.get(task_id)
+        return story.rows if story is not None else ()
+
+    def notices(self, task_id: str) -> Sequence[Line]:
+        """Return the notices and alarms of a task, oldest first."""
+        return self._notices.get(task_id, ()) if task_id in self.state.tasks else ()
 
     def _line(self, at: Micros, severity: str, text: str, task: str, agent: str) -> None:
         line = Line(at, severity, text)
         if severity == "alarm":
             self.alarms.append(line)
-        if task:
-            self._log(task).lines.append(line)
+        if task in self.state.tasks:
+            if len(self._notices) > len(self.state.tasks):  # of tasks that were forgotten
+                self._notices = {known: kept for known, kept in self._notices.items() if known in self.state.tasks}
+            self._notices.setdefault(task, deque(maxlen=NOTICES_KEPT)).append(line)
         self.feed.add(
             "alarm" if severity == "alarm" else "notice", at, text, task=task, agent=agent, data={"severity": severity}
         )
@@ -193,37 +162,13 @@ class View:
             return
         data = {"status": task.status, "held": list(task.held), "section": task.section, "code": task.code}
         self.feed.add("task", at, text, task=task.id, data={**data, "reason": task.reason})
-        if task.section == "done" and (before is None or before.section != "done"):
-            self._ended.append(task.id)
-            while len(self._ended) > self._ended_kept:
-                self._forget(self._ended.popleft())
-
-    def _forget(self, task_id: str) -> None:
-        state = self.state
-        for table in (state.tasks, state.explanations, state.memory, state.scopes, self.logs):
-            table.pop(task_id, None)
-        self._board.drop(f"/tasks/{task_id}/status")
 
     def _goal(self, at: Micros, goal: GoalRecord, old: GoalRecord | None) -> None:
-        row = self._open.get(goal.id)
-        if row is None and goal.in_flight:
-            row = self._open[goal.id] = Row(goal.id, goal.agent, goal.action, at)
-            self._log(goal.task).rows.append(row)
-        if row is not None:
-            row.state, row.code = goal.state, goal.code
-            if goal.ended or goal.state == "interrupted":
-                row.end = at
-                del self._open[goal.id]
         if old is None or (goal.state, goal.code) != (old.state, old.code):
             word = f"{goal.state} {goal.code}".rstrip()
             text = f"{goal.agent}.{goal.action} {word}" + (f" ({goal.text})" if goal.text else "")
             data = {"goal": goal.id, "action": goal.action, "state": goal.state, "code": goal.code}
             self.feed.add("goal", at, text, task=goal.task, agent=goal.agent, data=data)
-
-    def _withdrawn(self, at: Micros, goal_id: str) -> None:
-        row = self._open.pop(goal_id, None)
-        if row is not None:
-            row.end, row.state = at, "withdrawn"
 
     def _agent(self, at: Micros, agent: AgentRecord, before: AgentRecord | None) -> None:
         news = [
@@ -272,10 +217,10 @@ class View:
         task = target if target in self.state.tasks else ""
         self.feed.add("order", step.at, f"refused to {given.by or 'somebody'}: {what}: {text}", task=task, data=data)
 
-    def _lockdown(self, at: Micros) -> None:
-        shown = lockdown_out(self.state)
-        text = shown.text if shown.on else "lockdown is released"
-        self.feed.add("lockdown", at, text, data={"on": shown.on, "how": shown.how, "by": shown.by})
+    def _lockdown(self, at: Micros, found: Lockdown | None) -> None:
+        text = lockdown_text(found, at) if found is not None else "lockdown is released"
+        how, by = (found.how, found.by) if found is not None else ("", "")
+        self.feed.add("lockdown", at, text, data={"on": found is not None, "how": how, "by": by})
 
     def _question(self, at: Micros, question: Question, before: Question | None) -> None:
         if before is None:

@@ -38,16 +38,25 @@ def outcome(scene: Scene, task: TaskRecord) -> Iterator[Because]:
 
 
 def _tried(scene: Scene, task: TaskRecord, key: str) -> Iterator[Because]:
-    """Tell of the attempts of the step that failed, if there were several."""
+    """Tell of the attempts of the step that failed, if there were several, and of who was asked."""
     path = static_path(key)
-    found = [one for one in scene.actions if one.task == task.id and one.path == path]
-    if len(found) < 2:
+    found = [one for one in _of_this_run(scene, task) if one.path == path]
+    asked = bool(found) and found[0].action == "Confirm"
+    if len(found) < 2 and not asked:
         return
     told = ", then ".join(_ended_as(one) for one in found[-TRIES:])
-    yield Because("tried", f"it was sent {len(found)} times: {told}", depth=2)
+    times = f"{len(found)} times" if len(found) > 1 else "once"
+    yield Because("tried", f"it was {'asked' if asked else 'sent'} {times}: {told}", depth=2)
+
+
+def _of_this_run(scene: Scene, task: TaskRecord) -> list[ActionFact]:
+    mine = f"{task.id}/{task.run}/"
+    return [one for one in scene.actions if one.task == task.id and (not one.goal or one.goal.startswith(mine))]
 
 
 def _ended_as(action: ActionFact) -> str:
+    if action.action == "Confirm":
+        return f"{action.agent} " + (f"said {action.code}" if action.state == "answered" else "did not answer")
     if not action.code or action.code == action.state:
         return f"{action.agent} {action.state}"
     own = action.code.startswith(f"{action.state}:")  # an agent's own code: failed:motor
@@ -63,13 +72,15 @@ def _children(scene: Scene, task: TaskRecord) -> Iterator[Because]:
             yield Because("child", text, f"formiga why {child.id}", depth=1)
 
 
+def _section(action: ActionFact) -> str:
+    """Return the section of a task that sent an action; the engine's own way home has no path, but an id."""
+    parts = action.goal.split("/", 2)
+    return (action.path or (parts[2] if len(parts) > 2 else "")).partition("/")[0].partition(":")[0]
+
+
 def _cleanup(scene: Scene, task: TaskRecord) -> Iterator[Because]:
     """Tell what was done after the steps, what went wrong in it, and what became of the machines."""
-    found = [
-        one
-        for one in scene.actions
-        if one.task == task.id and one.path.partition("/")[0] in CLEANUP and one.action != "Confirm"
-    ]
+    found = [one for one in _of_this_run(scene, task) if _section(one) in CLEANUP and one.action != "Confirm"]
     if found and task.outcome != "SUCCEEDED":
         told = ", ".join(f"{one.agent}.{one.action}{STATES.get(one.state, ' ' + one.state)}" for one in found[-TRIES:])
         yield Because("cleanup", f"after that: {told}")

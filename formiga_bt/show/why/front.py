@@ -1,7 +1,6 @@
 """The front: explain a task or an agent, and print an explanation."""
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from difflib import get_close_matches
 
 from formiga_bt.clock import Micros
 from formiga_bt.engine.records import TaskRecord
@@ -14,9 +13,11 @@ from formiga_bt.show.why.chosen import chosen
 from formiga_bt.show.why.ended import outcome
 from formiga_bt.show.why.goals import silent
 from formiga_bt.show.why.machine import why_machine
+from formiga_bt.show.why.near import nearest, shortened
 from formiga_bt.show.why.running import running
 from formiga_bt.show.why.scene import Scene
 from formiga_bt.show.why.stopped import locked, stopped
+from formiga_bt.show.why.text import in_words
 from formiga_bt.show.why.waiting import waiting
 
 
@@ -58,11 +59,9 @@ def explain(
 
 def unknown(of: str, known: Iterable[str], code: str = "unknown_task") -> TaskError:
     """Return the error for an id that is not there, with those that look alike."""
-    plain = "".join(letter if letter.isprintable() else "?" for letter in of[:61])
-    shown = plain if len(of) <= 60 else f"{plain[:60]}..."
-    near = get_close_matches(of[:200], list(known), n=3, cutoff=0.6)
+    near = nearest(of, list(known))
     tail = f"; did you mean {' or '.join(near)}?" if near else ""
-    return TaskError(code, f"there is no task or agent '{shown}' (any more){tail}")
+    return TaskError(code, f"there is no task or agent '{shortened(of)}' (any more){tail}")
 
 
 def why_task(scene: Scene, task: TaskRecord) -> list[Because]:
@@ -88,18 +87,6 @@ def _agents_of(scene: Scene, task: TaskRecord) -> list[str]:
     """Return the agents that a task depends on now."""
     mine = [goal.agent for goal in scene.state.goals.values() if goal.task == task.id and not goal.ended]
     return [*mine, *(agent.id for agent in scene.state.agents.values() if agent.task == task.id), *task.granted]
-
-
-# -- as text -----------------------------------------------------------------------------------------------------------
-def in_words(headline: str, lines: Iterable[Because]) -> str:
-    """Return an explanation as people read it: what explains a line stands indented below it."""
-    told = [headline]
-    for line in lines:
-        indent = "  " * (line.depth + 1)
-        told.append(f"{indent}{line.text}")
-        if line.hint:
-            told.append(f"{indent}    -> {line.hint}")
-    return "\n".join(told)
 
 
 def as_text(

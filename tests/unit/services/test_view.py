@@ -35,7 +35,8 @@ def test_ended_tasks_are_kept_up_to_a_number() -> None:
 
     with view.reading() as state:
         assert list(state.tasks) == ["T-7", "T-8", "T-9"]
-    assert list(view.logs) == ["T-7", "T-8", "T-9"]
+        assert list(view.ledger.stories) == ["T-7", "T-8", "T-9"]
+    assert [n for n in range(10) if view.notices(f"T-{n}")] == [7, 8, 9]
     view.stop()
     assert view.feed.closed
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from formiga_bt.show.why import explain
+from formiga_bt.show.why.front import explain
 from tests.unit.engine.yard import CART, Yard, task
 
 FLIGHT = "steps: [{do: cart.Rise}, {do: cart.Move}, {do: cart.Home}]\n"

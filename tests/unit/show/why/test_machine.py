@@ -6,7 +6,7 @@ import pytest
 
 from formiga_bt.engine.records import GoalRecord
 from formiga_bt.engine.state import EngineState
-from formiga_bt.show.why import explain
+from formiga_bt.show.why.front import explain
 from tests.unit.services.fakes import NOW, machine, order, task
 
 

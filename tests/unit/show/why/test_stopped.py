@@ -10,7 +10,7 @@ from formiga_bt.engine.state import EngineState
 from formiga_bt.geo import Position
 from formiga_bt.lang.model import Catalogue
 from formiga_bt.show.facts import Because
-from formiga_bt.show.why import explain
+from formiga_bt.show.why.front import explain
 from formiga_bt.show.why.words import GATE, HOLDS, REASONS, VERDICTS, say
 from formiga_bt.testing import packaged_world
 from tests.unit.services.fakes import NOW, machine, order, task

@@ -16,7 +16,8 @@ from formiga_bt.lang.binding import bind_params
 from formiga_bt.nodes.run import Failure
 from formiga_bt.rehearsal import Rehearsal, fleet_of, simulated
 from formiga_bt.show.facts import ActionFact
-from formiga_bt.show.why import explain, in_words
+from formiga_bt.show.why.front import explain
+from formiga_bt.show.why.text import in_words
 from formiga_bt.testing import packaged_task, packaged_world, task_of
 from tests.unit.services.fakes import NOW, machine, order, task
 

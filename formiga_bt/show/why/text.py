@@ -1,0 +1,16 @@
+"""An explanation as text. It needs the facts only, so that `formiga why` prints one without loading the rest."""
+
+from collections.abc import Iterable
+
+from formiga_bt.show.facts import Because
+
+
+def in_words(headline: str, lines: Iterable[Because]) -> str:
+    """Return an explanation as people read it: what explains a line stands indented below it."""
+    told = [headline]
+    for line in lines:
+        indent = "  " * (line.depth + 1)
+        told.append(f"{indent}{line.text}")
+        if line.hint:
+            told.append(f"{indent}    -> {line.hint}")
+    return "\n".join(told)
