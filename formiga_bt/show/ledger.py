@@ -19,6 +19,7 @@ from formiga_bt.engine.records import AgentRecord, GoalRecord, Question, TaskRec
 from formiga_bt.engine.state import EngineState, apply
 from formiga_bt.show.facts import LineFact, Mark, Point
 from formiga_bt.show.lines import Lines, of_question, of_refusal
+from formiga_bt.show.notes import gate_words, hold_words
 from formiga_bt.show.progress import Progress
 from formiga_bt.show.rows import ActionRow, WaitRow, row_of
 from formiga_bt.show.tracks import POINTS, Way
@@ -67,6 +68,15 @@ class Story:
         self.progress = Progress(run)
 
 
+COMES_BACK: Final = frozenset({"", "lost", "bad_status", "asked"})
+"""Quarantines that end by themselves when the machine is heard of again; of others a person says so."""
+
+
+def needs_person(agent: AgentRecord) -> bool:
+    """Return whether a machine waits for a person: to be looked at, or handed back."""
+    return agent.quarantine not in COMES_BACK or (agent.taken and agent.control == "engine")
+
+
 class _NoBoard(Blackboard):
     """Nobody reads this copy's blackboard."""
 
@@ -95,6 +105,8 @@ class Ledger:
         self.events: deque[Event] = deque(maxlen=self.bounds.marks)
         self.waiting: dict[tuple[str, str], WaitRow] = {}
         """(kind, of what) -> the wait that lasts."""
+        self.stuck: dict[str, Micros] = {}
+        """Machine that a person must look at or hand back -> since when."""
         self.wall_set: dict[str, Micros] = {}
         """Key of a wall-time deadline -> when it was set."""
         self.started_at: Micros | None = None
@@ -187,10 +199,11 @@ class Ledger:
         else:
             self._go_on(at, "pending", task.id)
         held = self.waiting.get(("held", task.id))
-        text = ", ".join(task.held)
-        if held is not None and (not task.held or held.text != text):
+        causes = [cause for cause in task.held if not cause.startswith("clearance:")]  # that is a question
+        text = "; ".join(hold_words(cause) for cause in causes)
+        if held is not None and held.text != text:
             self._go_on(at, "held", task.id)
-        if task.held and task.section != "done":
+        if causes and task.section != "done":
             self._wait(at, "held", task.id, task.id, text=text)
 
     def _done(self, at: Micros, task: TaskRecord, story: Story) -> None:
@@ -215,6 +228,10 @@ class Ledger:
             if way is None:
                 way = self.ways[agent.id] = Way(agent.id, agent.type, human=agent.human, points=self.bounds.points)
             way.note(at, agent.position, agent.task)
+        if needs_person(agent):
+            self.stuck.setdefault(agent.id, at)
+        elif self.stuck:
+            self.stuck.pop(agent.id, None)
         if old is not None and old.landed == "airborne" and agent.landed == "grounded":
             self._landed(at, agent)
 
@@ -257,12 +274,12 @@ class Ledger:
     def _gated(self, at: Micros, goal: GoalRecord) -> None:
         """A goal begins to wait at the gate, or waits for something else now."""
         row = self.waiting.get(("gate", goal.id))
-        text = f"{goal.code} {goal.text}".strip()
-        if row is not None and row.text and row.text != text:
-            self._go_on(at, "gate", goal.id)
-        elif row is not None:
+        text = gate_words(goal)
+        if row is not None and row.start == at:
             row.text = text
             return
+        if row is not None:
+            self._go_on(at, "gate", goal.id)
         self._wait(at, "gate", goal.id, goal.task, agent=goal.agent, text=text)
 
     def _goal_dropped(self, at: Micros, change: ch.GoalDrop) -> None:
@@ -281,7 +298,7 @@ class Ledger:
         if old is None:
             self._asked(at, question)
         if question.reply is not None:
-            self._go_on(at, "question", question.id, f": {question.reply['answer']}")
+            self._go_on(at, "question", question.id, f" {question.reply['answer']}")
 
     def _asked(self, at: Micros, question: Question) -> None:
         text = f"{question.number} {question.text}"
