@@ -17,13 +17,14 @@ from fastapi.responses import JSONResponse, StreamingResponse
 from starlette.exceptions import HTTPException
 
 from formiga_bt import __version__
-from formiga_bt.services import crew_routes, order_routes
+from formiga_bt.services import crew_routes, order_routes, seeing_routes
 from formiga_bt.services import models as m
 from formiga_bt.services.crew import Crew
 from formiga_bt.services.door import Door
 from formiga_bt.services.feed import Event, Feed
 from formiga_bt.services.orders import Orders
 from formiga_bt.services.refused import Refused
+from formiga_bt.show.source import Source
 
 STATUS: Final = {
     "unknown_task": 404,
@@ -56,6 +57,7 @@ class Host(Protocol):
 
     orders: Orders
     crew: Crew
+    source: Source
     refused: tuple[str, ...]
 
     @property
@@ -107,6 +109,7 @@ def build(host: Host, *, token: str, needs_token: bool) -> Callable[..., Any]:
     _agents(app, host.orders)
     order_routes.add(app, host.orders.stops)
     crew_routes.add(app, host.crew)
+    seeing_routes.add(app, host.source)
     _people(app, host.orders)
     _engine(app, host)
     return Door(app, token=token, needs_token=needs_token, refusal=problem)

@@ -25,8 +25,9 @@ from formiga_bt.services.door import is_loopback
 from formiga_bt.services.feed import Feed
 from formiga_bt.services.flightlog import FlightLog
 from formiga_bt.services.orders import Orders
-from formiga_bt.services.standing import lockdown_out
+from formiga_bt.services.standing import lockdown_out, wall_us
 from formiga_bt.services.view import View
+from formiga_bt.show.folded import FoldedSource
 from formiga_bt.site_folder import SiteFolder
 from formiga_bt.transport.base import AgentTransport
 from formiga_bt.transport.desk import DeskTransport
@@ -124,6 +125,10 @@ class EngineHost:
             persist=self._keep,
         )
         self.orders = Orders(self.driver, self.view, self._desk, self.site, self._tasks, self._catalogue)
+        self.source = FoldedSource(
+            self.view.ledger, self.site, self._tasks, self._catalogue,
+            desk=lambda: tuple(self.orders.desk_people), engine=lambda: self.status, wall=wall_us, lock=self.view.lock,
+        )  # fmt: skip
         self.crew = crew.Crew(self.driver, self.view, self.site, self._tasks, self._catalogue)
         for person, kind in self._desk_types.items():
             self._desk.add_person(person, kind)
@@ -256,10 +261,17 @@ class EngineHost:
             return "the simulated agents end too"
         return "their agents go on with the goals they have"
 
+    @property
+    def status(self) -> str:
+        """Return how the engine stands: ok, draining, stopping or failed."""
+        if self.driver.error is not None:
+            return "failed"
+        return "stopping" if self._stop.is_set() else "draining" if self.draining else "ok"
+
     def health(self) -> m.Health:
         """Return how the engine is."""
         failed = self.driver.error is not None
-        status = "failed" if failed else "stopping" if self._stop.is_set() else "draining" if self.draining else "ok"
+        status = self.status
         with self.view.reading() as state:
             tasks: dict[str, int] = {}
             for task in state.tasks.values():

@@ -52,7 +52,8 @@ class View:
         self._notices: dict[str, deque[Line]] = {}
         self.ledger.before.append(self._tell)
         self._queue: SimpleQueue[Step | threading.Event | None] = SimpleQueue()
-        self._lock = threading.RLock()
+        self.lock = threading.RLock()
+        """Held while the state is read or changed."""
         self._thread: threading.Thread | None = None
 
     # -- the thread --------------------------------------------------------------------------------------------------
@@ -81,7 +82,7 @@ class View:
     @contextmanager
     def reading(self) -> Iterator[EngineState]:
         """Hold the state still while it is read."""
-        with self._lock:
+        with self.lock:
             yield self.state
 
     def _run(self) -> None:
@@ -90,7 +91,7 @@ class View:
                 item.set()
                 continue
             try:
-                with self._lock:
+                with self.lock:
                     self._fold(item)
             except Exception:  # a bug here must not end the view of everything else
                 log.exception("step %s could not be folded", item.seq)
@@ -119,7 +120,7 @@ class View:
             case ch.OrderPut(agent_id, order):
                 self._order(at, agent_id, order, state.orders.get(agent_id))
             case ch.LockdownPut(lockdown):
-                self._lockdown(at, lockdown)
+                self.lockdown(at, lockdown)
             case ch.QuestionPut(question):
                 self._question(at, question, state.questions.get(question.id))
             case ch.QuestionDrop(question_id):

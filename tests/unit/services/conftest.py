@@ -119,6 +119,11 @@ Start = Callable[..., AbstractContextManager[Service]]
 @pytest.fixture
 def start(tmp_path: Path) -> Start:
     """Start a service in `tmp_path`; options go to `EngineHost`."""
+    return starter(tmp_path)
+
+
+def starter(tmp_path: Path) -> Start:
+    """Return what starts a service in a folder; options go to `EngineHost`."""
     (tmp_path / "site.yaml").write_text(SITE.format(name="meadow"), encoding="utf-8")
 
     @contextmanager
