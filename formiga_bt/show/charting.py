@@ -3,6 +3,7 @@
 from collections.abc import Collection, Iterator
 from typing import Literal
 
+from formiga_bt.clock import Micros
 from formiga_bt.geo import Place, Position, Region
 from formiga_bt.lang.model import Site
 from formiga_bt.safety.airspace import Airspace
@@ -10,17 +11,21 @@ from formiga_bt.show.facts import Chart, Mark, Point, Shape
 from formiga_bt.show.ledger import Ledger
 
 
-def chart(ledger: Ledger, site: Site, tasks: Collection[str] = ()) -> Chart:
+def chart(ledger: Ledger, site: Site, now: Micros, tasks: Collection[str] = ()) -> Chart:
     """Return the site with the ways for these tasks, or with all ways."""
     wanted = frozenset(tasks) if tasks else None
     ways = sorted(ledger.ways.values(), key=lambda way: way.agent)
+    # a person belongs to no task: those who are asked for one are on its map
+    people = {row.agent for task in wanted or () for row in ledger.story(task).rows}
     events = [event.mark for event in ledger.events if wanted is None or event.task in wanted]
     return Chart(
         site=site.name,
-        at=ledger.state.now,
+        at=now,
         marks=(*_marks(site), *events),
         shapes=tuple(_shapes(site)),
-        tracks=tuple(track for way in ways for track in way.tracks(wanted)),
+        tracks=tuple(
+            track for way in ways for track in way.tracks(None if way.human and way.agent in people else wanted)
+        ),
         origin_lat=site.lat,
         origin_lng=site.lng,
     )

@@ -56,6 +56,7 @@ class FoldedSource:
         site, tasks, catalogue: what the engine was made of; a task that is not among `tasks` has an empty drawing.
         desk: the people who answer at this engine.
         engine: tells how the engine stands: ok, draining, stopping or failed.
+        clock: engine time; never before the newest step, which it is without one.
         wall: now on the clock of `AgentRecord.heard_wall`; without one it is not told how long somebody is silent.
         lock: held while something is read.
     """
@@ -69,6 +70,7 @@ class FoldedSource:
         *,
         desk: Callable[[], Collection[str]] = tuple,
         engine: Callable[[], str] = lambda: "ok",
+        clock: Callable[[], Micros] = lambda: 0,
         wall: Callable[[], Micros] = lambda: 0,
         lock: AbstractContextManager[Any] | None = None,
     ) -> None:
@@ -76,16 +78,19 @@ class FoldedSource:
         self._site = site
         self._tasks = tasks
         self._catalogue = catalogue
-        self._desk, self._engine, self._wall = desk, engine, wall
+        self._desk, self._engine, self._clock, self._wall = desk, engine, clock, wall
         self._lock: AbstractContextManager[Any] = lock if lock is not None else nullcontext()
         self._words = Wording(site)
         self._drawings: dict[str, tuple[Task, Drawing]] = {}
+
+    def _at(self) -> Micros:
+        return max(self._clock(), self.ledger.state.now)
 
     # -- the whole site ----------------------------------------------------------------------------------------------
     def now(self, *, first: int = 0, count: int = 100, find: str = "", over: bool = False) -> Now:
         """Return the site at its instant; see `Source.now`."""
         with self._lock:
-            state, index = self.ledger.state, Index(self.ledger)
+            state, index = self.ledger.state, Index(self.ledger, self._at())
             counts: dict[str, int] = {}
             for task in state.tasks.values():
                 counts[task.status] = counts.get(task.status, 0) + 1
@@ -98,14 +103,14 @@ class FoldedSource:
             )
             return Now(
                 site=self._site.name,
-                at=state.now,
+                at=index.now,
                 engine=self._engine(),
                 mode=self._site.mode,
                 top=self._top(index),
                 counts=counts,
                 tasks=tuple(page),
                 total=total,
-                agents=tuple(agent_fact(state, agent, wall) for agent in agents),
+                agents=tuple(agent_fact(state, agent, index.now, wall) for agent in agents),
                 questions=tuple(question_fact(question, desk) for question in questions),
                 lines=tuple(islice(reversed(self.ledger.lines), LINES))[::-1],
             )
@@ -136,8 +141,8 @@ class FoldedSource:
         machines = [agent for agent in state.agents.values() if not agent.human]
         asked = [question.asked_at for group in index.questions.values() for question in group]
         waits = [*asked, *ledger.stuck.values()]
-        fresh = sum(line.at >= state.now - ALARM_US for line in ledger.alarms)
-        named = {line.agent for line in ledger.alarms if line.at >= state.now - ALARM_US}
+        fresh = sum(line.at >= index.now - ALARM_US for line in ledger.alarms)
+        named = {line.agent for line in ledger.alarms if line.at >= index.now - ALARM_US}
         standing = sum(
             bool(agent.breach or agent.quarantine or agent.liveness == "LOST") and agent.id not in named
             for agent in machines
@@ -145,34 +150,34 @@ class FoldedSource:
         return Top(
             airborne=sum(agent.landed == "airborne" for agent in machines),
             needs_you=len(waits),
-            longest_wait_us=state.now - min(waits) if waits else 0,
+            longest_wait_us=index.now - min(waits) if waits else 0,
             alarms=fresh + standing,
             held=sum(bool(task.held) and task.section != "done" for task in state.tasks.values()),
             taken=tuple(
                 (agent.control.upper(), agent.id) for agent in machines if agent.control in ("pilot", "failsafe")
             ),
-            lockdown=lockdown_text(state.lockdown, state.now) if state.lockdown is not None else "",
+            lockdown=lockdown_text(state.lockdown, index.now) if state.lockdown is not None else "",
         )
 
     # -- one task ----------------------------------------------------------------------------------------------------
     def task(self, task_id: str) -> TaskPicture:
         """Return one task with its tree."""
         with self._lock:
-            state, index = self.ledger.state, Index(self.ledger)
+            state, index = self.ledger.state, Index(self.ledger, self._at())
             task = self._known(task_id)
             story = self.ledger.story(task_id)
             model = self._tasks.get(task.name)
             mine = {*agents_of(task), *(agent.id for agent in index.agents.get(task_id, ()))}
             agents = [agent for agent in state.agents.values() if agent.id in mine]
             return TaskPicture(
-                at=state.now,
+                at=index.now,
                 task=task_fact(index, task),
                 drawing=self._drawing(task, model),
-                steps=tuple(self._steps(task, model)),
-                values=self._words.scopes(state.scopes.get(task_id, {}), model, state.now),
+                steps=tuple(self._steps(task, model, index.now)),
+                values=self._words.scopes(state.scopes.get(task_id, {}), model, index.now),
                 goals=tuple(goal_fact(goal) for goal in index.goals.get(task_id, ())),
                 questions=tuple(question_fact(q, self._desk()) for q in index.questions.get(task_id, ())),
-                agents=tuple(agent_fact(state, agent, self._wall()) for agent in agents),
+                agents=tuple(agent_fact(state, agent, index.now, self._wall()) for agent in agents),
                 lines=tuple(story.lines),
             )
 
@@ -192,10 +197,10 @@ class FoldedSource:
             kept = self._drawings[task.name] = (model, drawing_of(model))
         return kept[1]
 
-    def _steps(self, task: TaskRecord, model: Task | None) -> list[StepFact]:
+    def _steps(self, task: TaskRecord, model: Task | None, now: Micros) -> list[StepFact]:
         """Return the facts of the steps, in the order of the file, with what they do now and why they failed."""
         story = self.ledger.story(task.id)
-        said = notes(self.ledger.state, task)
+        said = notes(self.ledger.state, task, now)
         facts = {fact.path: fact for fact in story.progress.facts()}
         for path, fact in facts.items():
             reason = fact.reason
@@ -212,7 +217,7 @@ class FoldedSource:
             story = self.ledger.stories.get(of)
             actions: Sequence[ActionFact] = [row.fact() for row in story.rows] if story is not None else ()
             return explain(
-                self.ledger.state, self._tasks, of, self.ledger.state.now,
+                self.ledger.state, self._tasks, of, self._at(),
                 catalogue=self._catalogue, wall=self._wall(), desk=self._desk(), actions=actions,
             )  # fmt: skip
 
@@ -220,16 +225,16 @@ class FoldedSource:
     def timeline(self, tasks: Sequence[str] = ()) -> Timeline:
         """Return the actions and waits of some tasks, or of all."""
         with self._lock:
-            state, index = self.ledger.state, Index(self.ledger)
+            state, index = self.ledger.state, Index(self.ledger, self._at())
             shown = [self._known(one) for one in dict.fromkeys(tasks)] if tasks else list(state.tasks.values())
             wanted = {task.id for task in shown}
             stories = [self.ledger.story(task.id) for task in shown]
             waits = [row.fact() for story in stories for row in story.waits]
             waits += [
-                row.fact() for row in self.ledger.waiting.values() if _lasts(row.start, state.now, row.task, wanted)
+                row.fact() for row in self.ledger.waiting.values() if _lasts(row.start, index.now, row.task, wanted)
             ]
             return Timeline(
-                at=state.now,
+                at=index.now,
                 tasks=tuple(task_fact(index, task) for task in sorted(shown, key=lambda one: one.order)),
                 actions=_by_start([row.fact() for story in stories for row in story.rows]),
                 waits=_by_start(waits),
@@ -238,12 +243,12 @@ class FoldedSource:
     def chart(self, tasks: Sequence[str] = ()) -> Chart:
         """Return the site's map with the ways of the agents of some tasks, or of all agents."""
         with self._lock:
-            return chart(self.ledger, self._site, [self._known(one).id for one in tasks])
+            return chart(self.ledger, self._site, self._at(), [self._known(one).id for one in tasks])
 
     def stats(self, *, task: str = "", hours: float = 0.0) -> Stats:
         """Return durations with their spread."""
         with self._lock:
-            return stats(self.ledger, task=task, hours=hours)
+            return stats(self.ledger, self._at(), task=task, hours=hours)
 
 
 def _passed_on(fact: StepFact, facts: Mapping[str, StepFact]) -> bool:

@@ -1,7 +1,7 @@
 """What each running step does now, in a few words: `hwd_1 40 %`, `Q7 asks eve, 41 s`, `round 3 of 10`, `attempt 2 of 3`."""
 
 from collections.abc import Mapping
-from typing import Final
+from typing import Final, NamedTuple
 
 from formiga_bt.clock import Micros
 from formiga_bt.engine.core import node_deadline
@@ -17,13 +17,20 @@ MOST: Final = 2
 """So many instances of a step are told of."""
 
 
-def notes(state: EngineState, task: TaskRecord) -> dict[str, str]:
-    """Return static path -> note of the steps of a task that run."""
-    memory = state.memory.get(task.id, {})
+class _Scene(NamedTuple):
+    state: EngineState
+    task: TaskRecord
+    memory: Mapping[str, m.Mem]
+    now: Micros
+
+
+def notes(state: EngineState, task: TaskRecord, now: Micros) -> dict[str, str]:
+    """Return static path -> note of the steps of a task that run, at engine time `now`."""
+    scene = _Scene(state, task, state.memory.get(task.id, {}), now)
     instances: dict[str, dict[str, list[str]]] = {}
-    for key, mem in memory.items():
+    for key, mem in scene.memory.items():
         instance = instance_of(key)
-        text = _note(state, task, memory, key, mem) if instance else ""
+        text = _note(scene, key, mem) if instance else ""
         if text:
             instances.setdefault(static_path(instance), {}).setdefault(instance, []).append(text)
     return {path: _join([", ".join(texts) for texts in found.values()]) for path, found in instances.items()}
@@ -33,16 +40,17 @@ def _join(texts: list[str]) -> str:
     return "; ".join(texts[:MOST]) + (f"; and {len(texts) - MOST} more" if len(texts) > MOST else "")
 
 
-def _note(state: EngineState, task: TaskRecord, memory: Mapping[str, m.Mem], key: str, mem: m.Mem) -> str:
+def _note(scene: _Scene, key: str, mem: m.Mem) -> str:
+    state, task, memory, now = scene
     match mem:
         case m.DoMem(goal_id) if goal_id in state.goals:
             return goal_words(state.goals[goal_id])
         case m.DoMem(agent) if agent in state.agents:
             return f"{agent} is on its way back"
         case m.AskMem(ask):
-            return asked(state, ask)
+            return asked(state, ask, now)
         case m.WaitMem():
-            left = left_of(state, task, key)
+            left = left_of(state, task, key, now)
             return "" if left is None else f"{span(left)} left" + (", stands still" if _stands(task, key) else "")
         case m.WaitForMem(agent, _):
             return f"waits for {agent}"
@@ -54,12 +62,12 @@ def _note(state: EngineState, task: TaskRecord, memory: Mapping[str, m.Mem], key
         case m.WithMem("releases"):
             return "gives its agents back"
         case m.LoopMem():
-            return _round(state, task, memory, key, mem)
+            return _round(scene, key, mem, memory.get(f"{key}:items"))
         case m.GatherMem(states, halting=halting):
             over = sum(letter not in ".R" for letter in states)
             return "stops the rest" if halting else f"{over} of {len(states)} done"
         case m.RetryMem():
-            return _attempt(state, task, key, mem)
+            return _attempt(scene, key, mem)
         case m.TimeoutMem(True):
             return "its time is over; waits for the end"
         case m.LiveMem(halting=True):
@@ -69,19 +77,18 @@ def _note(state: EngineState, task: TaskRecord, memory: Mapping[str, m.Mem], key
     return ""
 
 
-def _round(state: EngineState, task: TaskRecord, memory: Mapping[str, m.Mem], key: str, mem: m.LoopMem) -> str:
-    items = memory.get(f"{key}:items")
+def _round(scene: _Scene, key: str, mem: m.LoopMem, items: m.Mem | None) -> str:
     bounds = [bound for bound in (mem.times, mem.most) if bound is not None]
     if isinstance(items, m.ItemsMem):
         bounds.append(len(items.items))
     text = f"round {mem.round} of {min(bounds)}" if bounds else f"round {mem.round}"
-    left = left_of(state, task, key) if mem.waiting else None
+    left = left_of(scene.state, scene.task, key, scene.now) if mem.waiting else None
     return text if left is None else f"{text} in {span(left)}"
 
 
-def _attempt(state: EngineState, task: TaskRecord, key: str, mem: m.RetryMem) -> str:
+def _attempt(scene: _Scene, key: str, mem: m.RetryMem) -> str:
     if mem.waiting:
-        left = left_of(state, task, key)
+        left = left_of(scene.state, scene.task, key, scene.now)
         return f"attempt {mem.attempt + 1} of {mem.attempts}" + ("" if left is None else f" in {span(left)}")
     return f"attempt {mem.attempt} of {mem.attempts}" if mem.attempt > 1 else ""
 
@@ -90,22 +97,22 @@ def _stands(task: TaskRecord, key: str) -> bool:
     return node_deadline(task.id, key) in task.paused
 
 
-def left_of(state: EngineState, task: TaskRecord, key: str) -> Micros | None:
+def left_of(state: EngineState, task: TaskRecord, key: str, now: Micros) -> Micros | None:
     """Return the time until the deadline of a node, also of one that stands still; None: it has none."""
     name = node_deadline(task.id, key)
     if name in task.paused:
         return task.paused[name]
     found = state.deadlines.get(name)
-    return None if found is None else max(0, found.at - state.now)
+    return None if found is None else max(0, found.at - now)
 
 
-def asked(state: EngineState, question_id: str) -> str:
+def asked(state: EngineState, question_id: str, now: Micros) -> str:
     """Return whom a question asks, and for how long already."""
     question = state.questions.get(question_id)
     if question is None:
         return ""
     who = ", ".join(question.asked) or "nobody"
-    return f"{question.number} asks {who}, {span(state.now - question.asked_at)}"
+    return f"{question.number} asks {who}, {span(now - question.asked_at)}"
 
 
 def goal_words(goal: GoalRecord) -> str:

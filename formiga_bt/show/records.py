@@ -52,7 +52,7 @@ def agents_of(task: TaskRecord) -> tuple[str, ...]:
     return tuple(dict.fromkeys((*held, *((task.system_agent,) if task.system_agent else ()))))
 
 
-def agent_fact(state: EngineState, agent: AgentRecord, wall: Micros = 0) -> AgentFact:
+def agent_fact(state: EngineState, agent: AgentRecord, now: Micros, wall: Micros = 0) -> AgentFact:
     """Return an agent."""
     order = state.orders.get(agent.id)
     return AgentFact(
@@ -69,7 +69,7 @@ def agent_fact(state: EngineState, agent: AgentRecord, wall: Micros = 0) -> Agen
         home=agent.home,
         battery=None if agent.battery is None else round(agent.battery, 1),
         at=None if agent.position is None else point(agent.position),
-        order=doing(state, order, state.now, wall) if order is not None else "",
+        order=doing(state, order, now, wall) if order is not None else "",
         taken=agent.taken,
         breach=agent.breach.removeprefix("!"),
         quarantine=agent.quarantine,

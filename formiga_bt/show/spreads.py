@@ -52,15 +52,15 @@ def _spread(key: Key, took: Iterable[float], failed: int) -> Spread:
     )  # fmt: skip
 
 
-def stats(ledger: Ledger, *, task: str = "", hours: float = 0.0) -> Stats:
+def stats(ledger: Ledger, now: Micros, *, task: str = "", hours: float = 0.0) -> Stats:
     """Return the durations of what ended in the last hours, or since the start; `task`: of tasks of that name only.
 
     A task counts from its first step to its end; what it waited before is in `waits`.
     """
     state = ledger.state
-    since = ledger.started_at if ledger.started_at is not None else state.now
+    since = ledger.started_at if ledger.started_at is not None else now
     if hours > 0:
-        since = max(since, state.now - round(hours * 3600 * SECOND))
+        since = max(since, now - round(hours * 3600 * SECOND))
     tasks, waits, actions, gaps, answers = (Samples() for _ in range(5))
     types = {agent.id: agent.type for agent in state.agents.values()}
     for record in state.tasks.values():
@@ -75,7 +75,7 @@ def stats(ledger: Ledger, *, task: str = "", hours: float = 0.0) -> Stats:
         for span in _gaps(rows, since):
             gaps.took(record.name, span)
     return Stats(
-        since=since, at=state.now, tasks=tasks.spreads(), waits=waits.spreads(), actions=actions.spreads(),
+        since=since, at=now, tasks=tasks.spreads(), waits=waits.spreads(), actions=actions.spreads(),
         gaps=gaps.spreads(), answers=answers.spreads(),
     )  # fmt: skip
 

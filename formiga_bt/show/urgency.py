@@ -28,11 +28,11 @@ MOST: Final = 2
 
 
 class Index:
-    """The records of a ledger by task."""
+    """The records of a ledger by task, looked at at engine time `now`."""
 
-    def __init__(self, ledger: Ledger) -> None:
+    def __init__(self, ledger: Ledger, now: Micros) -> None:
         state = ledger.state
-        self.ledger, self.state = ledger, state
+        self.ledger, self.state, self.now = ledger, state, now
         self.questions: dict[str, list[Question]] = {}
         for question in state.questions.values():
             if question.reply is None:
@@ -111,13 +111,13 @@ class Index:
         held = [cause for cause in task.held if not cause.startswith("clearance:")]  # of that there is a question
         words = [f"held: {'; '.join(hold_words(cause) for cause in held)}"] if held else []
         words += [
-            f"{q.number} asks {', '.join(q.asked) or 'nobody'}, {span(self.state.now - q.asked_at)}"
+            f"{q.number} asks {', '.join(q.asked) or 'nobody'}, {span(self.now - q.asked_at)}"
             for q in self.questions.get(task.id, ())
         ]
         words += [_goal(goal) for goal in self.goals.get(task.id, ())]
         words += [f"{r.agent} is brought home" for r in task.recovering if r.state in ("running", "waiting")]
         if task.id in self.requests and not words:
-            words.append(f"waits for agents, {span(self.state.now - self.requests[task.id].at)}")
+            words.append(f"waits for agents, {span(self.now - self.requests[task.id].at)}")
         words += [f"{child} {self.state.tasks[child].status}" for child in task.children if self._is_open(child)]
         if not words and task.status in ("ACTIVE", "ENDING"):
             words.append("waits" if task.section == "steps" else task.section.replace("_", " "))
