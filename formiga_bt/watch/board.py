@@ -1,0 +1,101 @@
+"""The whole site on the screen: what needs you, tasks, agents, events; as many panes as there is room for."""
+
+from typing import Final
+
+from textual.app import ComposeResult
+from textual.containers import Container
+
+from formiga_bt.show.facts import Now
+from formiga_bt.watch.needs import needs
+from formiga_bt.watch.palette import Palette
+from formiga_bt.watch.pane import Pane
+from formiga_bt.watch.tables import agent_rows, agents_head, line_rows, task_rows, tasks_head
+from formiga_bt.watch.text import Glyphs, Rows
+
+BESIDE: Final = 150
+"""Columns from which agents and events stand beside the tasks."""
+WITH_AGENTS, WITH_EVENTS = 22, 36
+"""Lines from which agents, and events, stand below them."""
+GUTTER: Final = 2
+"""Columns of the pointer."""
+
+
+class Board(Container):
+    """The panes of the site.
+
+    Attributes:
+        active: the pane that keys go to.
+    """
+
+    def __init__(self, palette: Palette, glyphs: Glyphs) -> None:
+        super().__init__(id="board")
+        self._glyphs = glyphs
+        pointer = glyphs.pointer
+        self.needs = Pane(palette, pointer, name="needs", title="NEEDS YOU", empty="nothing needs you")
+        self.tasks = Pane(palette, pointer, name="tasks", title="TASKS", empty="no tasks")
+        self.agents = Pane(palette, pointer, name="agents", title="AGENTS", empty="no agents")
+        self.events = Pane(palette, pointer, name="events", title="EVENTS", empty="nothing has happened yet")
+        self.panes = (self.needs, self.tasks, self.agents, self.events)
+        self.active = self.tasks
+        self._main = Container(id="main")
+        self._side = Container(id="side")
+        self._shown_once = False
+
+    def compose(self) -> ComposeResult:
+        """Lay the panes out."""
+        yield self.needs
+        with self._main:
+            yield self.tasks
+            with self._side:
+                yield self.agents
+                yield self.events
+
+    def activate(self, pane: Pane) -> None:
+        """Let keys go to a pane."""
+        self.active = pane
+        self.lay_out()
+        for one in self.panes:
+            one.is_active = one is pane
+            one.draw()
+
+    def lay_out(self) -> None:
+        """Show as many panes as there is room for; the active one is always there."""
+        width, height = self.app.size
+        beside = width >= BESIDE
+        below = self.active if self.active is not self.needs else self.tasks
+        self._main.styles.layout = "horizontal" if beside else "vertical"
+        self.tasks.styles.width = "3fr" if beside else "1fr"
+        self._side.styles.width = "2fr" if beside else "1fr"
+        self._side.styles.height = "1fr" if beside else "2fr"
+        several = beside or height >= WITH_AGENTS
+        self.tasks.display = several or below is self.tasks
+        self.agents.display = several if below is not self.events or beside or height >= WITH_EVENTS else False
+        self.agents.display = self.agents.display or below is self.agents
+        self.events.display = beside or height >= WITH_EVENTS or below is self.events
+        self._side.display = self.agents.display or self.events.display
+
+    def fill(self, now: Now, *, base: int, find: str, over: bool, is_news: bool = True) -> None:
+        """Show a site."""
+        self.lay_out()
+        height = self.app.size.height
+        width = (self.needs.size.width or self.app.size.width) - GUTTER
+        found = Rows.of(needs(now, width, self._glyphs))
+        lines = sum(len(found[place].lines) for place in range(len(found)))
+        self.needs.styles.height = 1 + max(1, min(lines, max(4, (height - 4) // 2)))
+        self.needs.show(found)
+        width = (self.tasks.size.width or self.app.size.width) - GUTTER
+        title = "TASKS" + (" and ended ones" if over else "") + (f" with '{find}'" if find else "")
+        rows = task_rows(now.tasks, now.at, width, self._glyphs)
+        self.tasks.empty = f"no task has '{find}'; Esc shows all" if find else "no tasks"
+        self.tasks.show(
+            rows, title=title, head=tasks_head(width, now.tasks), base=base, total=now.total, is_news=is_news
+        )
+        width = (self.agents.size.width or self.app.size.width) - GUTTER
+        self.agents.show(agent_rows(now.agents, width, self._glyphs), head=agents_head(width))
+        width = (self.events.size.width or self.app.size.width) - GUTTER
+        self.events.show(line_rows(now.lines, now.at, width))
+        if not self._shown_once:
+            self._shown_once = True
+            for pane in self.panes:
+                pane.choose(0)
+            self.activate(self.active)

@@ -1,0 +1,122 @@
+"""The pane of what needs a person: open questions with their numbered answers, machines to hand back or to look at, alarms.
+
+A row's id says what it is: `Q7` a question, `agent:hwd_1` a machine, `task:PickUp-3` a task, `alarm:...` an alarm, which can
+be read and not answered. `choices` gives what the number keys do to a row.
+"""
+
+from formiga_bt.show.facts import AgentFact, LineFact, Now, QuestionFact, TaskFact
+from formiga_bt.watch.orders import HANDBACKS, Order
+from formiga_bt.watch.text import Glyphs, Line, Piece, Row, Tone, clean, left, line, span, wrap
+
+ALARM_US = 10 * 60 * 1_000_000
+"""An alarm is shown for so long."""
+INDENT = 4
+
+
+def needs(now: Now, width: int, glyphs: Glyphs) -> list[Row]:
+    """Return what needs a person, most urgent first."""
+    far = 1 << 62
+    rows: list[tuple[tuple[int, int, int], Row]] = []
+    for question in now.questions:
+        until = question.lapses_at if question.lapses_at is not None else far
+        rows.append(((0, until, question.asked_at), Row(question.number, _question(question, now, width, glyphs))))
+    for number, agent in enumerate(now.agents):
+        lines = _agent(agent, width)
+        if lines:
+            rows.append(((1, far, number), Row(f"agent:{agent.id}", lines)))
+    asked = {question.number for question in now.questions}
+    for number, task in enumerate(now.tasks):
+        if task.needs and task.needs not in asked and not task.is_over:
+            rows.append(((2, far, number), Row(f"task:{task.id}", _task(task, width))))
+    alarms = [one for one in now.lines if one.severity == "alarm" and now.at - one.at <= ALARM_US]
+    for number, one in enumerate(reversed(alarms)):
+        rows.append(((3, far, number), Row(f"alarm:{one.at}:{one.text}", _alarm(one, now, width))))
+    return [row for _, row in sorted(rows, key=lambda each: each[0])]
+
+
+def choices(row_id: str, now: Now) -> list[Order]:
+    """Return what the number keys order for a row, 1 first."""
+    question = find_question(row_id, now)
+    if question is not None:
+        return [
+            Order(verb="answer", kind="question", target=question.number, how=option) for option in question.options
+        ]
+    agent = next((a for a in now.agents if f"agent:{a.id}" == row_id), None)
+    if agent is None:
+        return []
+    if agent.taken and agent.control == "engine":
+        return [Order(verb="handback", kind="agent", target=agent.id, how=how) for how in HANDBACKS]
+    return [Order(verb="clear", kind="agent", target=agent.id)] if agent.quarantine else []
+
+
+def find_question(number: str, now: Now) -> QuestionFact | None:
+    """Return an open question by its number."""
+    return next((question for question in now.questions if question.number == number), None)
+
+
+def question_lines(question: QuestionFact, at: int, width: int, glyphs: Glyphs) -> list[Line]:
+    """Return a question: who is asked what since when, its whole text, its numbered answers, and what no answer leads to."""
+    waits = span(at - question.asked_at)
+    who = ", ".join(question.here or question.asked) or "nobody"
+    head = f"{question.number} {waits}  {clean(question.task)} asks {clean(who)}"
+    if not question.here:
+        head += " (with their own app)"
+    lines = [line(Piece(fit_words(head, width, glyphs), "alarm"))]
+    lines += [line(" " * INDENT, Piece(part, "bold")) for part in wrap(clean(question.text), max(10, width - INDENT))]
+    options = [f"{number} {clean(option)}" for number, option in enumerate(question.options, 1)]
+    lines += [line(" " * INDENT, Piece(part, "warn")) for part in _spread(options, max(10, width - INDENT))]
+    if question.lapses_at is not None:
+        then = f", then: {clean(question.if_no_answer)}" if question.if_no_answer else ""
+        text = f"lapses in {left(question.lapses_at, at)}{then}"
+        lines += [line(" " * INDENT, Piece(part, "dim")) for part in wrap(text, max(10, width - INDENT))]
+    return lines
+
+
+def fit_words(text: str, width: int, glyphs: Glyphs) -> str:
+    """Return a text, cut if it is too long."""
+    return text if len(text) <= width else text[: max(0, width - 1)] + glyphs.cut
+
+
+def _question(question: QuestionFact, now: Now, width: int, glyphs: Glyphs) -> tuple[Line, ...]:
+    return tuple(question_lines(question, now.at, width, glyphs))
+
+
+def _spread(words: list[str], width: int) -> list[str]:
+    """Return words in lines, none broken."""
+    lines = [""]
+    for word in words:
+        if lines[-1] and len(lines[-1]) + 3 + len(word) > width:
+            lines.append("")
+        lines[-1] += ("   " if lines[-1] else "") + word
+    return lines
+
+
+def _agent(agent: AgentFact, width: int) -> tuple[Line, ...]:
+    if agent.taken and agent.control == "engine":
+        words = f"HAND BACK {agent.id}: its pilot gave it back"
+        keys = "   ".join(f"{number} {how}" for number, how in enumerate(HANDBACKS, 1))
+        return _told(words, width, "warn", line(" " * INDENT, Piece(keys, "warn")))
+    if agent.taken:
+        return _told(f"{agent.control.upper()} has {agent.id}: the engine sends it nothing", width, "warn")
+    if agent.quarantine:
+        text = f"LOOK AT {agent.id}: {agent.quarantine}"
+        return _told(text, width, "alarm", line(" " * INDENT, Piece("1 clear, when you have looked", "warn")))
+    if agent.breach:
+        return _told(f"{agent.id} breaks a limit: {agent.breach.removeprefix('!')}", width, "alarm")
+    if agent.pool == "PARKED_AWAY":
+        return _told(f"FETCH {agent.id}: it stands away from its port", width, "warn")
+    return ()
+
+
+def _task(task: TaskFact, width: int) -> tuple[Line, ...]:
+    return _told(f"{task.id}: {task.needs}", width, "warn")
+
+
+def _alarm(one: LineFact, now: Now, width: int) -> tuple[Line, ...]:
+    return _told(f"ALARM {span(now.at - one.at)} ago: {one.text}", width, "alarm")
+
+
+def _told(text: str, width: int, tone: Tone, *more: Line) -> tuple[Line, ...]:
+    first, *rest = wrap(clean(text), max(10, width - INDENT))
+    lines = [line(Piece(first, tone)), *(line(" " * INDENT, Piece(part, tone)) for part in rest)]
+    return (*lines, *more)
