@@ -8,13 +8,16 @@ from typing import Final
 
 from msgspec import Struct, field
 
-from formiga_bt.clock import Micros
+from formiga_bt.clock import SECOND, Micros
 from formiga_bt.geo import Position
 from formiga_bt.show.facts import Point, Track
 
 NEAR_M: Final = 1.0
 STILL_M: Final = 0.5
 """So near to the newest point it stands still."""
+REST_US: Final[Micros] = 5 * SECOND
+REST_M: Final = 30.0
+"""Told nothing for so long, and then to be no further away: it stood, and is not one whose link was lost on its way."""
 WAITING: Final = 16
 """So many points may wait for the line that is drawn through them."""
 POINTS: Final = 5000
@@ -51,8 +54,14 @@ class Way:
             self._keep(fix)
             return
         newest = waiting[-1] if waiting else kept[-1]
-        if _gap(newest, fix) <= STILL_M:
+        gap = _gap(newest, fix)
+        if gap <= STILL_M:
             return
+        if at - newest[0] > REST_US and gap < REST_M:  # it stood: it left a moment ago, not when it came
+            if waiting:
+                self._keep(newest)
+                waiting.clear()
+            self._keep((at - SECOND, *newest[1:]))
         if len(waiting) >= WAITING or any(_aside(kept[-1], fix, one) > NEAR_M for one in waiting):
             self._keep(waiting[-1])
             waiting.clear()
