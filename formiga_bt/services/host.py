@@ -28,6 +28,7 @@ from formiga_bt.services.orders import Orders
 from formiga_bt.services.standing import lockdown_out, wall_us
 from formiga_bt.services.view import View
 from formiga_bt.show.folded import FoldedSource
+from formiga_bt.show.source import Source
 from formiga_bt.site_folder import SiteFolder
 from formiga_bt.transport.base import AgentTransport
 from formiga_bt.transport.desk import DeskTransport
@@ -125,9 +126,10 @@ class EngineHost:
             persist=self._keep,
         )
         self.orders = Orders(self.driver, self.view, self._desk, self.site, self._tasks, self._catalogue)
-        self.source = FoldedSource(
+        self.source: Source = FoldedSource(
             self.view.ledger, self.site, self._tasks, self._catalogue,
-            desk=lambda: tuple(self.orders.desk_people), engine=lambda: self.status, wall=wall_us, lock=self.view.lock,
+            desk=lambda: tuple(self.orders.desk_people), engine=lambda: self.status, clock=self.driver.now,
+            wall=wall_us, lock=self.view.lock,
         )  # fmt: skip
         self.crew = crew.Crew(self.driver, self.view, self.site, self._tasks, self._catalogue)
         for person, kind in self._desk_types.items():

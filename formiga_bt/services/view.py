@@ -50,7 +50,7 @@ class View:
         self.state = self.ledger.state
         self.alarms: deque[Line] = deque(maxlen=100)
         self._notices: dict[str, deque[Line]] = {}
-        self.ledger.before.append(self._tell)
+        self.ledger.before.append(self._look)
         self._queue: SimpleQueue[Step | threading.Event | None] = SimpleQueue()
         self.lock = threading.RLock()
         """Held while the state is read or changed."""
@@ -108,6 +108,12 @@ class View:
                 case Alarm(code, text, task_id, agent_id):
                     self._line(step.at, "alarm", f"{text} ({code})", task_id, agent_id)
 
+    def _look(self, at: Micros, change: ch.Change, state: EngineState) -> None:
+        try:
+            self._tell(at, change, state)
+        except Exception:  # the feed lacks an event then, but the copy of the state must not lack the change
+            log.exception("%s could not be told", type(change).__name__)
+
     def _tell(self, at: Micros, change: ch.Change, state: EngineState) -> None:
         """Put what a change means to the outside into the feed; `state` is as it was before."""
         match change:
@@ -120,7 +126,7 @@ class View:
             case ch.OrderPut(agent_id, order):
                 self._order(at, agent_id, order, state.orders.get(agent_id))
             case ch.LockdownPut(lockdown):
-                self.lockdown(at, lockdown)
+                self._lockdown(at, lockdown)
             case ch.QuestionPut(question):
                 self._question(at, question, state.questions.get(question.id))
             case ch.QuestionDrop(question_id):

@@ -3,9 +3,11 @@
 import re
 from pathlib import Path
 
-from formiga_bt.engine.changes import TaskPut
+import pytest
+
+from formiga_bt.engine.changes import LockdownPut, TaskPut
 from formiga_bt.engine.inputs import Alarm, Operator, Step, TimerDue
-from formiga_bt.engine.records import TaskRecord
+from formiga_bt.engine.records import Lockdown, TaskRecord
 from formiga_bt.services.feed import Feed
 from formiga_bt.services.view import View
 from formiga_bt.show.why import words
@@ -49,6 +51,32 @@ def test_a_step_that_cannot_be_folded_does_not_end_the_view(caplog: object) -> N
     view.catch_up()
     with view.reading() as state:
         assert list(state.tasks) == ["T-1"]
+    view.stop()
+
+
+def test_what_cannot_be_told_is_folded_all_the_same(caplog: pytest.LogCaptureFixture) -> None:
+    view = View(1)
+    view.feed.add = None  # type: ignore[assignment,method-assign]
+    view.start()
+    view.feed_step(step(1, ended(1), ended(2)))
+    view.catch_up()
+    with view.reading() as state:
+        assert list(state.tasks) == ["T-1", "T-2"]
+    assert "TaskPut could not be told" in caplog.text
+    view.stop()
+
+
+def test_lockdown_is_folded_and_told() -> None:
+    view = View(1)
+    view.start()
+    view.feed_step(step(1, LockdownPut(Lockdown("return", "eve", 0))))
+    view.feed_step(step(2, LockdownPut(None)))
+    view.catch_up()
+
+    assert [(event.text, event.data["on"]) for event in view.feed.after(0)[0]] == [
+        ("LOCKDOWN (return) by eve since 0 s: nothing starts until formiga lockdown release", True),
+        ("lockdown is released", False),
+    ]
     view.stop()
 
 
