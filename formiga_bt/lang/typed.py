@@ -15,7 +15,7 @@ from formiga_bt.lang.document import Scalar
 from formiga_bt.lang.model import NOT_CONST, Env, Read
 from formiga_bt.lang.scope import Scope
 from formiga_bt.lang.synonyms import is_sure
-from formiga_bt.lang.types import ANY, Type
+from formiga_bt.lang.types import ANY, TEXT, Type
 from formiga_bt.lang.typing_rules import NUMBERS, QUANTITIES, in_words
 from formiga_bt.units import LIKELY
 
@@ -125,7 +125,8 @@ def mismatch(have: Typed, want: Type, scope: Scope, what: str = "") -> Mismatch:
     if special is not None:
         return special
     due = f"{what} is due {in_words(want)}" if what else f"expected {in_words(want)}"
-    return Mismatch("E013", f"{due}, this is {in_words(have.type)}")
+    mend = f"write it in a longer text, such as: It is ${{{have.source}}}" if want == TEXT else ""
+    return Mismatch("E013", f"{due}, this is {in_words(have.type)}", mend)
 
 
 def _wrong_point(have: Typed, want: Type) -> Mismatch | None:
