@@ -4,6 +4,7 @@
 #   make test     run the tests            (make test EXTERNAL=1: also those that need more than pip installs)
 #   make lint     formatting, lint, types, import directions
 #   make bench    run the benchmarks
+#   make pictures draw the pictures of the documents anew (needs graphviz)
 
 PYTHON ?= python3
 EXTERNAL ?=
@@ -14,7 +15,7 @@ PY := $(VENV)/bin/python
 STAMP := $(VENV)/.made-from-pyproject
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test external lint format bench wheel clean
+.PHONY: help demo test external lint format bench pictures wheel clean
 
 help:
 	@sed -n 's/^#   //p' Makefile
@@ -56,6 +57,9 @@ format: $(STAMP)
 bench: $(STAMP)
 	@set -e; for file in benchmarks/bench_*.py; do \
 	  if [ -e "$$file" ]; then echo "== $$file"; $(PY) "$$file"; else echo "no benchmarks yet"; fi; done
+
+pictures: $(STAMP)
+	@set -e; for file in docs/pictures/make_*.py; do $(PY) "$$file"; done
 
 wheel: $(STAMP)
 	$(PY) -m build --wheel

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
+from formiga_bt.cli.client import TokenFileOption, UrlOption
 from formiga_bt.cli.inputs import UnusableFile, read_task, read_world, readable, rendered, shipped_task, shipped_tasks
 
 if TYPE_CHECKING:
@@ -40,7 +41,8 @@ def command(
     site: Annotated[
         Path | None, typer.Option(help="Site file: to check against, or of the engine to ask.", metavar="FILE")
     ] = None,
-    url: Annotated[str, typer.Option(help="Address of the engine to ask.", metavar="URL")] = "",
+    url: UrlOption = "",
+    token_file: TokenFileOption = None,
     actions: Annotated[list[Path] | None, typer.Option(help="Catalogue file; may be repeated.", metavar="FILE")] = None,
 ) -> None:
     """Draw a task as a tree: its roles, its steps with their arguments and modifiers, and where each is written.
@@ -64,7 +66,7 @@ def command(
             raise UnusableFile("--live follows a task that an engine runs, and this is a file; name the task's id")
         canvas.show(_drawing(file, site, actions or []))
         return
-    source = _connect(what, site, url)
+    source = _connect(what, site, url, token_file)
     picture = _task(source, what)
     if live:
         from formiga_bt.cli.show_live import follow
@@ -97,12 +99,12 @@ def _drawing(file: Path, site: Path | None, actions: list[Path]) -> "Drawing":
     return drawing_of(read.task, sources=read.sources)
 
 
-def _connect(what: str, site: Path | None, url: str) -> "Source":
+def _connect(what: str, site: Path | None, url: str, token_file: Path | None) -> "Source":
     from formiga_bt.cli.calling import NoEngine
     from formiga_bt.cli.remote import connect_source
 
     try:
-        return connect_source(site, url)
+        return connect_source(site, url, token_file)
     except NoEngine as error:
         raise NoEngine(
             f"'{what}' is no file here and no task that ships{_near(what, shipped_tasks())}; and {error}"

@@ -1,9 +1,10 @@
 """A drawing as text for graphviz, with places of its own, and as the SVG and PNG that graphviz makes of it.
 
-The layout is that of `outline`; graphviz only paints (engine `nop2`), so that 2,000 steps take a moment.
+The layout is that of `outline`; graphviz only paints (`neato -n2`; `dot` does, too: the graph says `layout=nop2`), so that
+2,000 steps take a moment.
 """
 
-import subprocess
+import re
 from collections.abc import Iterator, Mapping
 from typing import Final
 from xml.sax.saxutils import escape
@@ -25,13 +26,12 @@ TALLEST_PX: Final = 32_000
 """Painters of PNG take no more."""
 PNG_DPI: Final = 144
 LEAST_DPI: Final = 60
-TIMEOUT_S: Final = 120.0
 
 Steps = Mapping[str, StepFact]
 
 
 class NoGraphviz(FormigaError):  # noqa: N818 - it names what is wrong
-    """The program `dot` is missing, or fails."""
+    """The programs of graphviz are missing, or fail."""
 
 
 def dot_of(drawing: Drawing, steps: Steps | None = None, title: str = "") -> str:
@@ -49,16 +49,16 @@ def svg_of(drawing: Drawing, steps: Steps | None = None, title: str = "") -> str
     """Return a picture as SVG.
 
     Raises:
-        NoGraphviz: the program `dot` is not there.
+        NoGraphviz: graphviz is not there.
     """
-    return painted(dot_of(drawing, steps, title), "svg").decode()
+    return slim(painted(dot_of(drawing, steps, title), "svg").decode())
 
 
 def png_of(drawing: Drawing, steps: Steps | None = None, title: str = "") -> bytes:
     """Return a picture as PNG.
 
     Raises:
-        NoGraphviz: the program `dot` is not there.
+        NoGraphviz: graphviz is not there.
         FormigaError: the tree is too long for a PNG.
     """
     graph = _Graph(drawing, outline_of(drawing, steps, title), steps is not None)
@@ -76,24 +76,32 @@ def painted(text: str, form: str, dpi: int = 72) -> bytes:
     """Return what graphviz makes of a graph with places.
 
     Raises:
-        NoGraphviz: the program `dot` is not there, or fails.
+        NoGraphviz: graphviz is not there, or fails.
     """
-    command = ["dot", "-Knop2", f"-T{form}", *([f"-Gdpi={dpi}"] if form == "png" else [])]
+    import graphviz
+
+    text = text.replace("graph [", f"graph [dpi={dpi} ", 1)
     try:
-        done = subprocess.run(command, input=text.encode(), capture_output=True, timeout=TIMEOUT_S, check=False)
-    except FileNotFoundError as error:
+        return graphviz.pipe("neato", form, text.encode(), neato_no_op=2, quiet=True)
+    except graphviz.ExecutableNotFound as error:
         raise NoGraphviz(
-            f"cannot draw {form}: the program 'dot' is missing\n"
+            f"cannot draw {form}: the programs of graphviz are missing\n"
             "  help: install the package graphviz (Debian, Ubuntu: apt install graphviz; macOS: brew install graphviz);\n"
             "        html, mermaid, dot, json and terminal work without it"
         ) from error
-    except subprocess.TimeoutExpired as error:
-        raise NoGraphviz(
-            f"'dot' has not drawn the {form} within {TIMEOUT_S:.0f} s; draw less of it: --depth N"
-        ) from error
-    if done.returncode != 0:
-        raise NoGraphviz(f"'dot' cannot draw the {form}: {done.stderr.decode(errors='replace').strip()}")
-    return done.stdout
+    except graphviz.CalledProcessError as error:
+        said = (error.stderr or b"").decode(errors="replace").strip()
+        raise NoGraphviz(f"graphviz cannot draw the {form}: {said}") from error
+
+
+def slim(svg: str) -> str:
+    """Return a picture without what each of its texts repeats; what shows when pointing at a step is a title, not a link."""
+    svg = re.sub(r"<!--.*?-->\n?", "", svg, flags=re.DOTALL)
+    svg = re.sub(r"<title>[nptlw]\d+(?:&#45;&gt;n\d+)?</title>\n|<title>(?:corner|cluster_\d+)</title>\n", "", svg)
+    svg = re.sub(r'<g id="a_\w+"><a xlink:title="([^"]*)">', r"<g><title>\1</title>", svg).replace("</a>\n</g>", "</g>")
+    svg = re.sub(r' id="(?:node|edge|clust)\d+"| text-anchor="start"', "", svg)
+    font = f' font-family="{FONT}"'
+    return svg.replace(font, "").replace("<svg ", f"<svg{font} ", 1)
 
 
 class _Graph:
@@ -224,7 +232,12 @@ def _table(lines: Lines, width: float, row: Row | None = None) -> str:
 
 
 def _run(run: Run, row: Row | None) -> str:
-    text = escape(_printable(run.text))
+    inner = _printable(run.text)
+    bare = inner.strip(" ")
+    if bare:  # SVG drops a space at the end of a piece
+        before, _, after = inner.partition(bare)
+        inner = before.replace(" ", "\u00a0") + bare + after.replace(" ", "\u00a0")
+    text = escape(inner)
     match run.style:
         case "title":
             return f'<font point-size="{SIZE * 1.5:g}"><b>{text}</b></font>'

@@ -44,7 +44,7 @@ BADGES: Final[Mapping[str, Badge]] = {
     "switch": Badge("◇", "diamond", "choice"),
     "while": Badge("↻", "circle", "again and again"),
     "repeat": Badge("↻", "circle", "again and again"),
-    "for": Badge("↻", "circle", "again and again"),
+    "for": Badge("↻", "circle", "for each of a list"),
     "guard": Badge("⚑", "circle", "as long as a condition holds"),
     "with_agents": Badge("+", "circle", "with more agents"),
 }
@@ -138,7 +138,7 @@ class _Pen:
     def _text(self, runs: list[Run], spot: Spot | None = None, scale: float = 1.0) -> None:
         if not "".join(run.text for run in runs):
             return
-        lines = flow(runs, self._right / scale, SIZE)
+        lines = flow(runs, self._right / scale - 2 * PAD, SIZE)
         height = LINE * scale * len(lines)
         place = f"{PurePath(spot.file).name}:{spot.line}" if spot else ""
         self._put(Row(box=None, lines=lines, x=0, y=self._y, width=self._right, height=height, place=place))

@@ -58,6 +58,7 @@ def section(number: int, name: str) -> str:
     lines = [
         f"## T{number} {task.name}",
         f"{task.description}",
+        f"![The tree of {task.name}](pictures/trees/{name}.svg)",
         f"File `trees/{name}.yaml`, priority {task.priority}. Needs: {', '.join(map(crew, task.roles.values()))}.{others}",
         f"| parameter | type | without it | what | also called |\n|---|---|---|---|---|\n{rows}",
     ]
@@ -67,7 +68,7 @@ def section(number: int, name: str) -> str:
 HEAD = """# The ten missions
 
 They ship with formiga_bt, in `trees/`, each with a test file beside it ([testing.md](testing.md)). Try one:
-`formiga dryrun Circle`.
+`formiga dryrun Circle`, and see it: `formiga show Circle` ([seeing.md](seeing.md)).
 The values without a parameter are those of the paper's text; `--profile paper-code` gives those of its code.
 
 This page is made from the files.
