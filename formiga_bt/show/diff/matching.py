@@ -140,7 +140,8 @@ class Matching:
             found = self._ancestors_of_matches(node)
             if not found:
                 continue
-            best = max(found, key=lambda one: (self._held(node, one, found[one]), -self.size[one]))
+            ranked = {one: self._held(node, one, common) + self._says(node, one) for one, common in found.items()}
+            best = max(ranked, key=lambda one: (ranked[one], -self.size[one]))
             says = bool(node.fields) and self._says(node, best) == 1.0
             if self._held(node, best, found[best]) >= (HOLDS / 2 if says else HOLDS):
                 self._pair(node, best)

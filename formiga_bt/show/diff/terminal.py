@@ -215,6 +215,7 @@ class _Layout:
             place = name if self.width >= _NARROW and len(name) < self.width // 3 else f":{row.spot.line}"
             place = safe(place, self.ascii)
         style = _STYLES[row.sign]
+        prefix, lead = self.short(prefix), self.short(lead)
         room = self.width - 2 - len(prefix) - (len(place) + 2 if place else 0)
         shown = [Piece(f"{row.sign} ", style), Piece(prefix, "dim")]
         for piece in row.pieces:
@@ -224,7 +225,12 @@ class _Layout:
         if place:
             shown.append(Piece(" " * max(0, room + 2) + place, "dim"))
         yield Line(tuple(shown))
-        inner = max(16, self.width - 2 - len(lead) - 2)
+        inner = self.width - 4 - len(lead)
         for detail in row.details:
             for text in wrap(safe(detail, self.ascii), inner, subsequent_indent="  "):
                 yield Line((Piece("  "), Piece(lead, "dim"), Piece(f"  {text}", style)))
+
+    def short(self, prefix: str) -> str:
+        """Return the lines that lead to a row, without those furthest left where they would fill half of the width."""
+        most = self.width // 2 - 3
+        return prefix if len(prefix) <= most else self.glyphs.cut + prefix[len(prefix) - most + len(self.glyphs.cut) :]
