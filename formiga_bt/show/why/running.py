@@ -40,9 +40,9 @@ def running(scene: Scene, task: TaskRecord) -> Iterator[Because]:
     yield from _limits(scene, task)
     if task.section in ("on_failure", "on_abort", "finally", "recover") and not task.outcome:
         yield Because("section", f"it is in its section {task.section}")
-    if task.section == "recover":
+    if task.section == "recover" and task.recovering:
         home = [f"{r.agent} ({r.state})" for r in task.recovering]
-        yield Because("recover", f"its machines are brought home: {', '.join(home) or 'none left'}")
+        yield Because("recover", f"its machines are brought home: {', '.join(home)}")
 
 
 def _with_step(scene: Scene, task: TaskRecord, goal: GoalRecord) -> Because:
