@@ -174,7 +174,7 @@ class FoldedSource:
                 task=task_fact(index, task),
                 drawing=self._drawing(task, model),
                 steps=tuple(self._steps(task, model, index.now)),
-                values=self._words.scopes(state.scopes.get(task_id, {}), model, index.now),
+                values=self._words.scopes(state.scopes.get(task_id) or {"": story.names}, model, index.now),
                 goals=tuple(goal_fact(goal) for goal in index.goals.get(task_id, ())),
                 questions=tuple(question_fact(q, self._desk()) for q in index.questions.get(task_id, ())),
                 agents=tuple(agent_fact(state, agent, index.now, self._wall()) for agent in agents),

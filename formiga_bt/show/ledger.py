@@ -58,7 +58,7 @@ class Event(Struct, frozen=True):
 class Story:
     """What is kept of one task besides the engine's record."""
 
-    __slots__ = ("lines", "progress", "rows", "waits")
+    __slots__ = ("lines", "names", "progress", "rows", "waits")
 
     def __init__(self, bounds: Bounds, run: int) -> None:
         self.rows: deque[ActionRow] = deque(maxlen=bounds.rows)
@@ -66,6 +66,8 @@ class Story:
         """Those that are over; `Ledger.waiting` has the others."""
         self.lines: deque[LineFact] = deque(maxlen=bounds.lines_of_task)
         self.progress = Progress(run)
+        self.names: dict[str, Any] = {}
+        """The task's own names when its run ended."""
 
 
 COMES_BACK: Final = frozenset({"", "lost", "bad_status", "asked"})
@@ -326,8 +328,10 @@ class Ledger:
             progress.ended(path, letter, code, at)
 
     def _memory_dropped(self, at: Micros, change: ch.TaskForget) -> None:
+        story = self.story(change.task)
+        story.names = self.state.scopes.get(change.task, {}).get("", {})
         apply(self.state, self._board, change)
-        self.story(change.task).progress.cut(at)
+        story.progress.cut(at)
 
     def _wall(self, at: Micros, change: ch.WallTimerSet) -> None:
         apply(self.state, self._board, change)
