@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from formiga_bt.cli.flown import check_pictures, draw_steps
 from formiga_bt.cli.inputs import UnusableFile, World, read_task, read_world, shipped_task
 from formiga_bt.cli.params import ProfileOption, of_profile, read_params
 from formiga_bt.errors import FormigaError, TreeError
@@ -51,12 +52,24 @@ def command(
     limit: Annotated[
         float, typer.Option(help="Give up after so many hours of virtual time.", metavar="HOURS", min=0.01)
     ] = 6.0,
+    gantt: Annotated[
+        Path | None,
+        typer.Option(
+            help="Draw its actions over time: .svg, .png, .html or .txt; - is the terminal.",
+            metavar="OUT",
+            allow_dash=True,
+        ),
+    ] = None,
+    map_: Annotated[
+        Path | None, typer.Option("--map", help="Draw where its agents went, likewise.", metavar="OUT", allow_dash=True)
+    ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object instead of text.")] = False,
 ) -> None:
     """Run a task against simulated agents in virtual time.
 
     Exit code 0: it succeeded without a crash. 1: it did not, or the task has errors. 2: the command line cannot be used.
     """
+    check_pictures(gantt, map_, as_json=as_json)
     here = Path("site.yaml")
     world = read_world(actions or (), site or (here if here.is_file() else folder("trees") / "demo-site.yaml"))
     task, the_site = _checked(shipped_task(file), world)
@@ -69,7 +82,8 @@ def command(
     answers = _answers(pairs(answer or []), the_site, world.catalogue)
     scripts = {who: [{"match": "*", "options": said}] for who, said in answers.items()}
     specs = fleet_of(the_site, world.catalogue, scripts=scripts)
-    rehearsal = Rehearsal(simulated(the_site), world.catalogue, with_requested(task, world), specs)
+    tasks = with_requested(task, world)
+    rehearsal = Rehearsal(simulated(the_site), world.catalogue, tasks, specs)
     rehearsal.run_for(1.0)
     task_id = rehearsal.submit(task.name, values)
     in_time = rehearsal.run_until_ended(task_id, limit_s=limit * 3600.0)
@@ -81,6 +95,8 @@ def command(
         report |= {"status": "UNFINISHED", "reason": f"given up after {limit:g} h", "duration_s": limit * 3600.0}
     typer.echo(json.dumps(report, indent=2) if as_json else _text(report))
     rehearsal.close()
+    if gantt is not None or map_ is not None:
+        draw_steps(rehearsal.steps, the_site, tasks, gantt, map_)
     if report["status"] != "SUCCEEDED" or any(report[name] for name in ("crashes", *RULES, "never_offered")):
         raise typer.Exit(1)
 
