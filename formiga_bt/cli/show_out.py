@@ -36,7 +36,7 @@ class Canvas:
         """
         from formiga_bt.show import formats
 
-        form = self.form or ("terminal" if self.out is None else self._format(self.out))
+        form = self._form()
         drawing = self.cut(drawing)
         if form == "terminal":
             lines = self._lines(drawing, steps, title)
@@ -48,7 +48,8 @@ class Canvas:
 
     def show_task(self, picture: "TaskPicture") -> None:
         """Draw a task of an engine with how its steps stand."""
-        self.show(picture.drawing, {step.path: step for step in picture.steps}, title_of(picture))
+        drawing = with_sources(picture.drawing) if self._form() == "html" else picture.drawing
+        self.show(drawing, {step.path: step for step in picture.steps}, title_of(picture))
 
     def task_lines(self, picture: "TaskPicture") -> "list[Line]":
         """Return the lines of a task of an engine, without what was collapsed."""
@@ -77,12 +78,13 @@ class Canvas:
                 raise FormigaError(f"nothing in {drawing.task} is called '{name}' that could be collapsed{hint}")
         return cut(drawing, depth=self.depth, collapse=self.collapse)
 
-    @staticmethod
-    def _format(out: Path) -> str:
+    def _form(self) -> str:
         from formiga_bt.show.formats import UnknownFormat, format_of
 
+        if self.form or self.out is None:
+            return self.form or "terminal"
         try:
-            return format_of(out)
+            return format_of(self.out)
         except UnknownFormat as error:
             raise UnusableFile(str(error)) from error
 
@@ -102,6 +104,22 @@ class Canvas:
             self.out.write_bytes(data)
         except OSError as error:
             raise UnusableFile(f"cannot write {self.out}: {error.strerror or error}") from error
+
+
+def with_sources(drawing: "Drawing") -> "Drawing":
+    """Return the drawing of a task that an engine runs with the texts of its files, if those here still say the same."""
+    from msgspec.structs import replace
+
+    from formiga_bt.cli.inputs import read_task, read_world
+    from formiga_bt.show.drawing import drawing_of
+
+    path = Path(drawing.spot.file)
+    if drawing.sources or not path.is_file():
+        return drawing
+    read = read_task(path, read_world())
+    if read.task is None or drawing_of(read.task) != drawing:
+        return drawing
+    return replace(drawing, sources=drawing_of(read.task, sources=read.sources).sources)
 
 
 def title_of(picture: "TaskPicture") -> str:
