@@ -182,7 +182,7 @@ class Watch(App[None]):
         if self.link.lost_s is not None and self.link.why:
             return line(Piece(f" {clean(self.link.why.splitlines()[0])}; trying again ", "warn_bar"))
         gone = self.pane.selection.gone
-        if gone and self.view == "site":
+        if gone and self.view == "site" and len(self.pane.rows):
             return line(Piece(f" {gone} is no longer here; choose again ", "warn_bar"), Piece(f"  {keys}", "dim"))
         return line(Piece(f" {keys}" + ("  READ ONLY" if self.ordering.is_off else ""), "dim"))
 

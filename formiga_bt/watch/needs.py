@@ -109,7 +109,7 @@ def _agent(agent: AgentFact, width: int) -> tuple[Line, ...]:
 
 
 def _task(task: TaskFact, width: int) -> tuple[Line, ...]:
-    return _told(f"{task.id}: {task.needs}", width, "warn")
+    return _told(f"{'HELD ' if task.held else ''}{task.id}: {task.needs}", width, "warn")
 
 
 def _alarm(one: LineFact, now: Now, width: int) -> tuple[Line, ...]:

@@ -152,6 +152,11 @@ class Pane(Lines):
         ends = min(self.total, first + count - self.room // 2)
         return self.goto is not None or first + self.room // 2 < self.base or ends > self.base + len(self.rows)
 
+    def on_resize(self) -> None:
+        """Fill the room that there is now."""
+        self._settle()
+        self.draw()
+
     def into_view(self) -> None:
         """Scroll as little as it takes to see the chosen row."""
         index = self.selection.index

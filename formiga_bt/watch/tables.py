@@ -60,15 +60,16 @@ def _task(task: TaskFact, now: int, widths: tuple[int, int, int], glyphs: Glyphs
     ]
     if agents:
         pieces.append(Piece(fit(clean(" ".join(task.agents)), agents, glyphs) + " ", "agent"))
-    if task.needs and not task.is_over:
-        pieces.append(Piece(f"NEEDS YOU: {clean(task.needs)} ", "alarm"))
     says = f"{task.code} {task.reason}".strip() if task.is_over or (task.code and not task.doing) else task.doing
+    if task.needs and not task.is_over:
+        needs = "NEEDS YOU: " + ("" if says.startswith(task.needs) else f"{task.needs} ")
+        pieces.append(Piece(clean(needs), "alarm"))
     return line(*pieces, clean(says))
 
 
 def agents_head(width: int) -> str:
     """Return the head of the table of agents."""
-    cells = [fit("AGENT", 12), fit("STATE", 14), fit("BATTERY", 7)]
+    cells = [fit("AGENT", 12), fit("STATE", 16), fit("BATTERY", 7)]
     if width >= WIDE:
         cells[1:1] = [fit("TYPE", 8)]
     if width >= NARROW:
@@ -87,7 +88,7 @@ def _agent(agent: AgentFact, width: int, glyphs: Glyphs) -> Line:
     pieces = [Piece(fit(clean(agent.id), 12, glyphs) + " ", "agent")]
     if width >= WIDE:
         pieces.append(Piece(fit(clean(agent.type), 8, glyphs) + " ", "dim"))
-    pieces.append(Piece(fit(state, 14, glyphs) + " ", tone))
+    pieces.append(Piece(fit(state, 16, glyphs) + " ", tone))
     pieces.append(Piece(fit(battery, 7, glyphs) + " "))
     if width >= NARROW:
         pieces.append(Piece(fit(clean(agent.task), 16, glyphs) + " "))
