@@ -24,7 +24,7 @@ def outcome(scene: Scene, task: TaskRecord) -> Iterator[Because]:
         yield Because("succeeded", f"it succeeded{took}" if task.section == "done" else "its steps succeeded")
     else:
         words = say(REASONS, task.code)
-        reason = f": {task.reason}" if task.reason and task.reason not in REPEATS else ""
+        reason = f": {task.reason}" if task.reason and task.reason not in (*REPEATS, words) else ""
         said = "" if task.code != "aborted" or task.abort_reason in UNSAID else f" ({task.abort_reason})"
         yield Because(task.code or "ended", f"{task.outcome} ({task.code}): {words}{reason}{said}")
     failure = task.failure

@@ -8,13 +8,12 @@ from collections.abc import Iterator
 from typing import Final
 
 from formiga_bt.engine.records import GoalRecord, TaskRecord
-from formiga_bt.nodes.memory import WaitMem
 from formiga_bt.show.facts import Because
 from formiga_bt.show.why.goals import goal_line, questions, silence_line
 from formiga_bt.show.why.going_on import HANDBACK, ways_on, ways_on_of
-from formiga_bt.show.why.places import running_leaves
 from formiga_bt.show.why.scene import Scene, deeper
 from formiga_bt.show.why.standing import doing, given
+from formiga_bt.show.why.waits import waits
 from formiga_bt.show.why.words import HOLDS, say, span
 
 BLOCKERS: Final = frozenset({"leg_busy", "spot_busy", "port_busy", "draining"})
@@ -141,15 +140,8 @@ def _idle(scene: Scene, task: TaskRecord) -> Iterator[Because]:
             text = f"{task.id} waits for more agents since {span(scene.now - request.at)}"
             yield Because("wants", text, f"formiga why {task.id}")
             return
-    memory = scene.state.memory.get(task.id, {})
-    for key in running_leaves(memory):
-        mem = memory[key]
-        if isinstance(mem, WaitMem):
-            ends = scene.node_ends(task, key)
-            text = f"{task.id} waits at {scene.place(task, key)}" + (
-                f", for another {span(ends - scene.now)}" if ends is not None else ""
-            )
-            yield Because("waits", text)
-            return
+    for line in waits(scene, task):
+        yield Because(line.code, f"{task.id}: {line.text}", agent=line.agent)
+        return
     part = "its steps" if task.section == "steps" else f"its section {task.section}"
     yield Because("section", f"{task.id} is in {part}", f"formiga why {task.id}")

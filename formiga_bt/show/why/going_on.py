@@ -3,8 +3,10 @@
 Pure functions over a state. They ask what the engine itself asks (`engine.continuing`).
 """
 
+from collections.abc import Iterator
+
 from formiga_bt.engine.continuing import obstacle
-from formiga_bt.engine.records import AgentRecord, TaskRecord, family
+from formiga_bt.engine.records import AgentRecord, TaskRecord
 from formiga_bt.engine.state import EngineState
 from formiga_bt.lang.model import Catalogue
 
@@ -13,11 +15,22 @@ HANDBACK = "formiga handback {agent} --continue|--return|--end"
 
 def machines_of(state: EngineState, task_id: str) -> list[AgentRecord]:
     """Return the machines of a task and of those that it requested and that end with it; none if it is unknown."""
-    tasks = [state.tasks[one] for one in family(state.tasks, task_id)] if task_id in state.tasks else []
+    tasks = list(_family(state, task_id))
     ids = {agent for task in tasks for group in task.roles.values() for agent in group} | {
         t.system_agent for t in tasks
     }
     return sorted((a for a in state.agents.values() if not a.human and a.id in ids), key=lambda a: a.order)
+
+
+def _family(state: EngineState, task_id: str) -> Iterator[TaskRecord]:
+    """Iterate over what `records.family` names, as far as it is kept: a copy of the state forgets tasks that ended."""
+    task = state.tasks.get(task_id)
+    if task is None:
+        return
+    yield task
+    for child in task.children:
+        if child in state.tasks and state.tasks[child].attached:
+            yield from _family(state, child)
 
 
 def in_the_way(state: EngineState, agent: AgentRecord, catalogue: Catalogue | None) -> tuple[str, str] | None:

@@ -3,14 +3,12 @@
 from collections.abc import Iterator
 
 from formiga_bt.engine.records import GoalRecord, TaskRecord
-from formiga_bt.lang.model import WaitFor
-from formiga_bt.nodes.memory import LoopMem, RetryMem, WaitForMem, WaitMem
 from formiga_bt.show.facts import Because
 from formiga_bt.show.why.follow import behind_gate, behind_task
 from formiga_bt.show.why.goals import goal_line, questions
-from formiga_bt.show.why.places import running_leaves
 from formiga_bt.show.why.scene import Scene, deeper
 from formiga_bt.show.why.waiting import asked
+from formiga_bt.show.why.waits import waits
 from formiga_bt.show.why.words import span
 
 
@@ -36,7 +34,7 @@ def running(scene: Scene, task: TaskRecord) -> Iterator[Because]:
         words += ", which outlives it" if child.detached else ""
         yield Because("child", f"its task {child.id} is {child.status}{words}", f"formiga why {child.id}")
         yield from deeper(behind_task(scene, child, (task.id,)))
-    yield from _waits(scene, task)
+    yield from waits(scene, task)
     yield from _limits(scene, task)
     if task.section in ("on_failure", "on_abort", "finally", "recover") and not task.outcome:
         yield Because("section", f"it is in its section {task.section}")
@@ -51,32 +49,6 @@ def _with_step(scene: Scene, task: TaskRecord, goal: GoalRecord) -> Because:
     step = scene.step(task, goal.owner) if goal.owner and goal.owner[0] != "!" else None
     where = f", at {step.mark.file}:{step.mark.line}" if step is not None else ""
     return Because(line.code, line.text + where, line.hint, line.agent)
-
-
-def _waits(scene: Scene, task: TaskRecord) -> Iterator[Because]:
-    """Tell of steps that wait for time or for an event, and of attempts."""
-    memory = scene.state.memory.get(task.id, {})
-    for key in running_leaves(memory):
-        mem = memory[key]
-        ends = scene.node_ends(task, key)
-        left = f", for another {span(ends - scene.now)}" if ends is not None else ""
-        match mem:
-            case WaitMem(since):
-                yield Because("waits", f"{scene.place(task, key)} waits since {span(scene.now - since)}{left}")
-            case WaitForMem(agent):
-                step = scene.step(task, key)
-                event = step.event if isinstance(step, WaitFor) else "an event"
-                yield Because("waits", f"{scene.place(task, key)} waits for {agent} to tell `{event}`", agent=agent)
-            case LoopMem() if mem.waiting:
-                text = f"{scene.place(task, key)} waits for its round {mem.round}{left}"
-                yield Because("waits", text)
-    for key, mem in memory.items():
-        if isinstance(mem, RetryMem) and (mem.waiting or mem.attempt > 1):
-            ends = scene.node_ends(task, key)
-            begins = f" begins in {span(ends - scene.now)}" if mem.waiting and ends is not None else " runs"
-            number = mem.attempt + 1 if mem.waiting else mem.attempt
-            text = f"{scene.place(task, key)}: attempt {number} of {mem.attempts}{begins}"
-            yield Because("attempt", text)
 
 
 def _limits(scene: Scene, task: TaskRecord) -> Iterator[Because]:

@@ -251,3 +251,8 @@ def test_a_requested_task_names_who_requested_it(
     line = one(state, "parent")
 
     assert (line.text, line.hint) == (f"Tour-1 requested it, and it {then}", "formiga why Tour-1")
+
+
+def test_a_parent_whose_ended_child_was_forgotten_is_explained_all_the_same(state: EngineState) -> None:
+    held(state, "operator", children=("Look-4",))
+    assert one(state, "held.operator").hint == "formiga continue PickUp-3 | formiga abort PickUp-3"
