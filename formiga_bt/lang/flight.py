@@ -7,11 +7,13 @@ air that has no way home) and E033 (one is released there).
 
 A role with `away: true` may be either at the start; other machines are grounded. A failed TakeOff or LandIn leaves the
 state unknown. In cleanup sections, in subtrees read for themselves, and in later attempts of a retry, unknown is fine and
-only a sure contradiction is reported.
+only a sure contradiction is reported. Conditions that agree (`agreeing`) are followed together: what no way through them leads
+to is not reported.
 """
 
 from dataclasses import replace
 
+from formiga_bt.lang.agreeing import Assumed, ways
 from formiga_bt.lang.flying import Interpreter
 from formiga_bt.lang.model import Catalogue, Role, Step, Subtree, Task
 from formiga_bt.lang.reading import Problems
@@ -28,16 +30,29 @@ def check_flight(task: Task, catalogue: Catalogue, problems: Problems, contended
         problems: where to report.
         contended: roles commanded from two places at once (reported already), of which nothing is known.
     """
-    flight = _Flight(task, catalogue, problems)
-    flight.contended = contended
-    flight.reported |= contended
-    flight.check()
+    before = len(problems.found)
+    _Flight(task, catalogue, problems, contended, {}).check()
+    first = problems.found[before:]
+    agreeing = list(ways(task)) if first else []
+    if not agreeing:
+        return
+    del problems.found[before:]
+    for assumed in agreeing:
+        _Flight(task, catalogue, problems, contended, assumed).check()
+    again = {(one.code, one.mark): one for one in reversed(problems.found[before:])}
+    again |= {(one.code, one.mark): one for one in first if (one.code, one.mark) in again}
+    problems.found[before:] = again.values()
 
 
 class _Flight(Interpreter):
-    def __init__(self, task: Task, catalogue: Catalogue, problems: Problems) -> None:
+    def __init__(
+        self, task: Task, catalogue: Catalogue, problems: Problems, contended: frozenset[str], assumed: Assumed
+    ) -> None:
         roles = {role.name: role.types for role in task.roles.values()}
         super().__init__(catalogue, problems, roles)
+        self.contended = contended
+        self.reported |= contended
+        self.assumed = assumed
         self.task = task
         self.has_return_home = "ReturnHome" in task.subtrees
         self.file = task.mark.file

@@ -9,6 +9,7 @@ from dataclasses import replace
 from typing import Final
 
 from formiga_bt.diagnostics import Mark
+from formiga_bt.lang.agreeing import Assumed
 from formiga_bt.lang.machines import Bound, back, commanded, is_filled, machines_of
 from formiga_bt.lang.model import (
     ActionSpec,
@@ -83,6 +84,8 @@ class Interpreter:
         """Roles with an E030: what follows from it is not reported."""
         self.contended: frozenset[str] = frozenset()
         """Roles of which nothing is known, so that nothing is reported."""
+        self.assumed: Assumed = {}
+        """How conditions of the task turn out."""
         self.owners: dict[str, set[str]] = {}
         """Loop names -> the roles whose list they go over."""
         self.breaks: list[Sky | None] = []
@@ -119,6 +122,12 @@ class Interpreter:
             what = f"a failure at line {mark.line} leaves '{role.name}' airborne: type {stranded[0]} has no recover"
             self.problems.add("W032", mark, what, "give the type a recover subtree in the catalogue")
 
+    def _narrow(self, sky: Sky, cond: Expr, holds: bool) -> Sky | None:
+        """Return the sky where a condition of `when` or `if` holds (or does not), which may be assumed."""
+        if id(cond) in self.assumed and self.assumed[id(cond)] != holds:
+            return None
+        return narrow(sky, cond, holds)
+
     def _steps(self, steps: tuple[Step, ...], sky: Sky, here: Place) -> Ends:
         """Interpret steps one after another."""
         at: Sky | None = sky
@@ -126,7 +135,7 @@ class Interpreter:
         idle: Sky | None = sky if steps else None
         for step in steps:
             if idle is not None:
-                idle = narrow(idle, step.when, False) if step.when is not None else None
+                idle = self._narrow(idle, step.when, False) if step.when is not None else None
             if at is None:
                 break
             ends = self._step(step, at, here)
@@ -139,7 +148,7 @@ class Interpreter:
         run: Sky | None = sky
         skipped: Sky | None = None
         if step.when is not None:
-            run, skipped = narrow(sky, step.when, True), narrow(sky, step.when, False)
+            run, skipped = self._narrow(sky, step.when, True), self._narrow(sky, step.when, False)
         if run is None:
             return Ends(None, None, skipped)
         with self.problems.within(step.title):
@@ -211,7 +220,7 @@ class Interpreter:
         return Ends(success, at)
 
     def _if(self, step: If, sky: Sky, here: Place) -> Ends:
-        yes, no = narrow(sky, step.cond, True), narrow(sky, step.cond, False)
+        yes, no = self._narrow(sky, step.cond, True), self._narrow(sky, step.cond, False)
         dead = Ends(None, None)
         then = self._steps(step.then, yes, here) if yes is not None else dead
         other = self._steps(step.otherwise, no, here) if no is not None else dead

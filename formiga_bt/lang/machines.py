@@ -54,7 +54,9 @@ def back(sky: Sky, end: Sky | None, bound: Mapping[str, Bound]) -> Sky | None:
     """Return a sky with what happened to the machines that had local names."""
     if end is None:
         return None
-    after = {key: end.get(key, states) for key, states in sky.items()}
+    after = {
+        key: states if key in bound else end.get(key, states) for key, states in sky.items()
+    }  # one may be called so too
     for name, one in bound.items():
         for key in one.keys:
             after[key] = end[name] if one.all else merge((sky[key], end[name]))

@@ -33,7 +33,7 @@ class Good(InTheAir):
 
     def task(self) -> str:
         """Return the text of a task (JSON is YAML)."""
-        drones = [f"drone{number}" for number in range(1, self.dice.randint(0, 3) + 1)]
+        drones = ["drone", "who", "drone3"][: self.dice.randint(0, 3)]  # as params of subtrees are called, too
         types = {name: self.dice.choice(("lwd", "hwd")) if at < 2 else "lwd" for at, name in enumerate(drones)}
         self.agents = {name: {"type": of} for name, of in types.items()}
         for role in self.agents.values():
@@ -80,7 +80,9 @@ class Good(InTheAir):
         """Return steps that begin and end with a drone at its port."""
         found: Steps = []
         for _ in range(self.dice.randint(1, 2)):
-            found += self.dice.choice((self.round, self.round, self.there_and_back, self.brought_home))(drone, lane)
+            found += self.dice.choice((self.round, self.round, self.there_and_back, self.brought_home, self.perhaps))(
+                drone, lane
+            )
         return found
 
     def there_and_back(self, drone: str, lane: int) -> Steps:
@@ -105,6 +107,14 @@ class Good(InTheAir):
         """Fly; it is brought home whatever comes of that."""
         home = {"call": "ReturnHome", "with": {"drone": f"${{{drone}}}"}, "when": f"{drone}.airborne"}
         return [{"sequence": [{"do": f"{drone}.TakeOff"}, *self.air(drone, lane, 1)], "finally": [home]}]
+
+    def perhaps(self, drone: str, lane: int) -> Steps:
+        """Fly under a condition that each of the steps asks for itself."""
+        cond = self.dice.choice((f"{self.mode()} == 'quick'", "mode != 'usual'", "mode in ['quick', 'usual']"))
+        home = {"call": "ReturnHome", "with": {"drone": f"${{{drone}}}"}}
+        air = {"sequence": self.air(drone, lane, 1), "when": cond}
+        last = {**home, "when": cond} if self.dice.random() < 0.5 else {"if": cond, "then": [home]}
+        return [{"do": f"{drone}.TakeOff", "when": cond}, air, last]
 
     def ground(self, drone: str) -> Steps:
         """Return steps for a drone that stands."""
