@@ -108,8 +108,8 @@ class Watch(App[None]):
         self.top = Lines(self._palette, fill="calm_bar", name="top")
         self.board = Board(self._palette, glyphs)
         self.closeup = Closeup(self._palette, glyphs, ascii_only=ascii_only)
-        self.help = Pane(self._palette, glyphs.pointer, name="help", title="HELP  (Esc: back)")
-        self.explain = Pane(self._palette, glyphs.pointer, name="explain", title="WHY", empty="asking ...")
+        self.help = Pane(self._palette, glyphs, name="help", title="HELP  (Esc: back)")
+        self.explain = Pane(self._palette, glyphs, name="explain", title="WHY", empty="asking ...")
         self.reply = Lines(self._palette, name="reply")
         self.foot = Lines(self._palette, name="foot")
 

@@ -30,11 +30,10 @@ class Board(Container):
     def __init__(self, palette: Palette, glyphs: Glyphs) -> None:
         super().__init__(id="board")
         self._glyphs = glyphs
-        pointer = glyphs.pointer
-        self.needs = Pane(palette, pointer, name="needs", title="NEEDS YOU", empty="nothing needs you")
-        self.tasks = Pane(palette, pointer, name="tasks", title="TASKS", empty="no tasks")
-        self.agents = Pane(palette, pointer, name="agents", title="AGENTS", empty="no agents")
-        self.events = Pane(palette, pointer, name="events", title="EVENTS", empty="nothing has happened yet")
+        self.needs = Pane(palette, glyphs, name="needs", title="NEEDS YOU", empty="nothing needs you")
+        self.tasks = Pane(palette, glyphs, name="tasks", title="TASKS", empty="no tasks")
+        self.agents = Pane(palette, glyphs, name="agents", title="AGENTS", empty="no agents")
+        self.events = Pane(palette, glyphs, name="events", title="EVENTS", empty="nothing has happened yet")
         self.panes = (self.needs, self.tasks, self.agents, self.events)
         self.active = self.tasks
         self._main = Container(id="main")

@@ -22,14 +22,13 @@ class Closeup(Container):
     def __init__(self, palette: Palette, glyphs: Glyphs, *, ascii_only: bool) -> None:
         super().__init__(id="closeup")
         self._glyphs, self._ascii = glyphs, ascii_only
-        pointer = glyphs.pointer
         self.head = Lines(palette, name="head")
-        self.steps = Pane(palette, pointer, name="tree", title="TREE")
-        self.why = Pane(palette, pointer, name="why", title="WHY", empty="asking ...")
-        self.goals = Pane(palette, pointer, name="goals", title="GOALS", empty="no goal is in flight")
-        self.crew = Pane(palette, pointer, name="crew", title="ITS AGENTS", empty="it has no agents")
-        self.values = Pane(palette, pointer, name="values", title="VALUES", empty="no values")
-        self.story = Pane(palette, pointer, name="story", title="ITS EVENTS", empty="nothing has happened yet")
+        self.steps = Pane(palette, glyphs, name="tree", title="TREE")
+        self.why = Pane(palette, glyphs, name="why", title="WHY", empty="asking ...")
+        self.goals = Pane(palette, glyphs, name="goals", title="GOALS", empty="no goal is in flight")
+        self.crew = Pane(palette, glyphs, name="crew", title="ITS AGENTS", empty="it has no agents")
+        self.values = Pane(palette, glyphs, name="values", title="VALUES", empty="no values")
+        self.story = Pane(palette, glyphs, name="story", title="ITS EVENTS", empty="nothing has happened yet")
         self.panes = (self.steps, self.goals, self.crew, self.values, self.story, self.why)
         self.active = self.steps
         self._main = Container(id="close_main")

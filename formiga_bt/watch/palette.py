@@ -37,10 +37,11 @@ class Palette:
         self._ascii = ascii_only
         table = COLOURS if colour else PLAIN
         self._styles = {tone: Style.parse(text) if text else Style.null() for tone, text in table.items()}
-        self._over = Style.parse("reverse")
+        self._chosen = {tone: Style(reverse=True, bold=style.bold) for tone, style in self._styles.items()}
 
     def segments(self, pieces: Line, width: int, *, chosen: bool = False, fill: Tone = "plain") -> list[Segment]:
         """Return a line in at most `width` columns, filled up; `chosen`: as the row that is chosen."""
+        styles = self._chosen if chosen else self._styles
         found, used = [], 0
         for piece in pieces:
             text = piece.text.encode("ascii", "backslashreplace").decode() if self._ascii else piece.text
@@ -51,12 +52,10 @@ class Palette:
             if taken > room:
                 text = _cut(text, room)
                 taken = width_of(text)
-            style = self._styles[piece.tone]
-            found.append(Segment(text, style + self._over if chosen else style))
+            found.append(Segment(text, styles[piece.tone]))
             used += taken
         if used < width:
-            style = self._styles[fill]
-            found.append(Segment(" " * (width - used), style + self._over if chosen else style))
+            found.append(Segment(" " * (width - used), styles[fill]))
         return found
 
 

@@ -9,7 +9,7 @@ from textual.widget import Widget
 
 from formiga_bt.watch.palette import Palette
 from formiga_bt.watch.selection import Selection
-from formiga_bt.watch.text import Line, Piece, Rows, Tone, line
+from formiga_bt.watch.text import Glyphs, Line, Piece, Rows, Tone, line, width_of
 
 
 class Lines(Widget):
@@ -50,7 +50,7 @@ class Pane(Lines):
         empty: what is said where there are no rows.
     """
 
-    def __init__(self, palette: Palette, pointer: str, *, name: str, title: str, empty: str = "") -> None:
+    def __init__(self, palette: Palette, glyphs: Glyphs, *, name: str, title: str, empty: str = "") -> None:
         super().__init__(palette, name=name)
         self.selection = Selection()
         self.title = title
@@ -65,7 +65,7 @@ class Pane(Lines):
         self.total = 0
         self.goto: int | None = None
         """Number of the row to choose as soon as it is here."""
-        self._pointer = pointer
+        self._glyphs = glyphs
 
     def show(
         self,
@@ -186,7 +186,7 @@ class Pane(Lines):
             row = self.rows[place]
             chosen = row.id == self.selection.id
             for number, pieces in enumerate(row.lines):
-                lead = f"{self._pointer} " if chosen and number == 0 else "  "
+                lead = f"{self._glyphs.pointer} " if chosen and number == 0 else "  "
                 lines.append(((Piece(lead, "bold"), *pieces), chosen and self.is_active))
         self.put(lines[: max(1, height)])
 
@@ -194,4 +194,6 @@ class Pane(Lines):
         seen = self.page if len(self.rows) else 0
         from_ = self.base + self.first
         more = f"  {from_ + 1}-{from_ + seen} of {self.total}" if self.total > seen else ""
-        return line(Piece(f" {self.title}{more} ", "calm_bar" if self.is_active else "title"))
+        title = f" {self.title}{more} "
+        rule = self._glyphs.rule * max(0, self.size.width - width_of(title) - 1)
+        return line(Piece(title, "calm_bar" if self.is_active else "title"), Piece(rule, "dim"))

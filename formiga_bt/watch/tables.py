@@ -21,6 +21,8 @@ from formiga_bt.watch.text import (
 WIDE = 100
 NARROW = 72
 """Columns from which a table shows more, and below which it shows less."""
+SOON_US, FAR_US = 60_000_000, 600_000_000
+"""What happens within a minute is red, within ten yellow."""
 AGO = 14
 """Columns of how long ago something was."""
 
@@ -52,11 +54,12 @@ def _task(task: TaskFact, now: int, widths: tuple[int, int, int], glyphs: Glyphs
     status = f"{glyphs.marks.get(word, '?')} {task.status if not task.held or task.is_over else f'{task.status} HELD'}"
     when = left(task.urgent_at, now)
     next_ = f"{when} {clean(task.urgent)}".strip()
-    soon = task.urgent_at is not None and task.urgent_at - now < 60_000_000
+    until = task.urgent_at - now if task.urgent_at is not None else FAR_US
+    soon: Tone = "alarm" if until < SOON_US else "warn" if until < FAR_US else "plain"
     pieces = [
         Piece(fit(clean(task.id), ids, glyphs) + " ", "bold"),
         Piece(fit(status, 16, glyphs) + " ", TONES.get(word, "plain")),
-        Piece(fit(next_, urgent, glyphs) + " ", "alarm" if soon else "warn" if when else "plain"),
+        Piece(fit(next_, urgent, glyphs) + " ", soon),
     ]
     if agents:
         pieces.append(Piece(fit(clean(" ".join(task.agents)), agents, glyphs) + " ", "agent"))

@@ -71,8 +71,8 @@ class Glyphs(Struct, frozen=True):
     """Of statuses."""
     pointer: str
     cut: str
-    bar: str
-    """Between two facts of a line."""
+    rule: str
+    """Behind the title of a pane."""
 
 
 FULL: Final = Glyphs(
@@ -80,14 +80,14 @@ FULL: Final = Glyphs(
         "PENDING": "○", "ASSIGNED": "◔", "ACTIVE": "●", "ENDING": "◑", "SUCCEEDED": "✓", "FAILED": "✗", "CANCELED": "–",
         "HELD": "‖", "running": "●", "success": "✓", "failure": "✗", "skipped": "·", "stopped": "–", "": " ",
     },
-    "▶", "…", " │ ",
+    "▶", "…", "─",
 )  # fmt: skip
 ASCII: Final = Glyphs(
     {
         "PENDING": "o", "ASSIGNED": "@", "ACTIVE": "*", "ENDING": "%", "SUCCEEDED": "+", "FAILED": "x", "CANCELED": "-",
         "HELD": "=", "running": "*", "success": "+", "failure": "x", "skipped": ".", "stopped": "-", "": " ",
     },
-    ">", "~", " | ",
+    ">", "~", "-",
 )  # fmt: skip
 TONES: Final[dict[str, Tone]] = {
     "ACTIVE": "good", "ENDING": "warn", "FAILED": "alarm", "HELD": "warn", "CANCELED": "dim", "SUCCEEDED": "dim",

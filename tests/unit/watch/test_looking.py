@@ -21,7 +21,7 @@ def test_what_needs_a_person_is_on_top_with_its_numbered_answers() -> None:
     async def look(room: Room) -> None:
         assert room.lines[:9] == [
             "AIRBORNE 7 | NEEDS YOU 2 (0:41) | ALARM 1 | HELD 1 | PILOT has lwd_3                          meadow",
-            " NEEDS YOU",
+            " NEEDS YOU " + "─" * 88,
             "▶ Q7 0:41  PickUp-3 asks eve",
             "      Is the box loaded?",
             "      1 loaded   2 not_yet",
@@ -30,7 +30,7 @@ def test_what_needs_a_person_is_on_top_with_its_numbered_answers() -> None:
             "      1 continue   2 return   3 end",
             "  ALARM 0:30 ago: hwd_9 is lost",
         ]
-        assert room.lines[9] == " TASKS"
+        assert room.lines[9] == " TASKS " + "─" * 92
 
     watching(look, busy())
 
@@ -109,11 +109,11 @@ def test_only_the_page_in_view_is_asked_for_and_all_are_reached() -> None:
     async def look(room: Room) -> None:
         rows = room.app.board.tasks.room
         assert max(count for _, count, _, _ in source.asked) <= 3 * 30
-        assert f" TASKS  1-{rows} of 5000" in room.lines
+        assert f" TASKS  1-{rows} of 5000 ─" in room.text
         await room.press("end")
         await room.poll()
         assert "▶ PickUp-5000" in room.text
-        assert f" TASKS  {5001 - rows}-5000 of 5000" in room.lines
+        assert f" TASKS  {5001 - rows}-5000 of 5000 ─" in room.text
         await room.press("up", "up")
         assert "▶ PickUp-4998" in room.text
         await room.press("home")
@@ -160,10 +160,10 @@ def test_find_narrows_and_escape_shows_all() -> None:
     async def look(room: Room) -> None:
         await room.press("slash", "U", "p", "minus", "2")
         await room.poll()
-        assert " TASKS with 'Up-2'" in room.lines
+        assert " TASKS with 'Up-2' ─" in room.text
         assert "find: Up-2_" in room.lines[-1]
         await room.press("enter")
-        assert "PickUp-1" not in room.text.partition("AGENTS\n")[0].partition("DOES")[2]
+        assert "PickUp-1" not in room.text.partition(" AGENTS ─")[0].partition("DOES")[2]
         await room.press("h")
         assert room.sent == ["hold PickUp-2"]
         await room.press("escape", "escape")
