@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from formiga_bt.engine.records import Verdict
     from formiga_bt.lang.model import Catalogue, Site, Task
     from formiga_bt.rehearsal import Rehearsal
+    from formiga_bt.show.facts import Because
     from formiga_bt.show.runlog import RunLog
 
 RULES = ("unsafe_starts", "low_flights")
@@ -63,6 +64,9 @@ def command(
     map_: Annotated[
         Path | None, typer.Option("--map", help="Draw where its agents went, likewise.", metavar="OUT", allow_dash=True)
     ] = None,
+    why: Annotated[
+        bool, typer.Option("--why", help="Explain its end: why these agents, what failed first, what was tried.")
+    ] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object instead of text.")] = False,
 ) -> None:
     """Run a task against simulated agents in virtual time.
@@ -93,12 +97,32 @@ def command(
     report = _report(rehearsal, log, task_id, answers)
     if not in_time:
         report |= {"status": "UNFINISHED", "reason": f"given up after {limit:g} h", "duration_s": limit * 3600.0}
+    told = _explained(rehearsal, log, tasks, task_id) if why else ("", [])
+    if why and as_json:
+        from msgspec import to_builtins
+
+        report["because"] = to_builtins(told[1])
     typer.echo(json.dumps(report, indent=2) if as_json else _text(report))
+    if why and not as_json:
+        from formiga_bt.show.why.text import in_words
+
+        typer.echo("\n" + in_words(*told))
     rehearsal.close()
     if gantt is not None or map_ is not None:
         draw_steps(rehearsal.steps, the_site, tasks, gantt, map_)
     if report["status"] != "SUCCEEDED" or any(report[name] for name in ("crashes", *RULES, "never_offered")):
         raise typer.Exit(1)
+
+
+def _explained(rehearsal: "Rehearsal", log: "RunLog", tasks: "list[Task]", task_id: str) -> "tuple[str, list[Because]]":
+    """Return why the task ended as it did, or what it waits for at the end of the time."""
+    from formiga_bt.show.why.front import explain
+
+    core = rehearsal.engine.core
+    actions = [row.fact() for row in log.rows_of([task_id])]
+    models = {task.name: task for task in tasks}
+    now = rehearsal.now
+    return explain(log.state, models, task_id, now, catalogue=core.catalogue, wall=now, actions=actions)
 
 
 def pairs(texts: list[str]) -> dict[str, str]:

@@ -86,7 +86,11 @@ def _cleanup(scene: Scene, task: TaskRecord) -> Iterator[Because]:
         yield Because("cleanup", f"after that: {told}")
     for note in task.notes:
         yield Because("note", f"while it cleaned up: {note}")
-    away = [r for r in task.recovering if r.state == "failed"]
-    for one in away:
-        hint = f"look at it, then: formiga agents clear {one.agent}"
-        yield Because("stayed", f"{one.agent} could not be brought home ({one.tries} tries)", hint, one.agent)
+    for one in task.recovering:
+        if one.state == "failed":
+            hint = f"look at it, then: formiga agents clear {one.agent}"
+            yield Because("stayed", f"{one.agent} could not be brought home ({one.tries} tries)", hint, one.agent)
+    for agent in [scene.state.agents[one] for one in dict.fromkeys(task.granted) if one in scene.state.agents]:
+        if task.section == "done" and agent.pool == "PARKED_AWAY" and not agent.task:
+            text = f"{agent.id} stands away from its port"
+            yield Because("parked_away", text, f"formiga return {agent.id}", agent.id)

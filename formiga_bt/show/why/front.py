@@ -17,7 +17,6 @@ from formiga_bt.show.why.near import nearest, shortened
 from formiga_bt.show.why.running import running
 from formiga_bt.show.why.scene import Scene
 from formiga_bt.show.why.stopped import locked, stopped
-from formiga_bt.show.why.text import in_words
 from formiga_bt.show.why.waiting import waiting
 
 
@@ -87,10 +86,3 @@ def _agents_of(scene: Scene, task: TaskRecord) -> list[str]:
     """Return the agents that a task depends on now."""
     mine = [goal.agent for goal in scene.state.goals.values() if goal.task == task.id and not goal.ended]
     return [*mine, *(agent.id for agent in scene.state.agents.values() if agent.task == task.id), *task.granted]
-
-
-def as_text(
-    state: EngineState, models: Mapping[str, Task], of: str, now: Micros, *, catalogue: Catalogue | None = None
-) -> str:
-    """Return the explanation of a task or an agent as text, for example at the end of a dry run."""
-    return in_words(*explain(state, models, of, now, catalogue=catalogue))

@@ -171,3 +171,24 @@ def test_a_parameter_is_read_from_a_file_and_the_site_of_the_folder_is_taken(
     assert "SUCCEEDED" in capsys.readouterr().out
     assert run(["dryrun", "look.yaml", "-p", "target=@nowhere.txt"]) == 2
     assert "cannot read nowhere.txt" in capsys.readouterr().err
+
+
+def test_the_end_is_explained_if_asked_for(capsys: Capture) -> None:
+    assert run(["dryrun", *PICK_UP, "--answer", "picker_1=not_yet", "--why"]) == 1
+    told = capsys.readouterr().out.split("crashes: 0\n\n")[1].replace(str(ROOT), "").replace("/trees/", "trees/")
+    assert told.splitlines()[:8] == [
+        "PickUp-1 FAILED",
+        "  FAILED (expect): an action ended, but not with what was expected: answered not_yet",
+        "    first failed: ask at trees/pick_up.yaml:29",
+        "      it was asked 3 times: picker_1 said not_yet, then picker_1 said not_yet, then picker_1 said not_yet",
+        "  hwd_1 stands away from its port",
+        "      -> formiga return hwd_1",
+        "  drone = hwd_1 (220 m, 22 s away), the nearest; others that fitted: hwd_2 (221 m, 22 s away)",
+        "  picker = picker_1, the only one that fitted",
+    ]
+
+
+def test_a_run_that_was_given_up_says_what_it_waits_for(capsys: Capture) -> None:
+    assert run(["dryrun", "--json", *PICK_UP, "--limit", "0.02", "--why"]) == 1
+    because = json.loads(capsys.readouterr().out)["because"]
+    assert (because[0]["code"], because[0]["agent"]) == ("goal.running", "hwd_1")
