@@ -157,8 +157,8 @@ def _box(one: Spread, most: float, width: int, glyphs: _Glyphs) -> str:
     )
     cells = [" "] * width
     cells[least : end + 1] = glyphs.line * (end + 1 - least)
-    cells[least], cells[end] = glyphs.left, glyphs.right
     if one.n > 1:
         cells[q1 : q3 + 1] = glyphs.box * (q3 + 1 - q1)
+    cells[least], cells[end] = glyphs.left, glyphs.right
     cells[median] = glyphs.median
     return "".join(cells).rstrip()

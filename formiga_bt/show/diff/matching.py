@@ -140,11 +140,15 @@ class Matching:
             found = self._ancestors_of_matches(node)
             if not found:
                 continue
-            ranked = {one: self._held(node, one, common) + self._says(node, one) for one, common in found.items()}
+            ranked = {one: self._rank(node, one, common) for one, common in found.items()}
             best = max(ranked, key=lambda one: (ranked[one], -self.size[one]))
             says = bool(node.fields) and self._says(node, best) == 1.0
             if self._held(node, best, found[best]) >= (HOLDS / 2 if says else HOLDS):
                 self._pair(node, best)
+
+    def _rank(self, one: Node, other: Node, common: float) -> float:
+        """Return how well a container fits: by what it holds; of two around one another, also by what they say and where."""
+        return self._held(one, other, common) + 0.15 * self._says(one, other) + 0.1 * (one.path == other.path)
 
     def _ancestors_of_matches(self, node: Node) -> Counter[Node]:
         found: Counter[Node] = Counter()

@@ -71,7 +71,7 @@ def draw(
             text = caution.text if ascii_only else caution.text.replace("->", "→")
             said = wrap(safe(f"! {text}{where}", ascii_only), width, subsequent_indent="  ")
             lines += [Line((Piece(line, "warn"),)) for line in said]
-    return [*lines, Line((Piece(""),)), Line((Piece(difference.in_words(), "title"),))]
+    return [*lines, Line((Piece(""),)), *(Line((Piece(line, "title"),)) for line in wrap(difference.in_words(), width))]
 
 
 class _Rows:
