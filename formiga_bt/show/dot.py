@@ -82,7 +82,7 @@ def painted(text: str, form: str, dpi: int = 72) -> bytes:
 
     text = text.replace("graph [", f"graph [dpi={dpi} ", 1)
     try:
-        return graphviz.pipe("neato", form, text.encode(), neato_no_op=2, quiet=True)
+        found: bytes = graphviz.pipe("neato", form, text.encode(), neato_no_op=2, quiet=True)
     except graphviz.ExecutableNotFound as error:
         raise NoGraphviz(
             f"cannot draw {form}: the programs of graphviz are missing\n"
@@ -92,6 +92,7 @@ def painted(text: str, form: str, dpi: int = 72) -> bytes:
     except graphviz.CalledProcessError as error:
         said = (error.stderr or b"").decode(errors="replace").strip()
         raise NoGraphviz(f"graphviz cannot draw the {form}: {said}") from error
+    return found
 
 
 def slim(svg: str) -> str:
