@@ -1,6 +1,6 @@
-"""Makes the Gantt charts and maps of `docs/pictures`: the ten missions as dry runs, and a scenario.
+"""Flies the ten missions as dry runs and draws their Gantt charts and maps as SVG: `make pictures`. The same each time.
 
-Run from the root of a checkout: `python docs/pictures/make_flights.py [FOLDER]`. The files are the same each time.
+python docs/pictures/make_flights.py [FOLDER [ENDING [SCENARIO...]]]
 """
 
 import sys
@@ -24,17 +24,16 @@ MISSIONS = {
     "Delivery": ["target=north_field", "next_stop=east_field"],
 }
 """What of the demo site each mission is flown with."""
-SCENARIOS = ("bad-day",)
 
 
-def make(folder: Path, ending: str = ".svg", scenarios: tuple[str, ...] = SCENARIOS) -> None:
+def make(folder: Path, ending: str = ".svg", scenarios: tuple[str, ...] = ()) -> None:
     """Write all pictures into `gantt` and `map` of a folder."""
     for kind in ("gantt", "map"):
         (folder / kind).mkdir(parents=True, exist_ok=True)
     for mission, params in MISSIONS.items():
         outs = [word for kind in ("gantt", "map") for word in (f"--{kind}", str(folder / kind / f"{mission}{ending}"))]
         given = [word for param in params for word in ("--param", param)]
-        code = formiga(["dryrun", mission, "--site", "trees/demo-site.yaml", *given, *outs])
+        code = formiga(["dryrun", mission, "--site", "demo", *given, *outs])
         if code:
             raise SystemExit(f"{mission} ended with {code}")
     for name in scenarios:
@@ -47,4 +46,9 @@ def make(folder: Path, ending: str = ".svg", scenarios: tuple[str, ...] = SCENAR
 
 
 if __name__ == "__main__":
-    make(Path(sys.argv[1] if len(sys.argv) > 1 else "docs/pictures"))
+    given = sys.argv[1:]
+    make(
+        Path(given[0]) if given else Path(__file__).parent,
+        given[1] if len(given) > 1 else ".svg",
+        tuple(given[2:]),
+    )

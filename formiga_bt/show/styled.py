@@ -54,10 +54,10 @@ class Canvas:
             if 0 <= column + i < self.width:
                 self._cells[row, column + i] = character, ink
 
-    def is_free(self, row: int, column: int, count: int) -> bool:
-        """Return whether so many cells are inside and empty."""
+    def is_free(self, row: int, column: int, count: int, over: str = "") -> bool:
+        """Return whether so many cells are inside, and empty or with a character of `over`."""
         inside = 0 <= row < self.height and column >= 0 and column + count <= self.width
-        return inside and not any((row, column + i) in self._cells for i in range(count))
+        return inside and all(self._cells.get((row, column + i), (" ", ""))[0] in f" {over}" for i in range(count))
 
     def is_word(self, row: int, column: int) -> bool:
         """Return whether a letter or a digit is written there."""

@@ -32,6 +32,8 @@ WAITS: Final[dict[str, str]] = {
 }
 Sign = Literal["", "failed", "canceled", "running"]
 SIGNS: Final[dict[Sign, str]] = {"failed": "failed", "canceled": "canceled", "running": "runs"}
+MANY: Final = 40
+"""More than so many actions in one bar, and it is told how to see them."""
 PAGE: Final = 60
 """Rows of one picture."""
 
@@ -165,10 +167,13 @@ def planned(
     pages = _pages(groups, rows)
     if not 1 <= page <= len(pages):
         raise UnusableFile(f"there is no page {page}; the chart has {len(pages)}")
-    note = ""
+    notes = []
     if len(pages) > 1:
         agents = sum(len(group.rows) for group in groups)
-        note = f"page {page} of {len(pages)} ({agents} rows): --page N shows another, task ids show less"
+        notes.append(f"page {page} of {len(pages)} ({agents} rows): --page N shows another, task ids show less")
+    if any(bar.count > MANY for group in pages[page - 1] for row in group.rows for bar in row.bars):
+        notes.append("short actions are put together: --from and --to show a part")
+    note = "; ".join(notes)
     return Plan(
         zero=zero, start=start, end=end, running=running and end >= most, groups=tuple(pages[page - 1]), page=page,
         pages=len(pages), note=note,

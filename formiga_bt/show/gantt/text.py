@@ -36,7 +36,7 @@ class Look(Struct, frozen=True):
 
 PLAIN: Final = Look(
     fill={"rise": "^", "move": "-", "work": "#", "ask": "~", "stop": "X", "mixed": "+"},
-    rest={"pending": ".", "question": "?", "gate": ":", "held": '"'},
+    rest={"pending": ".", "question": "?", "gate": ":", "held": "="},
     sign={"": "]", "failed": "!", "canceled": "/", "running": ">"},
     left="[",
     right="]",

@@ -208,7 +208,8 @@ class _Map:
             (row - 1, column + 2), (row + 1, column + 2), (row - 1, column - n - 1), (row + 1, column - n - 1),
         ):  # fmt: skip
             left = c - 1 if c - 1 != column else c
-            if left > MARGIN and self.canvas.is_free(r, left, n + c - left) and not self._letter_at(r, c + n):
+            free = self.canvas.is_free(r, left, n + c - left, self.look.forbidden)
+            if left > MARGIN and free and not self._letter_at(r, c + n):
                 self.canvas.write(r, c, name)
                 return
 
