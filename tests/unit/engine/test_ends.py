@@ -1,5 +1,7 @@
 """What the engine tells of the ends of steps: once each, with how and why, and nothing else depends on it."""
 
+from msgspec import json
+
 from formiga_bt.engine import changes as ch
 from tests.unit.engine.yard import CART, Yard
 
@@ -96,3 +98,9 @@ def test_a_step_that_ends_nothing_has_no_such_change() -> None:
     bench.start()
 
     assert ends(bench) == []
+
+
+def test_an_end_can_be_written_and_read_again() -> None:
+    told = ch.NodesEnded("T-1", (("steps/steps[0]@2", "F", "timeout"), ("steps", "F", "timeout")))
+
+    assert json.decode(json.encode(told), type=ch.Change) == told
