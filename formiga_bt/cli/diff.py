@@ -67,7 +67,11 @@ class _Version:
 
 
 def _read(path: Path, world: World) -> _Version:
-    return _Version(read_task(readable(path), world), str(path))
+    read = read_task(readable(path), world)
+    lines = [line for text in list(read.sources.values())[:1] for line in text.splitlines()]
+    if any(line.startswith("subtrees:") for line in lines) and not any(line.startswith("task:") for line in lines):
+        raise UnusableFile(f"{path} holds subtrees only; compare tasks that call them")
+    return _Version(read, str(path))
 
 
 def _refuse_errors(world: World, *versions: _Version) -> None:

@@ -8,6 +8,7 @@ from random import Random
 from typing import Any
 
 import pytest
+import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -16,6 +17,7 @@ from formiga_bt.lang.loader import load_catalogue, load_task_text
 from formiga_bt.lang.model import Task
 from formiga_bt.show.diff.changes import Difference, compare
 from formiga_bt.show.diff.terminal import draw
+from tests.mutation import operators
 from tests.property.strategies import load, task_text
 
 ROOT = Path(__file__).parents[2]
@@ -175,3 +177,25 @@ def test_any_two_tasks_are_compared_and_drawn_and_what_came_here_went_there(one:
         assert all(len(line.plain()) <= width for line in draw(there, width=width, ascii_only=True))
     assert (there.counts == {}) == (back.counts == {})
     assert there.counts.get("renamed", 0) == back.counts.get("renamed", 0)
+
+
+@pytest.mark.parametrize("name", ["delivery", "watch_dog_sos"])
+def test_each_single_fault_that_the_checker_lets_pass_is_one_change(name: str) -> None:
+    path = ROOT / "trees" / f"{name}.yaml"
+    data = yaml.load(path.read_text(encoding="utf-8"), yaml.BaseLoader)
+    edits = (operators.dropped_step, operators.dropped_option, operators.other_unit, operators.tenfold)
+    told: dict[str, int] = {}
+    versions = [data, *(new for edit in edits for _, _, new in edit(data))]
+    first, *others = (
+        load_task_text(json.dumps(one, indent=1), path.name, catalogue=CATALOGUE, folder_=path.parent)
+        for one in versions
+    )
+    assert first.task is not None
+    for other in others:
+        if other.task is not None:
+            found = compare(first.task, other.task, first.sources, other.sources)
+            assert len(found.changes) == 1, found.in_words()
+            told[found.changes[0].what] = told.get(found.changes[0].what, 0) + 1
+
+    assert told["changed"] > 2
+    assert set(told) <= {"changed", "removed"}

@@ -99,6 +99,7 @@ def test_a_file_with_errors_is_not_compared(here: Path, capsys: pytest.CaptureFi
     [
         (["a.yaml"], "formiga: name two files, or one file and --git REV\n"),
         (["a.yaml", "gone.yaml"], "formiga: cannot read gone.yaml: No such file or directory\n"),
+        (["a.yaml", "lib/pause.yaml"], "formiga: lib/pause.yaml holds subtrees only; compare tasks that call them\n"),
         (["a.yaml", "a.yaml", "--git", "HEAD"], "formiga: --git compares one file\n"),
     ],
 )
