@@ -230,6 +230,8 @@ class Ledger:
             if way is None:
                 way = self.ways[agent.id] = Way(agent.id, agent.type, human=agent.human, points=self.bounds.points)
             way.note(at, agent.position, agent.task)
+        elif old is not None and agent.heard_at != old.heard_at and agent.id in self.ways:
+            self.ways[agent.id].stood(at)
         if needs_person(agent):
             self.stuck.setdefault(agent.id, at)
         elif self.stuck:

@@ -16,8 +16,7 @@ NEAR_M: Final = 1.0
 STILL_M: Final = 0.5
 """So near to the newest point it stands still."""
 REST_US: Final[Micros] = 5 * SECOND
-REST_M: Final = 30.0
-"""Told nothing for so long, and then to be no further away: it stood, and is not one whose link was lost on its way."""
+"""What stood for longer has a point when it came and one when it left."""
 WAITING: Final = 16
 """So many points may wait for the line that is drawn through them."""
 POINTS: Final = 5000
@@ -43,29 +42,35 @@ class Way:
         self._kept = 0
         self._waiting: list[Fix] = []
         """After the newest kept point; the last of them is where it is."""
+        self._still: Micros = 0
+        """When it was last told to be there."""
 
     def note(self, at: Micros, where: Position, task: str) -> None:
         """Take the agent's position at an instant."""
         fix = (at, where.east_m, where.north_m, where.up_m)
         if not self.pieces or self.pieces[-1].task != task:
-            self._turn(task)
+            self._turn(at, task)
         kept, waiting = self.pieces[-1].fixes, self._waiting
         if not kept:
             self._keep(fix)
             return
         newest = waiting[-1] if waiting else kept[-1]
-        gap = _gap(newest, fix)
-        if gap <= STILL_M:
+        if _gap(newest, fix) <= STILL_M:
+            self._still = at
             return
-        if at - newest[0] > REST_US and gap < REST_M:  # it stood: it left a moment ago, not when it came
+        if self._still - newest[0] > REST_US:  # it stood: it left then, not when it came
             if waiting:
                 self._keep(newest)
                 waiting.clear()
-            self._keep((at - SECOND, *newest[1:]))
+            self._keep((self._still, *newest[1:]))
         if len(waiting) >= WAITING or any(_aside(kept[-1], fix, one) > NEAR_M for one in waiting):
             self._keep(waiting[-1])
             waiting.clear()
         waiting.append(fix)
+
+    def stood(self, at: Micros) -> None:
+        """Take that the agent is where it was."""
+        self._still = at
 
     def tracks(self, tasks: frozenset[str] | None = None) -> list[Track]:
         """Return the pieces for these tasks, or all."""
@@ -82,7 +87,7 @@ class Way:
                 )
         return found
 
-    def _turn(self, task: str) -> None:
+    def _turn(self, at: Micros, task: str) -> None:
         """Begin the piece of another task where the one before it ended."""
         last = self._waiting[-1] if self._waiting else self.pieces[-1].fixes[-1] if self.pieces else None
         if self._waiting:
@@ -94,7 +99,7 @@ class Way:
             return
         self.pieces.append(Piece(task))
         if last is not None:
-            self._keep(last)
+            self._keep((at, *last[1:]))
 
     def _keep(self, fix: Fix) -> None:
         self.pieces[-1].fixes.append(fix)
