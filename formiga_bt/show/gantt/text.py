@@ -174,7 +174,8 @@ class _Chart:
         span = self.plan.end - self.plan.start
         canvas = Canvas(self.label + self.room, 2)
         canvas.write(0, self.label, self.look.line * self.room, "dim")
-        canvas.write(1, 2, cut(axis.unit, self.label - 3, self.look.cut), "dim")
+        fits = len(axis.unit) <= self.label - 3
+        canvas.write(1, 2, axis.unit if fits else "", "dim")
         shown = [((at - self.plan.start) / span * (self.room - 1), text) for at, text in axis.marks]
         for column, _ in shown:
             canvas.write(0, self.label + round(column), self.look.tick, "dim")
@@ -185,6 +186,8 @@ class _Chart:
             canvas.write(0, self.label + self.room - 1, "|" if self.ascii_only else "┤", "bold")
             canvas.write(1, self.label + self.room - 3, "now", "bold")
         yield from canvas.lines()
+        if not fits:
+            yield Text.of(f"  {cut(axis.unit, self.label + self.room - 2, self.look.cut)}", "dim")
 
     def _legend(self) -> Iterator[Text]:
         look, bars = self.look, self.plan.bars

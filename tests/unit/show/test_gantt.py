@@ -86,7 +86,7 @@ def test_the_clock_at_the_axis() -> None:
     text = plain(drawn(PICKUP, 72, clock=True, zone=UTC))
 
     assert "13:47:00" in text
-    assert "1970-01" in text
+    assert "\n  1970-01-12 UTC\n" in text
 
 
 def test_a_part_is_cut_out() -> None:
