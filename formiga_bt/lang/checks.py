@@ -38,7 +38,7 @@ from formiga_bt.lang.model import (
     WithAgents,
 )
 from formiga_bt.lang.reading import Problems
-from formiga_bt.lang.repeats import check_repeats
+from formiga_bt.lang.sense import check_sense
 from formiga_bt.lang.spacing import check_spacing
 from formiga_bt.lang.types import agent_type
 from formiga_bt.lang.walk import all_roles, children, orders, requests_inside, roles_inside
@@ -75,12 +75,7 @@ def check_task(task: Task, catalogue: Catalogue, problems: Problems, site: Site 
         check_landings(task, catalogue, problems)
     if not problems.has_errors():  # what was refused has no value
         check_effort(task, catalogue, site, problems)
-        for name, steps in sections:
-            with problems.within(name):
-                check_repeats(steps, catalogue, problems)
-        for subtree in task.subtrees.values():
-            with problems.outermost(subtree.name, "steps"):
-                check_repeats(subtree.steps, catalogue, problems)
+        check_sense(task, catalogue, site, problems)
 
 
 def can_succeed(step: Step) -> bool:

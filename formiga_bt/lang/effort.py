@@ -14,6 +14,7 @@ from typing import Any, Final
 from formiga_bt.diagnostics import Mark
 from formiga_bt.energy import Power, hover_pct, power_of, way_pct
 from formiga_bt.geo import Place, Position, Region
+from formiga_bt.lang import hovering
 from formiga_bt.lang.binding import BASE, SiteEnv
 from formiga_bt.lang.envelope import key_of
 from formiga_bt.lang.expressions import plain_name
@@ -144,6 +145,8 @@ class _Walk:
         self.problems = problems
         self.told: set[Mark] = set()
         self.left = _MOST_STEPS
+        self.bounds: list[float] = []
+        """Seconds after which something around the step ends it."""
         answer = catalogue.actions.get("Confirm")
         self.answer_s = answer.typical_us / 1e6 if answer is not None else 0.0
         self.powers: dict[str, dict[str, Power]] = {}
@@ -192,7 +195,12 @@ class _Walk:
         if self.left < 0:
             raise _TooLong
         before = dict(at)
+        self.check_hover(step, who, at)
+        self.bounds.append(
+            min((b for b in (_bound_s(step.timeout), *self.bounds[-1:]) if b is not None), default=math.inf)
+        )
         spent = self.kind(step, names, who, at)
+        self.bounds.pop()
         if not isinstance(step, Do):
             self.check_timeout(step.title, spent.usual_s, step.timeout)
             if step.retry is not None:
@@ -251,6 +259,8 @@ class _Walk:
         sums = []
         before = dict(at)
         mine = [{who.get(one, one) for some, _ in commands(child, {}) for one in some} for child in step.steps]
+        if step.need != "all":  # another branch may end it at any time
+            self.bounds.append(0.0)
         for index, child in enumerate(step.steps):
             others = set().union(*(roles for other, roles in enumerate(mine) if other != index))
             end = {role: point for role, point in before.items() if role not in others}
@@ -261,6 +271,7 @@ class _Walk:
                     at[role] = end[role]
         if step.need == "all":
             return _of_branches(sums, max)
+        self.bounds.pop()
         at.clear()
         return Sum(min((one.usual_s for one in sums), default=0.0))
 
@@ -410,6 +421,19 @@ class _Walk:
             self.told.add(bound.mark)
             self.problems.add("W064", bound.mark, what, "make it longer, or the path shorter")
 
+    def check_hover(self, step: Step, who: Mapping[str, str], at: "Where") -> None:
+        """Report W096 for a wait that lasts longer than a machine in the air can hover."""
+        seconds = hovering.waiting_s(step)
+        if seconds is None or step.timeout is None or step.timeout.mark in self.told:
+            return
+        for role in hovering.who_waits(step, at, who):
+            powers = self.powers.get(role, {})
+            most = hovering.longest_hover_s(powers, {name: self.reserve(name) for name in powers})
+            if min([seconds, *self.bounds[-1:]]) > most:
+                self.told.add(step.timeout.mark)
+                hovering.report(step, role, most, self.problems)
+                return
+
     def check_escalation(self, step: Ask) -> None:
         """Report W064 for who is asked next before the first could answer, or never."""
         after, bound = step.escalate_after, step.timeout
@@ -491,6 +515,11 @@ def _area_m2(region: Region) -> float:
     corners = region.corners
     pairs = zip(corners, (*corners[1:], corners[0]), strict=True)
     return abs(sum(a.east_m * b.north_m - b.east_m * a.north_m for a, b in pairs)) / 2
+
+
+def _bound_s(bound: Expr | None) -> float | None:
+    const = bound.const if bound is not None and bound.is_const else None
+    return float(const) if isinstance(const, int | float) else None
 
 
 def _about(seconds: float) -> str:

@@ -338,6 +338,8 @@ class For(Step):
     """Loop name -> list."""
     steps: tuple[Step, ...]
     parallel: bool = False
+    said_mode: bool = False
+    """Whether the file says `mode`."""
     max_parallel: int | None = None
     need: int | Literal["all"] = "all"
     on_child_failure: Literal["finish", "cancel"] = "finish"

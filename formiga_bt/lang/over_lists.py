@@ -22,7 +22,7 @@ def read_for(read: Readers, body: Body, keys: Keys) -> Part | None:
     parallel = "mode" in keys and _word(body, keys, "mode", ("each", "parallel")) == "parallel"
     lists = _read_lists(body, keys["for"].value)
     length = _same_length(body, lists or {})
-    part: Part = {"parallel": parallel, "need": read_need(body, keys, length, "items")}
+    part: Part = {"parallel": parallel, "said_mode": "mode" in keys, "need": read_need(body, keys, length, "items")}
     part["on_child_failure"] = read_child_failure(body, keys)
     _read_most(body, keys, part, parallel=parallel)
     entry = body.flow.copy()

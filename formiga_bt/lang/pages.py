@@ -116,7 +116,7 @@ def whole(example: Example) -> str:
     if not re.search(r"^agents:", text, re.MULTILINE):
         main = text.partition("subtrees:")[0]
         head += "agents:\n" if any(re.search(rf"\b{role}\b", main) for role in _HEAD) else ""
-        head += "".join(
-            line for role, line in _HEAD.items() if re.search(rf"(?<!: \$\{{)\b{role}\b[^:]|{role}\}}", main)
-        )
+        roles = [line for role, line in _HEAD.items() if re.search(rf"(?<!: \$\{{)\b{role}\b[^:]|{role}\}}", main)]
+        near = ', near: "${target}"' if re.search(r"\btarget\b", main) else ""
+        head += "".join(re.sub(r"(?<=wd)\}", f"{near}}}", line) for line in roles)
     return head + text

@@ -40,7 +40,7 @@ def check_repeats(steps: tuple[Step, ...], catalogue: Catalogue, problems: Probl
 def bodies(step: Step) -> list[tuple[Step, ...]]:
     """Return the lists of steps inside a step that run in their order; branches of other steps stand alone."""
     found = []
-    for name in _parts(cast("Hashable", type(step))):
+    for name in parts_of(step):
         value = getattr(step, name)
         if isinstance(value, tuple) and value and isinstance(value[0], Step):
             found.append(value)
@@ -48,6 +48,11 @@ def bodies(step: Step) -> list[tuple[Step, ...]]:
         return [(child,) for child in children(step)]
     in_order = step.kind not in ("parallel", "fallback")
     return found if in_order else [(child,) for body in found for child in body]
+
+
+def parts_of(value: Any) -> tuple[str, ...]:
+    """Return the names of what a part of the model says, its places left out."""
+    return _parts(cast("Hashable", type(value)))
 
 
 @cache
@@ -70,7 +75,7 @@ def same(one: Any, other: Any) -> bool:
         case Mapping():
             return one.keys() == other.keys() and all(same(value, other[key]) for key, value in one.items())
     if is_dataclass(one):
-        return all(same(getattr(one, name), getattr(other, name)) for name in _parts(one.__class__))
+        return all(same(getattr(one, name), getattr(other, name)) for name in parts_of(one))
     return bool(one == other)
 
 

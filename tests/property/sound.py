@@ -60,6 +60,9 @@ class Good(InTheAir):
     def file(self, steps: Steps) -> dict[str, Any]:
         """Return the whole file, with what the pieces need."""
         file: dict[str, Any] = {"formiga": 1, "task": "Good"}
+        for lane, name in enumerate(("drone", "who", "drone3")):
+            if name in self.agents and lane in self.first:
+                self.agents[name]["near"] = f"${{{self.first[lane]}}}"
         if any(f'"{name}"' in json.dumps(steps) for name in ("ReturnHome", "FlyTo", "FlyAndLand", "FetchHome")):
             file["imports"] = ["lib/flying.yaml"]
         file |= {
@@ -148,8 +151,9 @@ class Good(InTheAir):
         if not spare:
             return self.found(spare)
         helper = self.new("helper")
-        role = {"type": self.dice.choice(spare), "near": "${target}", "wait": "30 min"}
-        block: dict[str, Any] = {"with_agents": {helper: role}, "steps": self.mission(helper, 3)}
+        steps = self.mission(helper, 3)
+        role = {"type": self.dice.choice(spare), "near": f"${{{self.first.get(3, 'base')}}}", "wait": "30 min"}
+        block: dict[str, Any] = {"with_agents": {helper: role}, "steps": steps}
         if self.dice.random() < 0.5:
             block["retry"] = {"attempts": 2, "delay": "10 s", "agent": "another"}
         return [block]

@@ -20,6 +20,8 @@ class Pieces:
         self.vars: dict[str, Any] = {}
         self.agents: dict[str, Any] = {}
         self.subtrees: dict[str, Any] = {}
+        self.first: dict[int, str] = {}
+        """By lane: the place that its drone is sent to first."""
 
     def new(self, word: str) -> str:
         """Return a name that nothing else has."""
@@ -49,6 +51,7 @@ class Pieces:
         if self.dice.random() < 0.1:
             self.params["other"] = {"type": "place", "optional": True}
             base = "(other if is_set(other) else target)"
+        self.first.setdefault(lane, base)
         return f"offset({base}, east={lane * 25 + self.dice.randint(1, 3)} m, north={self.dice.randint(1, 90)} m)"
 
     def place(self, lane: int) -> str:

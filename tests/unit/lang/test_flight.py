@@ -79,7 +79,7 @@ def test_it_is_refused(load: Load, name: str) -> None:
 
 
 def test_a_role_that_may_be_away_must_be_asked(load: Load) -> None:
-    away = "{type: hwd, away: true}"
+    away = "{type: hwd, away: true, near: '${base}'}"
 
     assert codes(load, steps(UP, DOWN), away) == ["E030"]
     assert codes(load, steps(UP + "\n{0}  when: not drone.airborne", DOWN), away) == []
@@ -97,7 +97,7 @@ def test_two_roles_are_followed_apart(load: Load) -> None:
 
 def test_calls_are_followed_with_the_callers_role(load: Load) -> None:
     text = (
-        "imports: [lib/flying.yaml]\nagents:\n  one: {type: lwd}\nsteps:\n"
+        "imports: [lib/flying.yaml]\nagents:\n  one: {type: lwd, near: '${base}'}\nsteps:\n"
         '  - call: FlyTo\n    with: {drone: "${one}", to: "${base}", height: 60 m}\n'
         '  - call: FlyAndLand\n    with: {drone: "${one}", at: "${base}"}\n'
     )
@@ -136,6 +136,7 @@ UP_ALL = """
 """
 HOME_ALL = """
   - for: {drone: "${drones}"}
+    mode: each
     steps:
       - call: ReturnHome
         with: {drone: "${drone}"}
@@ -145,7 +146,7 @@ HOME_ALL = """
 class TestLists:
     def test_what_a_for_does_to_one_it_does_to_all(self, load: Load) -> None:
         assert lines(load, LIST + UP_ALL + HOME_ALL) == []
-        assert lines(load, LIST + HOME_ALL) == [("E030", 7)]
+        assert lines(load, LIST + HOME_ALL) == [("E030", 8)]
         assert lines(load, LIST + UP_ALL) == [("E031", 8)]
 
     def test_some_may_be_left_up(self, load: Load) -> None:
@@ -176,6 +177,7 @@ steps:
       drone:
         - ${one}
         - ${two}
+    mode: each
     steps:
       - call: ReturnHome
         with: {drone: "${drone}"}

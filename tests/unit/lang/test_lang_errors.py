@@ -82,6 +82,15 @@ def test_every_code_that_the_loader_reports_is_in_the_museum() -> None:
         "envelope",
         "catalogue",
         "scopes",
+        "chosen",
+        "questions",
+        "nesting",
+        "layers",
+        "errands",
+        "hovering",
+        "role_names",
+        "foregone",
+        "endings",
     )
     source = "".join((ROOT / "formiga_bt" / "lang" / f"{name}.py").read_text() for name in modules)
 

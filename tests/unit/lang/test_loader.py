@@ -75,6 +75,7 @@ class TestSteps:
       - wait: 6 s
       - sequence:
           - wait: 7 s
+        timeout: 1 min
   - fallback:
       - check: picker.battery > 30 %
       - wait: 5 s
@@ -100,7 +101,7 @@ finally:
 
     def test_fields_stand_in_the_catalogues_order_with_defaults(self, task: Read) -> None:
         found = task(
-            "agents:\n  drone: {type: hwd}\n"
+            "agents:\n  drone: {type: hwd, near: '${base}'}\n"
             """steps:
   - do: drone.TakeOff
   - do: drone.GoTo

@@ -240,7 +240,7 @@ class TestEndsAndWaits:
     @pytest.mark.parametrize(
         "around",
         [
-            "  - repeat: forever\n    timeout: 5 min\n    steps: [{wait: 5 s}]\n",
+            "  - repeat: forever\n    timeout: 5 min\n    ignore_failure: true\n    steps: [{wait: 5 s}]\n",
             "  - sequence:\n      - repeat: forever\n        steps: [{wait: 5 s}]\n    timeout: 5 min\n",
             "  - guard: one.battery > 50 %\n    steps:\n      - repeat: forever\n        steps: [{wait: 5 s}]\n",
             "  - parallel:\n      - wait: 5 min\n      - repeat: forever\n        steps: [{wait: 5 s}]\n    need: any\n",
@@ -281,6 +281,7 @@ class TestEndsAndWaits:
           - sequence:
               - if: one.battery > 50 %
                 then: [{break_if: one.battery > 60 %}]
+            name: Until it is full
 """
         assert codes(text) == []
 
