@@ -72,9 +72,9 @@ those that the checker refuses or warns about.
 
 ## Trees that no check was tuned on
 
-The checks were written while looking at the faults above that slipped through, so that figure says too how well they were fitted.
-None was fitted to faults of the [cookbook](cookbook.md)'s trees, which only had to pass without a warning. Of the same faults in them, {drawn} are drawn at random (always the same ones), with
-scenarios made in the same way.
+The checks were written while looking at the faults above that slipped through, so that figure says too how well they fit
+those. None was fitted to faults of the [cookbook](cookbook.md)'s trees, which only had to pass without a warning. Of the same
+faults in them, {drawn} are drawn at random (always the same ones), with scenarios made in the same way.
 
 | | faults | found | share |
 |---|---:|---:|---:|
