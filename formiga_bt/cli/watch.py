@@ -42,6 +42,8 @@ def command(
     source = Engine(place)
     source.now(count=1)  # no engine: said at once, in words
     colour = not os.environ.pop("NO_COLOR", "") and os.environ.get("TERM") != "dumb"
+    for name in ("COLUMNS", "LINES"):  # of a parent, they would count for more than the terminal's own size
+        os.environ.pop(name, None)
     app = Watch(
         source,
         None if read_only else Orders(place, by or user()),
