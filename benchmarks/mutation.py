@@ -2,8 +2,8 @@
 
 python benchmarks/mutation.py [--jobs N] [--only FILE] [--dry] [--known FILE]
 
-All of it takes about an hour and a half of one core. `--known FILE` keeps what came of the runs, which the checks do not change, so that a
-check can be tried in a minute.
+All of it takes about an hour and a half of one core. `--known FILE` keeps what came of the runs, which the checks do not
+change, so that a check can be tried in a minute.
 
 Every single fault of `tests/mutation/operators.py` is made in the ten missions and in lib/flying.yaml. A mutated file that
 cannot be read to its end (a name that nothing has, a unit that does not fit) has no meaning; it

@@ -42,7 +42,14 @@ def codes(load: Load, steps: str) -> list[str]:
 
 
 @pytest.mark.parametrize(
-    "cond", ["twice", "not twice", "is_set(other)", "said.answer == 'yes'", "distance(base, base) > 5 m and twice"]
+    "cond",
+    [
+        "twice",
+        "not twice",
+        "is_set(other)",
+        "said.answer == 'yes'",
+        "distance(base, offset(base, 9 m)) > 5 m and twice",
+    ],
 )
 def test_up_and_home_under_the_same_condition(load: Load, cond: str) -> None:
     assert codes(load, SAME.replace("COND", cond)) == []
