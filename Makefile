@@ -39,11 +39,12 @@ demo: $(STAMP)
 test: $(STAMP) $(if $(EXTERNAL),external)
 	@FORMIGA_EXTERNAL=$(EXTERNAL) $(PY) -m pytest -n 2 -m '$(if $(EXTERNAL),,not external)' $(PYTEST_ARGS)
 
-# What tests marked `external` need of pip; Node.js, npm and graphviz are the machine's (.ci/run installs them).
+# What tests marked `external` need of pip; Node.js, npm, graphviz and tmux are the machine's (.ci/run installs them).
 external: $(STAMP)
 	@$(PY) -m pip install --quiet --disable-pip-version-check --editable '.[dev,btcpp]'
 	@command -v npm >/dev/null || { echo "tests marked external need Node.js and npm (Debian, Ubuntu: apt install nodejs npm)" >&2; exit 1; }
 	@command -v dot >/dev/null || { echo "tests marked external need graphviz (Debian, Ubuntu: apt install graphviz)" >&2; exit 1; }
+	@command -v tmux >/dev/null || { echo "tests marked external need tmux (Debian, Ubuntu: apt install tmux)" >&2; exit 1; }
 
 lint: $(STAMP)
 	$(PY) -m ruff format --check .
