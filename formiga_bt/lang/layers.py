@@ -49,7 +49,7 @@ def _check(steps: tuple[Step, ...], catalogue: Catalogue, problems: Problems, of
             help_ = f"first across: at_height(..., {who}.transit_height)"
             problems.add("W094", step.fields[spec.moves_to].mark, what, help_)
         if spec.effect == "airborne":
-            kind = "up" if "transit_height" in bare(step.fields["altitude"]) else "unknown"
+            kind = "up" if any("transit_height" in bare(expr) for expr in step.fields.values()) else "unknown"
         if not spec.moves_to and not spec.effect:
             kind = "unknown"
         last[who] = (kind if is_plain(step) or kind == how else "somewhere" if how == "somewhere" else "unknown", step)
