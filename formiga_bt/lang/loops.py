@@ -57,7 +57,7 @@ def read_repeat(read: Readers, body: Body, keys: Keys) -> Part | None:
         body.flow.dead = True
     else:
         mark = keys["repeat"].key.mark
-        body.problems.add("E041", mark, "this loop never ends", "add break_if, until: or timeout:")
+        body.problems.add("E041", mark, "this loop never ends", "add break_if or until:, or say how long: `repeat: 2 h`")
     return {**how, **part}
 
 
