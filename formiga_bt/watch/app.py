@@ -14,27 +14,30 @@ from textual.app import App, ComposeResult
 from textual.binding import Binding, BindingType
 
 from formiga_bt.errors import FormigaError, TaskError
-from formiga_bt.show.facts import Because, Now, TaskPicture
+from formiga_bt.show.facts import Because, Now, TaskFact, TaskPicture
 from formiga_bt.show.source import Source
 from formiga_bt.watch.aim import Aim, order_of
 from formiga_bt.watch.background import Away, in_a_thread
 from formiga_bt.watch.board import Board
 from formiga_bt.watch.closeup import Closeup
+from formiga_bt.watch.frame import Frame
 from formiga_bt.watch.guards import TWICE_S
 from formiga_bt.watch.keys import help_lines
 from formiga_bt.watch.ordering import READ_ONLY, Ordering
 from formiga_bt.watch.orders import Actor, Order
 from formiga_bt.watch.palette import Palette
-from formiga_bt.watch.pane import Lines, Pane
+from formiga_bt.watch.pane import Pane
 from formiga_bt.watch.picture import why_rows
-from formiga_bt.watch.text import ASCII, FULL, Line, Piece, Row, Rows, clean, line, wrap
-from formiga_bt.watch.top import Link, top_lines
+from formiga_bt.watch.text import ASCII, FULL, Row, Rows, line
+from formiga_bt.watch.top import Link
 
 CALM_S, BUSY_S = 1.0, 0.5
 """Seconds between two looks, and after a key."""
 BUSY_FOR_S: Final = 5.0
 LATE_S: Final = 3.0
 """An engine that has not answered for so long is told as gone."""
+URGENT: Final = 100
+"""So many tasks are looked at for what needs a person while the person looks at others."""
 STEPS: Final = {"up": -1, "k": -1, "down": 1, "j": 1}
 
 CSS = """
@@ -90,9 +93,9 @@ class Watch(App[None]):
     ) -> None:
         super().__init__(ansi_color=True)
         self._source, self._clock, self._away, self._every_s = source, clock, away, every_s
-        self._palette = Palette(colour=colour, ascii_only=ascii_only)
+        palette = Palette(colour=colour, ascii_only=ascii_only)
         glyphs = ASCII if ascii_only else FULL
-        self._begun_s = self._answered_s = self._touched_s = clock()
+        self._answered_s = self._touched_s = clock()
         self._failed = ""
         self.now: Now | None = None
         self.task_id = task
@@ -102,32 +105,25 @@ class Watch(App[None]):
         self._before: list[tuple[str, str]] = []
         self._find, self._typing, self._over = "", False, False
         self._explained = ""
+        self._page = (0, 0)
+        self._urgent: tuple[TaskFact, ...] = ()
         self._soon = asyncio.Event()
-        self._polling = self._again = False
         self.ordering = Ordering(actor, away)
-        self.top = Lines(self._palette, fill="calm_bar", name="top")
-        self.board = Board(self._palette, glyphs)
-        self.closeup = Closeup(self._palette, glyphs, ascii_only=ascii_only)
-        self.help = Pane(self._palette, glyphs, name="help", title="HELP  (Esc: back)")
-        self.explain = Pane(self._palette, glyphs, name="explain", title="WHY", empty="asking ...")
-        self.reply = Lines(self._palette, name="reply")
-        self.foot = Lines(self._palette, name="foot")
+        self.frame = Frame(palette, self.ordering)
+        self.board = Board(palette, glyphs)
+        self.closeup = Closeup(palette, glyphs, ascii_only=ascii_only)
+        self.help = Pane(palette, glyphs, name="help", title="HELP  (Esc: back)")
+        self.explain = Pane(palette, glyphs, name="explain", title="WHY", empty="asking ...")
 
     # -- the screen ------------------------------------------------------------------------------------------------
     def compose(self) -> ComposeResult:
         """Lay out what is always there: the top line, one view, what was said, the keys."""
-        yield self.top
-        yield self.board
-        yield self.closeup
-        yield self.help
-        yield self.explain
-        yield self.reply
-        yield self.foot
+        yield from self.frame.around(self.board, self.closeup, self.help, self.explain)
 
     def on_mount(self) -> None:
         """Begin to look."""
-        words = help_lines(self.ordering.is_off)
-        self.help.show(Rows.of([Row(str(number), (line(text),)) for number, text in enumerate(words)]))
+        rows = [Row(str(n), (line(text),)) for n, text in enumerate(help_lines(self.ordering.is_off))]
+        self.help.show(Rows.of(rows))
         self._show_view()
         if self._every_s is not None:
             self.run_worker(self._look(self._every_s), exclusive=False)
@@ -148,7 +144,7 @@ class Watch(App[None]):
     def redraw(self) -> None:
         """Show what is known, in the size of now."""
         if self.now is not None:
-            self.board.fill(self.now, base=self._page[0], find=self._find, over=self._over, is_news=False)
+            self.board.fill(self.now, self._urgent, base=self._page[0], find=self._find, over=self._over, is_news=False)
         if self.view == "task" and self.closeup.picture is not None:
             self.closeup.fill(self.closeup.picture)
         if self.view in ("help", "explain"):
@@ -159,32 +155,10 @@ class Watch(App[None]):
         """Show what the clock alone changes: how old things are, what lapses."""
         at_s = self._clock()
         self.ordering.lapse(at_s)
-        width = self.size.width
-        about = clean(self.now.site) if self.now is not None else ""
-        lines = top_lines(self.now, self.link, width, about)
-        _resize(self.top, len(lines))
-        self.top.put([(one, False) for one in lines])
-        shown, tone = self.ordering.shown
-        told: list[Line] = []
-        for text in shown:
-            indent = " " * (len(text) - len(text.lstrip()))
-            told += [line(Piece(f" {indent}{part}", tone)) for part in wrap(text, max(10, width - 2 - len(indent)))]
-        told = told[: max(3, self.size.height // 3)]
-        _resize(self.reply, len(told))
-        self.reply.put([(one, False) for one in told])
-        self.foot.put([(self._foot(), False)])
-
-    def _foot(self) -> Line:
-        if self._typing:
-            return line(Piece(f" find: {self._find}_   Enter: done   Esc: all ", "calm_bar"))
-        looks, orders = "n:needs t:tasks a:agents v:events Enter:into w:why /:find q:quit", "h:hold r:return l:land"
-        keys = f"?:help  {looks}" if self.ordering.is_off else f"?:help  {orders} A:abort x:cut !:lockdown  {looks}"
-        if self.link.lost_s is not None and self.link.why:
-            return line(Piece(f" {clean(self.link.why.splitlines()[0])}; trying again ", "warn_bar"))
-        gone = self.pane.selection.gone
-        if gone and self.view == "site" and len(self.pane.rows):
-            return line(Piece(f" {gone} is no longer here; choose again ", "warn_bar"), Piece(f"  {keys}", "dim"))
-        return line(Piece(f" {keys}" + ("  READ ONLY" if self.ordering.is_off else ""), "dim"))
+        selection = self.pane.selection
+        gone = selection.gone if self.view == "site" and selection.ids else ""
+        find = self._find if self._typing else None
+        self.frame.show(self.now, self.link, (self.size.width, self.size.height), find=find, gone=gone)
 
     @property
     def link(self) -> Link:
@@ -216,12 +190,13 @@ class Watch(App[None]):
         why = self._explained if view == "explain" else task if self.closeup.active is self.closeup.why else ""
         source = self._source
 
-        def ask() -> tuple[Now, TaskPicture | None, tuple[str, list[Because]] | None]:
+        def ask() -> tuple[Now, Now, TaskPicture | None, tuple[str, list[Because]] | None]:
             now = source.now(first=first, count=count, find=find, over=over)
-            return now, source.task(task) if view == "task" else None, source.why(why) if why else None
+            front = source.now(count=URGENT) if first or find else now
+            return now, front, source.task(task) if view == "task" else None, source.why(why) if why else None
 
         try:
-            now, picture, because = await self._away(ask)
+            now, front, picture, because = await self._away(ask)
         except TaskError as error:
             self._answered_s, self._failed = self._clock(), ""
             self.ordering.say(str(error), "alarm", self._clock())
@@ -231,22 +206,18 @@ class Watch(App[None]):
         else:
             self._answered_s, self._failed = self._clock(), ""
             self._page = first, count
-            self.now = now
+            self.now, self._urgent = now, front.tasks
             self.ordering.see(now, self._clock())
-            self.board.fill(now, base=first, find=find, over=over)
+            is_news = (find, over) == (self._find, self._over)  # else it was asked for before the last key
+            self.board.fill(now, self._urgent, base=first, find=find, over=over, is_news=is_news)
             if picture is not None and self.view == "task" and picture.task.id == self.task_id:
                 self.closeup.fill(picture)
             if because is not None and view == self.view:
                 self.closeup.explain(because) if view == "task" else self._show_why(because)
         self.tick()
 
-    _page = (0, 0)
-
     def _show_why(self, because: tuple[str, list[Because]]) -> None:
         self.explain.show(Rows.of(why_rows(because, self.size.width - 2)), title=f"WHY {self._explained}  (Esc: back)")
-
-    def _ask_soon(self) -> None:
-        self._soon.set()
 
     # -- keys ------------------------------------------------------------------------------------------------------
     def action_leave(self) -> None:
@@ -290,7 +261,7 @@ class Watch(App[None]):
         else:
             self._find += character
         self.board.tasks.goto = 0
-        self._ask_soon()
+        self._soon.set()
 
     def _looks(self, key: str, character: str) -> bool:
         """Take a key that only looks; return whether it was one."""
@@ -320,7 +291,7 @@ class Watch(App[None]):
             self._go(self.board.tasks)
         elif character == "o" and view == "site":
             self._over = not self._over
-            self._ask_soon()
+            self._soon.set()
         elif character in ("n", "t", "a", "v") and character:
             self._shortcut(character)
         else:
@@ -346,13 +317,13 @@ class Watch(App[None]):
         if self.view == "task" and pane is not self.closeup.steps:
             self.closeup.touched()
         self.call_after_refresh(self.redraw)
-        self._ask_soon()
+        self._soon.set()
 
     def _moved(self, pane: Pane) -> None:
         if self.view == "task":
             self.closeup.touched()
         if pane is self.board.tasks and pane.lacks():
-            self._ask_soon()
+            self._soon.set()
 
     def _enter(self) -> None:
         task = self.aim.task(self.now) if self.now is not None else ""
@@ -377,7 +348,7 @@ class Watch(App[None]):
             self._before.append((self.view, self.task_id))
             self.view, self.task_id = view, task or self.task_id
             self._show_view()
-            self._ask_soon()
+            self._soon.set()
 
     def _back(self) -> None:
         if self._before:
@@ -388,7 +359,7 @@ class Watch(App[None]):
             self._find = ""
             self.board.tasks.goto = 0
         self._show_view()
-        self._ask_soon()
+        self._soon.set()
 
     # -- orders ----------------------------------------------------------------------------------------------------
     @property
@@ -425,11 +396,6 @@ class Watch(App[None]):
         async def work() -> None:
             await self.ordering.send(order, self._clock())
             self.tick()
-            self._ask_soon()
+            self._soon.set()
 
         self.run_worker(work(), exclusive=False)
-
-
-def _resize(widget: Lines, height: int) -> None:
-    if widget.styles.height is None or widget.styles.height.value != height:
-        widget.styles.height = height

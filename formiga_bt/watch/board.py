@@ -1,16 +1,17 @@
 """The whole site on the screen: what needs you, tasks, agents, events; as many panes as there is room for."""
 
+from collections.abc import Sequence
 from typing import Final
 
 from textual.app import ComposeResult
 from textual.containers import Container
 
-from formiga_bt.show.facts import Now
+from formiga_bt.show.facts import Now, TaskFact
 from formiga_bt.watch.needs import needs
 from formiga_bt.watch.palette import Palette
 from formiga_bt.watch.pane import Pane
 from formiga_bt.watch.tables import agent_rows, agents_head, line_rows, task_rows, tasks_head
-from formiga_bt.watch.text import Glyphs, Rows
+from formiga_bt.watch.text import Glyphs
 
 BESIDE: Final = 150
 """Columns from which agents and events stand beside the tasks."""
@@ -73,14 +74,18 @@ class Board(Container):
         self.events.display = beside or height >= WITH_EVENTS or below is self.events
         self._side.display = self.agents.display or self.events.display
 
-    def fill(self, now: Now, *, base: int, find: str, over: bool, is_news: bool = True) -> None:
-        """Show a site."""
+    def fill(
+        self, now: Now, urgent: Sequence[TaskFact], *, base: int, find: str, over: bool, is_news: bool = True
+    ) -> None:
+        """Show a site; `urgent` are the most urgent of all tasks, also when `now` has another page of them."""
         self.lay_out()
         height = self.app.size.height
         width = (self.needs.size.width or self.app.size.width) - GUTTER
-        found = Rows.of(needs(now, width, self._glyphs))
-        lines = sum(len(found[place].lines) for place in range(len(found)))
-        self.needs.styles.height = 1 + max(1, min(lines, max(4, (height - 4) // 2)))
+        found = needs(now, urgent, width, self._glyphs)
+        most, lines = max(4, (height - 4) // 2), 0
+        for place in range(min(len(found), most)):
+            lines += len(found[place].lines)
+        self.needs.styles.height = 1 + max(1, min(lines, most))
         self.needs.show(found)
         width = (self.tasks.size.width or self.app.size.width) - GUTTER
         title = "TASKS" + (" and ended ones" if over else "") + (f" with '{find}'" if find else "")

@@ -4,34 +4,44 @@ A row's id says what it is: `Q7` a question, `agent:hwd_1` a machine, `task:Pick
 be read and not answered. `choices` gives what the number keys do to a row.
 """
 
+from collections.abc import Callable, Sequence
+from functools import partial
+
 from formiga_bt.show.facts import AgentFact, LineFact, Now, QuestionFact, TaskFact
 from formiga_bt.watch.orders import HANDBACKS, Order
-from formiga_bt.watch.text import Glyphs, Line, Piece, Row, Tone, clean, left, line, span, wrap
+from formiga_bt.watch.text import Glyphs, Line, Piece, Row, Rows, Tone, clean, left, line, span, wrap
 
 ALARM_US = 10 * 60 * 1_000_000
 """An alarm is shown for so long."""
 INDENT = 4
 
 
-def needs(now: Now, width: int, glyphs: Glyphs) -> list[Row]:
-    """Return what needs a person, most urgent first."""
+def needs(now: Now, tasks: Sequence[TaskFact], width: int, glyphs: Glyphs) -> Rows:
+    """Return what needs a person, most urgent first.
+
+    Args:
+        now: the site.
+        tasks: the most urgent ones of all, whatever page of tasks `now` has.
+        width: columns of the screen.
+        glyphs: its characters.
+    """
     far = 1 << 62
-    rows: list[tuple[tuple[int, int, int], Row]] = []
-    for question in now.questions:
-        until = question.lapses_at if question.lapses_at is not None else far
-        rows.append(((0, until, question.asked_at), Row(question.number, _question(question, now, width, glyphs))))
+    found: list[tuple[tuple[int, int, int], str, Callable[[], tuple[Line, ...]]]] = []
+    for one in now.questions:
+        until = one.lapses_at if one.lapses_at is not None else far
+        found.append(((0, until, one.asked_at), one.number, partial(_question, one, now, width, glyphs)))
     for number, agent in enumerate(now.agents):
-        lines = _agent(agent, width)
-        if lines:
-            rows.append(((1, far, number), Row(f"agent:{agent.id}", lines)))
+        if _needs_somebody(agent):
+            found.append(((1, far, number), f"agent:{agent.id}", partial(_agent, agent, width)))
     asked = {question.number for question in now.questions}
-    for number, task in enumerate(now.tasks):
+    for number, task in enumerate(tasks):
         if task.needs and task.needs not in asked and not task.is_over:
-            rows.append(((2, far, number), Row(f"task:{task.id}", _task(task, width))))
+            found.append(((2, far, number), f"task:{task.id}", partial(_task, task, width)))
     alarms = [one for one in now.lines if one.severity == "alarm" and now.at - one.at <= ALARM_US]
-    for number, one in enumerate(reversed(alarms)):
-        rows.append(((3, far, number), Row(f"alarm:{one.at}:{one.text}", _alarm(one, now, width))))
-    return [row for _, row in sorted(rows, key=lambda each: each[0])]
+    for number, alarm in enumerate(reversed(alarms)):
+        found.append(((3, far, number), f"alarm:{alarm.at}:{alarm.text}", partial(_alarm, alarm, now, width)))
+    found.sort(key=lambda each: each[:2])
+    return Rows([row for _, row, _ in found], lambda place: Row(found[place][1], found[place][2]()))
 
 
 def choices(row_id: str, now: Now) -> list[Order]:
@@ -91,6 +101,10 @@ def _spread(words: list[str], width: int) -> list[str]:
     return lines
 
 
+def _needs_somebody(agent: AgentFact) -> bool:
+    return bool(agent.taken or agent.quarantine or agent.breach or agent.pool == "PARKED_AWAY")
+
+
 def _agent(agent: AgentFact, width: int) -> tuple[Line, ...]:
     if agent.taken and agent.control == "engine":
         words = f"HAND BACK {agent.id}: its pilot gave it back"
@@ -103,9 +117,7 @@ def _agent(agent: AgentFact, width: int) -> tuple[Line, ...]:
         return _told(text, width, "alarm", line(" " * INDENT, Piece("1 clear, when you have looked", "warn")))
     if agent.breach:
         return _told(f"{agent.id} breaks a limit: {agent.breach.removeprefix('!')}", width, "alarm")
-    if agent.pool == "PARKED_AWAY":
-        return _told(f"FETCH {agent.id}: it stands away from its port", width, "warn")
-    return ()
+    return _told(f"FETCH {agent.id}: it stands away from its port", width, "warn")
 
 
 def _task(task: TaskFact, width: int) -> tuple[Line, ...]:

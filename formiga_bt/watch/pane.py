@@ -97,8 +97,12 @@ class Pane(Lines):
         self.selection.see(rows.ids)
         goes = is_news and self.goto is not None
         if is_news and self.goto is not None:
-            self.selection.choose(self.goto - base)
-            self.goto = None
+            place = min(self.goto, self.total - 1) - base
+            if self.total and not 0 <= place < len(rows):
+                goes = False  # this page was asked for before the key
+            else:
+                self.selection.choose(place)
+                self.goto = None
         self.first = top - base
         if was_in_view and self.selection.id:
             self.first = self.selection.index - offset
@@ -175,6 +179,8 @@ class Pane(Lines):
     def draw(self) -> None:
         """Put the lines in view on the screen."""
         height = self.size.height
+        if not height:
+            return  # it is drawn as soon as there is room for it
         lines: list[tuple[Line, bool]] = [(self._title(), False)]
         if self.head:
             lines.append((line("  ", Piece(self.head, "dim")), False))
@@ -188,7 +194,7 @@ class Pane(Lines):
             for number, pieces in enumerate(row.lines):
                 lead = f"{self._glyphs.pointer} " if chosen and number == 0 else "  "
                 lines.append(((Piece(lead, "bold"), *pieces), chosen and self.is_active))
-        self.put(lines[: max(1, height)])
+        self.put(lines[:height])
 
     def _title(self) -> Line:
         seen = self.page if len(self.rows) else 0

@@ -216,7 +216,7 @@ def watching(
         async with app.run_test(size=size) as pilot:
             rooms.append(Room(source, actor, app, pilot))
             await pilot.pause()
-            await rooms[0].poll(0.0)
+            await app.poll()
             await rooms[0].poll(5.0)
             await test(rooms[0])
 

@@ -127,6 +127,23 @@ def test_only_the_page_in_view_is_asked_for_and_all_are_reached() -> None:
     watching(look, source)
 
 
+def test_an_answer_from_before_the_key_does_not_lead_astray() -> None:
+    source = FakeSource()
+    source.tasks = many(900)
+
+    async def look(room: Room) -> None:
+        pane = room.app.board.tasks
+        await room.press("end")
+        room.app.board.fill(source.now(count=50), (), base=0, find="", over=False)
+        assert pane.selection.id == ""
+        await room.press("h")
+        assert room.sent == []
+        await room.poll()
+        assert pane.selection.id == "PickUp-900"
+
+    watching(look, source)
+
+
 def test_every_row_of_a_long_table_is_walked_through_one_by_one() -> None:
     source = FakeSource()
     source.tasks = many(120)
@@ -152,6 +169,21 @@ def test_the_chosen_row_stays_in_view_when_its_page_moves() -> None:
         await room.poll()
         await room.poll()
         assert f"▶ {chosen} " in room.text
+
+    watching(look, source)
+
+
+def test_what_needs_a_person_stays_in_view_on_every_page() -> None:
+    source = FakeSource()
+    source.tasks = [task(0, held=("operator",), needs="continue or end it"), *many(500)]
+
+    async def look(room: Room) -> None:
+        for keys in (["end"], ["slash", *"400", "enter"]):
+            await room.press(*keys)
+            await room.poll()
+            await room.poll()
+            assert "▶ PickUp-0" not in room.text.partition("TASKS")[2]
+            assert room.shows("HELD PickUp-0: continue or end it")
 
     watching(look, source)
 
@@ -387,7 +419,8 @@ def test_texts_from_outside_command_no_terminal() -> None:
 def test_nothing_is_drawn_again_where_nothing_changed(monkeypatch: pytest.MonkeyPatch) -> None:
     async def look(room: Room) -> None:
         drawn: list[object] = []
-        for pane in (room.app.top, *room.app.board.panes, room.app.foot, room.app.reply):
+        frame = room.app.frame
+        for pane in (frame.top, *room.app.board.panes, frame.foot, frame.reply):
             monkeypatch.setattr(pane, "refresh", lambda *regions, **more: drawn.append(regions))
         await room.poll(0.5)
         assert drawn == []
