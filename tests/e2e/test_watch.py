@@ -134,6 +134,13 @@ def test_a_person_watches_answers_stops_and_resizes(shell: Shell, terminal: Term
     assert shell.json("tasks")["tasks"][0]["section"] != "done"
     terminal.keys("A", "y")
     terminal.wait("abort Hello-2: Hello-2 ends")
+    terminal.keys("!")
+    terminal.wait("! once more within 2 s")
+    terminal.wait("lockdown: no second key came; nothing was done")
+    terminal.keys("!", "!")
+    terminal.until(lambda text: text.startswith("LOCKDOWN "), "the site is locked down")
+    terminal.keys("U", "y")
+    terminal.until(TOP.match, "it is released")
     terminal.keys("q")
     terminal.wait("LEFT WITH 0")
     shell.run("down", "--yes")
