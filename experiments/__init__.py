@@ -1,0 +1,1 @@
+"""Experiments that compare formiga_bt with what was published."""

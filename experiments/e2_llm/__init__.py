@@ -1,0 +1,1 @@
+"""Experiment 2: tasks written by language models, judged in the simulator (docs/experiments.md)."""
