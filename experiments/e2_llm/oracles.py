@@ -7,6 +7,7 @@ the legs of a triangle point, how high.
 
 import math
 from collections.abc import Callable, Iterable, Mapping
+from itertools import pairwise
 from typing import Any, Final
 
 from experiments.e2_llm.figures_flown import (
@@ -328,13 +329,19 @@ def _watched(faults: Faults, flown: Flown, drone: Machine, target: Flat) -> Aske
 
 
 def _grid(corners: list[Flat]) -> list[Flat]:
-    import shapely
-
-    shape = shapely.Polygon(corners)
-    west, south, east, north = shape.bounds
+    """Return spots 10 m apart inside a polygon."""
+    easts, norths = [one[0] for one in corners], [one[1] for one in corners]
     spots = [
-        (west + 10.0 * i, south + 10.0 * j)
-        for i in range(int((east - west) / 10.0) + 1)
-        for j in range(int((north - south) / 10.0) + 1)
+        (min(easts) + 10.0 * i, min(norths) + 10.0 * j)
+        for i in range(int((max(easts) - min(easts)) / 10.0) + 1)
+        for j in range(int((max(norths) - min(norths)) / 10.0) + 1)
     ]
-    return [spot for spot in spots if shape.contains(shapely.Point(spot))]
+    return [spot for spot in spots if _is_inside(spot, corners)]
+
+
+def _is_inside(spot: Flat, corners: list[Flat]) -> bool:
+    inside = False
+    for (ax, ay), (bx, by) in pairwise([*corners, corners[0]]):
+        if (ay > spot[1]) != (by > spot[1]) and spot[0] < ax + (spot[1] - ay) / (by - ay) * (bx - ax):
+            inside = not inside
+    return inside
