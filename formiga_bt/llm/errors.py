@@ -25,3 +25,7 @@ class Cancelled(LlmError):  # noqa: N818
 
 class UnusableModel(LlmError):  # noqa: N818
     """A local model is missing, incomplete, or not the file that it claims to be."""
+
+
+class TooLong(LlmError):  # noqa: N818
+    """The question is longer than the model can take."""
