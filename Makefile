@@ -9,6 +9,7 @@
 PYTHON ?= python3
 EXTERNAL ?=
 PYTEST_ARGS ?=
+WORKERS ?= 4
 
 VENV := .venv
 PY := $(VENV)/bin/python
@@ -36,8 +37,9 @@ demo: $(STAMP)
 	@$(VENV)/bin/formiga demo
 
 # EXTERNAL=1 runs everything in one go, and a test that says it cannot run then fails (tests/conftest.py).
+# Twice as many workers as two cores: end-to-end tests wait most of their time, and others compute meanwhile.
 test: $(STAMP) $(if $(EXTERNAL),external)
-	@FORMIGA_EXTERNAL=$(EXTERNAL) $(PY) -m pytest -n 2 -m '$(if $(EXTERNAL),,not external)' $(PYTEST_ARGS)
+	@FORMIGA_EXTERNAL=$(EXTERNAL) $(PY) -m pytest -n $(WORKERS) --dist worksteal -m '$(if $(EXTERNAL),,not external)' $(PYTEST_ARGS)
 
 # What tests marked `external` need of pip; Node.js, npm, graphviz and tmux are the machine's (.ci/run installs them).
 external: $(STAMP)

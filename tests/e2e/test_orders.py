@@ -3,7 +3,6 @@
 import json
 import time
 from collections.abc import Callable, Iterator
-from pathlib import Path
 from typing import Any
 from urllib.request import urlopen
 
@@ -12,9 +11,8 @@ import pytest
 from agents_sim.launch import FleetProcesses
 from formiga_bt.cli.inputs import read_world
 from formiga_bt.rehearsal import fleet_of
-from tests.e2e.test_service import Shell, shell
+from tests.e2e.test_service import Shell, new_site
 
-__all__ = ["shell"]
 pytestmark = pytest.mark.network
 
 FAR = "66.5030,25.7030"
@@ -85,23 +83,38 @@ class Field:
         return task_id, drone
 
 
+@pytest.fixture(scope="module")
+def running(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Field]:
+    """One engine and its drones for all tests of the module."""
+    folder = tmp_path_factory.mktemp("field")
+    shell = new_site(folder)
+    try:
+        address = shell.up("--desk", "watcher_1", "--speed", "10")
+        world = read_world((), shell.folder / "site.yaml")
+        assert world.site is not None
+        specs = [spec for spec in fleet_of(world.site, world.catalogue) if spec.id.startswith("lwd")]
+        with FleetProcesses(
+            specs, site=world.site.name, connect=address.endpoint, state_dir=folder / "sim", referee=True
+        ) as fleet:
+            made = Field(shell, fleet, address.url)
+            made.wait(
+                lambda: sum(a["position"] is not None for a in made.get("/v1/agents")["agents"]) == 2, "all are there"
+            )
+            yield made
+            shell.run("down", "--yes")
+            shell.ended()
+    finally:
+        shell.close()
+
+
 @pytest.fixture
-def field(shell: Shell, tmp_path: Path) -> Iterator[Field]:
-    address = shell.up("--desk", "watcher_1", "--speed", "10")
-    world = read_world((), shell.folder / "site.yaml")
-    assert world.site is not None
-    specs = [spec for spec in fleet_of(world.site, world.catalogue) if spec.id.startswith("lwd")]
-    with FleetProcesses(
-        specs, site=world.site.name, connect=address.endpoint, state_dir=tmp_path / "sim", referee=True
-    ) as fleet:
-        made = Field(shell, fleet, address.url)
-        made.wait(
-            lambda: sum(a["position"] is not None for a in made.get("/v1/agents")["agents"]) == 2, "all are there"
-        )
-        yield made
-        assert fleet.verdict().is_clean
-        shell.run("down", "--yes")
-        shell.ended()
+def field(running: Field) -> Iterator[Field]:
+    """The field, free again after each test."""
+    yield running
+    assert running.fleet.verdict().is_clean
+    for agent in running.get("/v1/agents")["agents"]:
+        if agent.get("order"):
+            running.shell.run("continue", agent["id"])
 
 
 def test_a_flight_is_held_and_goes_on_and_another_one_is_sent_home(field: Field) -> None:

@@ -11,6 +11,7 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
+from urllib.request import urlopen
 
 import pytest
 
@@ -87,26 +88,34 @@ class Shell:
             engine.communicate()
 
 
-@pytest.fixture
-def shell(tmp_path: Path) -> Iterator[Shell]:
-    made = Shell(tmp_path)
+def new_site(folder: Path) -> Shell:
+    """Make a site as a newcomer does; its engine takes a free port."""
+    made = Shell(folder)
     said = made.run("init", "my meadow")
     assert "next: cd" in said
-    made.folder = tmp_path / "my meadow"
+    made.folder = folder / "my meadow"
     site = made.folder / "site.yaml"
     site.write_text(site.read_text(encoding="utf-8").replace(":7447", ":0"), encoding="utf-8")
+    return made
+
+
+@pytest.fixture
+def shell(tmp_path: Path) -> Iterator[Shell]:
+    made = new_site(tmp_path)
     yield made
     made.close()
 
 
 def wait_for_agents(shell: Shell, number: int) -> None:
+    (engine,) = find_engines(shell.folder)
     until = time.monotonic() + 30
     while True:
-        agents = shell.json("agents")["agents"]
+        with urlopen(f"{engine.url}/v1/agents", timeout=20) as answer:
+            agents = json.loads(answer.read())["agents"]
         if sum(a["position"] is not None or a["at_desk"] for a in agents) >= number:
             return
         assert time.monotonic() < until, agents
-        time.sleep(0.2)
+        time.sleep(0.05)
 
 
 def test_the_main_path(shell: Shell, tmp_path: Path) -> None:

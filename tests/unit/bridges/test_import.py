@@ -1,6 +1,7 @@
 """Trees of others become task files: the text and the remarks are pinned (UPDATE_EXPECTED=1 rewrites them)."""
 
 import os
+from collections import Counter
 from itertools import cycle
 from pathlib import Path
 
@@ -82,13 +83,20 @@ ODD_VALUES = (
     "!" * 3000,
 )
 
+EACH = 2
+"""So often an attribute of an element gets odd values in one file, each time other ones."""
+
 
 @pytest.mark.parametrize("path", FOREIGN, ids=lambda path: path.stem)
 def test_a_file_with_odd_values_becomes_yaml_or_is_refused(path: Path, world: World) -> None:
     root = parse_xml(path.read_bytes())
     odd_values = cycle(ODD_VALUES)
+    seen = Counter[tuple[str, str]]()
     for element in root.walk():
         for name in [*element.attrs, "_formiga", "_skipIf", "_formiga_when"]:
+            seen[element.tag, name] += 1
+            if seen[element.tag, name] > EACH:
+                continue
             before = dict(element.attrs)
             for odd in (next(odd_values), next(odd_values)):
                 element.attrs[name] = odd

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from formiga_bt.casework import running
 from formiga_bt.casework.cases import CaseFile
 from formiga_bt.casework.coverage import Coverage
 from formiga_bt.casework.judging import diff, fits, judge
@@ -186,7 +187,8 @@ class TestWhatDiffers:
             ("notices: expected 1, came 2", ("  - Warm", "  + Cold and light.", "  + Done.")),
         ]
 
-    def test_a_task_that_is_refused_is_no_pass(self, read: Read) -> None:
+    def test_a_task_that_is_refused_is_no_pass(self, read: Read, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setattr(running, "LIMIT_S", 600.0)  # the refused one is waited for until then
         case = "    orders: [{at: 0 s, lockdown: return}]\n    expect: {}\n"
         _, differs = outcome(read(PICK_UP + case, shipped="pick_up.yaml"))
 
