@@ -2,25 +2,22 @@
 
 The loader's door to the expression compiler. The parts, in the order in which a text passes them: `tokens` (columns,
 units, habits of other languages), `checker` on `operands` on `parts` (names, types, code), with `typing_rules`,
-`calls`, `helpers` and `scope` beside them. `values` reads YAML values of an expected type and comes here for what is in `${}`.
+`calls`, `helpers` and `scope` beside them; `compiling` joins them. `values` reads YAML values of an expected type.
 """
 
 import re
-from typing import Any
 
 from formiga_bt.diagnostics import Diagnostic, Fix
-from formiga_bt.lang.checker import Checker
+from formiga_bt.lang.compiling import compile_expr, poison
 from formiga_bt.lang.document import Node, Scalar
-from formiga_bt.lang.instants import deadlines
 from formiga_bt.lang.interpolation import holes
 from formiga_bt.lang.model import Expr
-from formiga_bt.lang.operators import guarded
 from formiga_bt.lang.parts import facts
 from formiga_bt.lang.scope import Scope
 from formiga_bt.lang.tokens import ExprSyntax, parse_expression
-from formiga_bt.lang.typed import Mismatch, Problems, Run, Typed, mismatch, never
-from formiga_bt.lang.types import ANY, BOOL, Type
-from formiga_bt.lang.typing_rules import fits, in_words, widen
+from formiga_bt.lang.types import BOOL, Type
+from formiga_bt.lang.typing_rules import fits
+from formiga_bt.lang.values import read_value
 
 __all__ = [
     "Scope",
@@ -34,74 +31,6 @@ __all__ = [
     "plain_name",
     "poison",
 ]
-
-
-def poison(node: Node, source: str = "", reads: Any = ()) -> Expr:
-    """Return the Expr that stands for a refused one: of type ANY, so that nothing else complains."""
-    return Expr(source, ANY, node.mark, never, tuple(reads))
-
-
-def compile_expr(
-    source: str,
-    at: Scalar,
-    offset: int,
-    scope: Scope,
-    expected: Type | None,
-    *,
-    what: str = "",
-    optional: bool = False,
-    live: frozenset[str] | None = None,
-) -> tuple[Expr, list[Diagnostic]]:
-    """Compile an expression.
-
-    Args:
-        source: its text, found at `at.text[offset:]`.
-        at: the scalar that holds it.
-        offset: where it begins in the scalar's text.
-        scope: the names visible there.
-        expected: the type that is due, if any.
-        what: the key or field it is for, named in messages.
-        optional: the whole value may be absent, so a bare name that may be unset is fine.
-        live: for a condition that is watched, the names that may be written meanwhile; None = it is read once.
-
-    Returns:
-        The expression and the problems; with problems its type is ANY and it must not be run.
-    """
-    problems = Problems(at, offset)
-    mark = at.mark_at(offset, offset + len(source))
-    try:
-        parsed = parse_expression(source)
-    except ExprSyntax as bad:
-        problems.report(bad.code, bad.start, bad.end, bad.message, bad.mend, mended=bad.mended)
-        return Expr(source, ANY, mark, never), problems.found
-    checker = Checker(parsed, scope, problems, may_be_absent=optional)
-    part = checker.check()
-    if not problems.found and expected is not None and not fits(part.type, expected, scope.agent_types):
-        why = _mismatch(part, expected, scope, what)
-        checker.wrong(part, why)
-    instants = deadlines(checker, part.reads, live) if live is not None and not problems.found else ()
-    if problems.found:
-        return Expr(source, ANY, mark, never, part.reads), problems.found
-    type_ = _settled(part.type, expected)
-    run: Run = guarded(part.run) if checker.loose else part.run
-    return Expr(source, type_, mark, run, part.reads, instants, part.const), []
-
-
-def _mismatch(part: Typed, expected: Type, scope: Scope, what: str) -> Mismatch:
-    if expected == BOOL:
-        such = {"percent": "30 %", "distance": "10 m", "duration": "5 s", "int": "3", "number": "3"}.get(part.type.name)
-        mend = f"such as: {part.source} > {such}" if such else "compare it with something"
-        return Mismatch("E015", f"a condition must be true or false, this is {in_words(part.type)}", mend)
-    return mismatch(part, expected, scope, what)
-
-
-def _settled(have: Type, expected: Type | None) -> Type:
-    """Return the type to show outside: texts written in an expression become what was expected, or text."""
-    if have.name == "literal" and expected is not None and expected.name == "enum":
-        return expected
-    if have.name == "list" and have.item == ANY and expected is not None and expected.name == "list":
-        return expected
-    return widen(have)
 
 
 def compile_cond(at: Scalar, scope: Scope, live: frozenset[str] | None = None) -> tuple[Expr, list[Diagnostic]]:
@@ -172,6 +101,4 @@ def compile_value(
         what: the key or field it is for, named in messages.
         optional: the whole value may be absent, so `${robot}` of an optional param is fine (`run` raises Unset).
     """
-    from formiga_bt.lang.values import read_value  # it needs compile_expr
-
     return read_value(node, scope, expected, what=what, optional=optional)

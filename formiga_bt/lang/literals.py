@@ -13,9 +13,9 @@ from typing import Any, Final
 from formiga_bt.clock import micros
 from formiga_bt.diagnostics import Diagnostic, Fix
 from formiga_bt.geo import Place
+from formiga_bt.lang.compiling import compile_expr, poison
 from formiga_bt.lang.daytime import TODAY, time_of_day, today
 from formiga_bt.lang.document import Node, Scalar
-from formiga_bt.lang.expressions import compile_expr, poison
 from formiga_bt.lang.model import Env, EvalError, Expr, Read
 from formiga_bt.lang.scope import BUILT_INS, Scope
 from formiga_bt.lang.typed import closest, constant, did_you_mean, sure_of, unit_choices

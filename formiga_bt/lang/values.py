@@ -1,6 +1,6 @@
 """YAML values read by the type that is due: plain text, `${expr}`, `{east: 10 m, north: -4 m}`, lists.
 
-Called through `expressions.compile_value`; plain text goes on to `literals`, what is in `${}` back to `expressions`.
+Called through `expressions.compile_value`; plain text goes on to `literals`, what is in `${}` to `compiling`.
 """
 
 import re
@@ -9,8 +9,8 @@ from typing import Any, Final
 
 from formiga_bt.diagnostics import Diagnostic
 from formiga_bt.geo import Frame, Place, Position, Region, mm
+from formiga_bt.lang.compiling import compile_expr, poison
 from formiga_bt.lang.document import Entry, Listing, Mapping_, Node, Scalar
-from formiga_bt.lang.expressions import compile_expr, poison
 from formiga_bt.lang.interpolation import holes, joined, shown
 from formiga_bt.lang.literals import EXAMPLES, Result, due, literal_expr, read_literal, refuse
 from formiga_bt.lang.model import Env, Expr, Read
