@@ -1,0 +1,213 @@
+"""Tables and figures from results files, beside the paper's values.
+
+    python -m experiments.e2_llm.report results.jsonl [more.jsonl ...] --out FOLDER
+
+One table for each column and model; columns are never mixed. Shares have 95 % Wilson intervals.
+"""
+
+import argparse
+import math
+import sys
+from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
+from statistics import median
+from typing import TYPE_CHECKING, Final
+
+from experiments.e2_llm import published
+from experiments.e2_llm.records import Run, read
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+ORDER: Final = ("T1", "T2", "T3", "T4", "T5", "T6", "T7", "T8", "T9", "T10", "T10+")
+Z: Final = 1.959964
+Group = tuple[str, str, str]
+"""Provider, model, column."""
+
+
+def wilson(hits: int, of: int) -> tuple[float, float]:
+    """Return the 95 % Wilson interval of a share."""
+    if of == 0:
+        return (0.0, 1.0)
+    p, z2 = hits / of, Z * Z
+    middle = (p + z2 / (2 * of)) / (1 + z2 / of)
+    half = Z * math.sqrt(p * (1 - p) / of + z2 / (4 * of * of)) / (1 + z2 / of)
+    return (max(0.0, middle - half), min(1.0, middle + half))
+
+
+def share(hits: int, of: int) -> str:
+    """Return a share as text: `93.3 % (28/30; 78.7 to 98.2)`."""
+    if of == 0:
+        return "-"
+    low, high = wilson(hits, of)
+    return f"{100 * hits / of:.1f} % ({hits}/{of}; {100 * low:.1f} to {100 * high:.1f})"
+
+
+def groups(runs: Iterable[Run]) -> dict[Group, list[Run]]:
+    """Return runs by model and column, the newest of a run only; those without an answer are left out."""
+    found: dict[Group, dict[tuple[str, int], Run]] = {}
+    for run in runs:
+        if run.kind != "error":
+            found.setdefault((run.provider, run.model, run.column), {})[run.task, run.run] = run
+    return {group: list(rows.values()) for group, rows in sorted(found.items())}
+
+
+def tables(runs: Iterable[Run]) -> str:
+    """Return all tables as Markdown."""
+    parts = ["# Experiment 2: tasks written by language models\n"]
+    for (provider, model, column), rows in groups(runs).items():
+        parts.append(f"## {model} ({provider}), column `{column}`\n")
+        told = {run.trained_on for run in rows if run.trained_on}
+        parts += [f"Training saw: {', '.join(sorted(told))}.\n"] if told else []
+        tasks = [task for task in ORDER if any(run.task == task for run in rows)]
+        if tasks:
+            parts += [_success(rows, tasks, column), _measures(rows, tasks), _faults(rows, tasks)]
+        second = [run for run in rows if run.task.startswith("second/")]
+        if second:
+            parts.append(_second(second))
+    return "\n".join(parts)
+
+
+def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    lines = ["| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
+    return "\n".join([*lines, *("| " + " | ".join(row) + " |" for row in rows)]) + "\n"
+
+
+def _success(rows: list[Run], tasks: list[str], column: str) -> str:
+    head = [
+        "task", "paper (Table 3)", "first answer right", "offered after repair and right", "offered but wrong, first",
+        "offered but wrong, repaired", "first answer valid", "rounds", "tokens", "first answer s", "whole s",
+        "paper's seconds (median)",
+    ]  # fmt: skip
+    made = []
+    for task in tasks:
+        of = [run for run in rows if run.task == task]
+        paper = published.SUCCESSES.get(task)
+        seconds = published.SECONDS.get(task)
+        made.append(
+            [
+                task,
+                share(paper, published.RUNS) if paper is not None and column == "paper" else "-",
+                _share(of, lambda run: run.first is not None and run.first.success),
+                _share(of, lambda run: run.last is not None and run.last.success and run.last.passed),
+                _share(of, lambda run: run.first is not None and run.first.passed and not run.first.success),
+                _share(of, lambda run: run.last is not None and run.last.passed and not run.last.success),
+                _share(of, lambda run: run.first is not None and run.first.valid),
+                f"{median(run.rounds for run in of):g}",
+                f"{median(run.tokens for run in of):g}",
+                f"{median(run.seconds_first for run in of):.1f}",
+                f"{median(run.seconds for run in of):.1f}",
+                f"{seconds:.2f}" if seconds is not None and column == "paper" else "-",
+            ]
+        )
+    return _table(head, made)
+
+
+def _share(rows: list[Run], holds: Callable[[Run], bool]) -> str:
+    return share(sum(map(holds, rows)), len(rows))
+
+
+def _measures(rows: list[Run], tasks: list[str]) -> str:
+    head = ["task", "measured", "`ngram_tree`", "`subtree_match`", "`flow_match`"]
+    made = []
+    for task in tasks:
+        of = [run for run in rows if run.task == task and run.ngram_tree is not None]
+        values = [[getattr(run, name) for run in of] for name in ("ngram_tree", "subtree_match", "flow_match")]
+        made.append([task, str(len(of)), *(f"{median(one):.3f}" if one else "-" for one in values)])
+    note = (
+        "Medians over trees, against the shipped tree of the task; neither CodeBLEU nor comparable with the paper's.\n"
+    )
+    return f"{note}\n{_table(head, made)}"
+
+
+def _faults(rows: list[Run], tasks: list[str]) -> str:
+    head = ["task", "what was wrong in the end"]
+    made = []
+    for task in tasks:
+        counts: dict[str, int] = {}
+        for run in rows:
+            if run.task == task and run.last is not None and not run.last.success:
+                for code in run.last.faults[:1] or ("wrong",):
+                    counts[code] = counts.get(code, 0) + 1
+        told = sorted(counts.items(), key=lambda pair: (-pair[1], pair[0]))
+        made.append([task, ", ".join(f"{code} {count}" for code, count in told) or "-"])
+    return _table(head, made)
+
+
+def _second(rows: list[Run]) -> str:
+    head = ["second set", "first answer right", "right in the end", "offered but wrong", "median s"]
+    made = []
+    for task in [*sorted({run.task for run in rows}), "second/"]:
+        of = [run for run in rows if run.task.startswith(task)]
+        made.append(
+            [
+                task.removeprefix("second/") or "all",
+                _share(of, lambda run: run.first is not None and run.first.success),
+                _share(of, lambda run: run.last is not None and run.last.success),
+                _share(of, lambda run: run.last is not None and run.last.passed and not run.last.success),
+                f"{median(run.seconds for run in of):.1f}",
+            ]
+        )
+    return _table(head, made)
+
+
+def figures(runs: Iterable[Run], out: Path) -> list[Path]:
+    """Draw Fig. 15 and 16 anew, one file each for every model and column; return the files."""
+    from matplotlib.figure import Figure
+
+    made = []
+    for (provider, model, column), rows in groups(runs).items():
+        name = "".join(c if c.isalnum() else "-" for c in f"{provider}-{model}-{column}")
+        for number, tasks in (("15", ORDER[5:10]), ("16", ("T10", "T10+"))):
+            if not any(run.task in tasks for run in rows):
+                continue
+            figure = Figure(figsize=(10, 7), layout="constrained")
+            figure.suptitle(f"As Fig. {number} of the paper, over trees: {model}, column {column}")
+            for axes, panel in zip(figure.subplots(2, 2).flat, _PANELS, strict=True):
+                _box(axes, rows, list(tasks), *panel, column)
+            path = out / f"figure-{number}-{name}.svg"
+            figure.savefig(path, metadata={"Date": None})
+            made.append(path)
+    return made
+
+
+_PANELS: Final = (
+    ("seconds_first", "seconds from request to first answer", published.SECONDS),
+    ("ngram_tree", "ngram_tree (paper: weighted n-gram match of Python)", published.NGRAM),
+    ("subtree_match", "subtree_match (paper: AST match of Python)", published.AST),
+    ("flow_match", "flow_match (paper: data-flow match of Python)", published.FLOW),
+)
+
+
+def _box(axes: "Axes", rows: list[Run], tasks: list[str], field: str, title: str, paper: object, column: str) -> None:
+    values = [
+        [getattr(run, field) for run in rows if run.task == task and getattr(run, field) is not None] for task in tasks
+    ]
+    axes.boxplot(values, tick_labels=tasks)
+    axes.set_title(title, fontsize=9)
+    assert isinstance(paper, dict)
+    known = [(i, paper[task]) for i, task in enumerate(tasks, start=1) if task in paper]
+    if known and column == "paper":
+        axes.plot(*zip(*known, strict=True), "D", mfc="none", color="tab:red", label="paper's median")
+        axes.legend(fontsize=8)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run from the command line."""
+    reader = argparse.ArgumentParser(
+        prog="python -m experiments.e2_llm.report", description=(__doc__ or "").split("\n")[0]
+    )
+    reader.add_argument("results", nargs="+", type=Path)
+    reader.add_argument("--out", type=Path, required=True, help="a folder for report.md and the figures")
+    given = reader.parse_args(arguments)
+    runs = [run for path in given.results for run in read(path)]
+    if not runs:
+        reader.error(f"no runs in {', '.join(map(str, given.results))}")
+    given.out.mkdir(parents=True, exist_ok=True)
+    (given.out / "report.md").write_text(tables(runs), encoding="utf-8")
+    figures(runs, given.out)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
