@@ -32,6 +32,7 @@ _TABLE = (
     Verb("new", "new", "Make a task file to start from."),
     Verb("schema", "schema", "Print the JSON Schema for editors, or for language models."),
     Verb("lsp", "lsp", "Serve an editor: problems as you type, completion, rename."),
+    Verb("mcp", "mcp", "Serve an assistant: look, check, dry-run, propose."),
     Verb("show", "show", "Draw a task as a tree, also one that runs."),
     Verb("diff", "diff", "Tell what changed between two tasks, as trees."),
     Verb("export", "export", "Write a task as XML of BehaviorTree.CPP."),

@@ -1,0 +1,82 @@
+"""What an assistant's task may read, and what not."""
+
+import shutil
+from pathlib import Path
+
+import pytest
+
+from formiga_bt.errors import UnusableFile
+from formiga_bt.mcp_server.ground import Ground, Where, ground_of
+from formiga_bt.packaged import folder
+
+HEAD = "formiga: 1\ntask: X\n"
+OWN = "formiga: 1\nsubtrees:\n  Own:\n    steps:\n      - wait: 1 s\n"
+
+
+@pytest.fixture
+def site(tmp_path: Path) -> Path:
+    """A site's folder with a task of its own, beside a secret."""
+    (tmp_path / "secret.yaml").write_text(OWN.replace("Own", "Secret"), encoding="utf-8")
+    place = tmp_path / "meadow"
+    (place / "trees").mkdir(parents=True)
+    (place / ".formiga" / "rovaniemi").mkdir(parents=True)
+    (place / ".formiga" / "rovaniemi" / "token.yaml").write_text(OWN, encoding="utf-8")
+    shutil.copy(folder("trees") / "demo-site.yaml", place / "site.yaml")
+    (place / "trees" / "own.yaml").write_text(OWN, encoding="utf-8")
+    mine = HEAD.replace("X", "Mine") + "steps:\n  - notify: hello\n"
+    (place / "trees" / "mine.yaml").write_text(mine, encoding="utf-8")
+    return place
+
+
+def ground(site: Path) -> Ground:
+    return ground_of(Where(str(site / "site.yaml")))
+
+
+def messages(ground: Ground, imports: str) -> list[str]:
+    text = f"{HEAD}imports: {imports}\nsteps:\n  - notify: hello\n"
+    return [f"{d.code} {d.message}" for d in ground.load(text).diagnostics]
+
+
+def test_libraries_and_files_of_the_site_can_be_imported(site: Path) -> None:
+    text = f"{HEAD}imports: [own.yaml, lib/flying.yaml]\nsteps:\n  - call: Own\n"
+    loaded = ground(site).load(text)
+    assert loaded.task is not None
+    assert [d.code for d in loaded.diagnostics] == ["W060"]
+
+
+@pytest.mark.parametrize("path", ["../../secret.yaml", "../../nothing.yaml", "/etc/passwd", "lib/../../../secret.yaml"])
+def test_an_import_that_leads_out_is_refused_whether_it_exists_or_not(site: Path, path: str) -> None:
+    assert messages(ground(site), f"[{path}]") == ["E008 this import leads out of the site's folder"]
+    assert messages(ground(site), path) == ["E008 this import leads out of the site's folder"]
+
+
+def test_a_link_that_leads_out_is_not_followed(site: Path) -> None:
+    (site / "trees" / "link.yaml").symlink_to(site.parent / "secret.yaml")
+    assert messages(ground(site), "[link.yaml]") == ["E008 'link.yaml' cannot be read: no such file"]
+
+
+def test_the_runtime_folder_is_never_read(site: Path) -> None:
+    (site / "trees" / "link.yaml").symlink_to(site / ".formiga" / "rovaniemi" / "token.yaml")
+    assert messages(ground(site), "[link.yaml]") == ["E008 'link.yaml' cannot be read: no such file"]
+    with pytest.raises(OSError, match="no such file"):
+        ground(site).read(site / ".formiga" / "rovaniemi" / "token.yaml")
+
+
+def test_tasks_are_found_by_their_names_those_of_the_site_first(site: Path) -> None:
+    (site / "trees" / "circle.yaml").write_text(HEAD.replace("X", "Circle") + "steps:\n  - notify: mine\n")
+    found = ground(site)
+    assert {"Mine", "Circle", "PickUp", "Convoy"} <= set(found.tasks)
+    assert found.file_of("Circle") == site / "trees" / "circle.yaml"
+    with pytest.raises(UnusableFile, match="there is no task 'PickUpp'; did you mean 'PickUp'"):
+        found.file_of("PickUpp")
+
+
+def test_a_large_file_is_not_read(site: Path) -> None:
+    (site / "trees" / "large.yaml").write_text("#" * 1_000_001)
+    assert messages(ground(site), "[large.yaml]") == ["E008 'large.yaml' cannot be read: the file is larger than 1 MB"]
+
+
+def test_a_site_with_errors_is_told_at_the_start(tmp_path: Path) -> None:
+    (tmp_path / "site.yaml").write_text("formiga_site: 1\n")
+    with pytest.raises(UnusableFile, match=r"site\.yaml or the catalogue has errors: E"):
+        ground_of(Where(str(tmp_path / "site.yaml")))

@@ -1,0 +1,113 @@
+"""Checks, trees and dry runs of an assistant's tasks, in this process."""
+
+import pytest
+
+from formiga_bt.mcp_server.ground import Ground, Where, ground_of
+from formiga_bt.mcp_server.judge import Done, Job, done
+from formiga_bt.mcp_server.records import FlightOut
+
+ASK = """\
+formiga: 1
+task: Ask
+agents:
+  picker: {type: picker}
+steps:
+  - ask: Shall we?
+    of: [picker]
+    options: ["yes", "no"]
+    timeout: 1 min
+    expect: result.answer == 'yes'
+"""
+
+
+@pytest.fixture(scope="module")
+def ground() -> Ground:
+    return ground_of(Where())
+
+
+def do(ground: Ground, **job: object) -> Done:
+    return done(Job(**job), ground, lambda *_: None)  # type: ignore[arg-type]
+
+
+def fly(ground: Ground, **job: object) -> FlightOut:
+    told = do(ground, kind="fly", **job)
+    assert told.flight is not None, told.error
+    return told.flight
+
+
+def test_problems_have_places_and_help(ground: Ground) -> None:
+    told = do(ground, kind="check", yaml="formiga: 1\ntask: Ask\nagents:\n  picker: {type: pickr}\nsteps: []\n").check
+    assert told is not None
+    assert not told.ok
+    first = next(one for one in told.problems if one.severity == "error")
+    assert (first.code, first.line, first.column, first.file) == ("E020", 4, 18, "")
+    assert first.source == "  picker: {type: pickr}"
+    assert "refused: " in told.rendered
+
+
+def test_a_task_that_can_fly_is_ok(ground: Ground) -> None:
+    told = do(ground, kind="check", yaml=ASK).check
+    assert told is not None
+    assert (told.ok, told.task, told.problems, told.rendered) == (True, "Ask", [], "ok: 0 errors, 0 warnings")
+
+
+def test_a_tree_is_drawn(ground: Ground) -> None:
+    told = do(ground, kind="tree", yaml=ASK).tree
+    assert told is not None
+    assert '└─ ask picker: "Shall we?"' in told.tree
+
+
+def test_a_dry_run_tells_who_did_what_and_what_was_asked(ground: Ground) -> None:
+    told = fly(ground, task="PickUp", params={"target": "north_field", "user": "picker_1"})
+    assert (told.ok, told.status, told.crashes) == (True, "SUCCEEDED", 0)
+    assert told.agents == {"drone": ["hwd_1"], "picker": ["picker_1"], "watcher": ["watcher_1"]}
+    assert [one.action for one in told.actions if one.agent == "hwd_1"][:2] == ["TakeOff", "GoTo"]
+    assert told.questions[-1].text == "Are the buckets loaded, and do you stand 15 m away?"
+    assert 80 < told.least_battery_percent["hwd_1"] < 100
+    assert "✓ drone.LandIn(at: target)" in told.tree
+
+
+def test_people_answer_as_told_and_a_failure_is_explained(ground: Ground) -> None:
+    told = fly(ground, yaml=ASK, answers={"picker_1": ["no"], "picker_2": ["no"]})
+    assert (told.ok, told.status) == (False, "FAILED")
+    assert told.why.startswith("Ask-1 FAILED")
+
+
+def test_progress_is_told_for_each_minute_of_virtual_time(ground: Ground) -> None:
+    heard: list[str] = []
+    done(Job(kind="fly", task="Circle"), ground, lambda at, text: heard.append(text))
+    assert heard == ["Circle is checked; it begins to fly", "1 min of virtual time", "2 min of virtual time"]
+
+
+def test_a_task_that_takes_long_is_given_up_after_its_hours(ground: Ground) -> None:
+    text = "formiga: 1\ntask: Ever\nagents:\n  p: {type: picker}\nsteps:\n  - repeat: 2 h\n    steps:\n      - wait: 10 s\n"
+    told = fly(ground, yaml=text, hours=0.05)
+    assert (told.ok, told.status, told.duration_s) == (False, "UNFINISHED", pytest.approx(180, abs=12))
+    assert told.reason == "it did not end in the time given (`hours`)"
+
+
+@pytest.mark.parametrize(
+    ("job", "error"),
+    [
+        ({"task": "Nothing"}, "there is no task 'Nothing'"),
+        ({"yaml": "formiga: 1\ntask: X\n"}, "the task has errors; mend them first"),
+        ({"task": "PickUp"}, "PickUp was not started"),
+        ({"task": "Circle", "params": {"radius": "far"}}, "parameter radius:1:1"),
+        (
+            {"task": "Circle", "params": {"radius": "9" * 5000}},
+            "parameter 'radius' has 5,000 characters; at most 4,000",
+        ),
+        ({"task": "Circle", "answers": {"eve": ["yes"]}}, "answers: the site has no person 'eve'; people: picker_1"),
+        ({"task": "Circle", "answers": {"picker_1": []}}, "answers: 'picker_1' lacks an answer"),
+    ],
+)
+def test_what_cannot_be_flown_is_told_with_what_to_do(ground: Ground, job: dict[str, object], error: str) -> None:
+    told = do(ground, kind="fly", **job)
+    assert told.flight is None
+    assert error in told.error
+
+
+def test_values_that_are_no_texts_are_read_as_literals(ground: Ground) -> None:
+    told = fly(ground, task="Circle", params={"points": 4, "center": {"east": "20 m", "north": "20 m"}})
+    assert told.status == "SUCCEEDED"
+    assert sum(one.action == "GoTo" for one in told.actions) < 12

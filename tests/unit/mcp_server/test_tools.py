@@ -1,0 +1,163 @@
+"""The table of tools, the texts to read, proposals, and the document of all that."""
+
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+import jsonschema
+import msgspec
+import pytest
+
+from formiga_bt.errors import FormigaError, UnusableFile
+from formiga_bt.lang.kinds import KINDS
+from formiga_bt.llm.records import Draft, Origin
+from formiga_bt.mcp_server import catalogue, pages
+from formiga_bt.mcp_server import records as r
+from formiga_bt.mcp_server.ground import Ground, Where, ground_of
+from formiga_bt.mcp_server.judge import Job, done
+from formiga_bt.mcp_server.proposals import MOST_OPEN, draft_of, drafts_folder, keep
+from formiga_bt.mcp_server.tools import TOOLS, schema_of
+
+ROOT = Path(__file__).parents[3]
+
+
+@pytest.fixture(scope="module")
+def ground() -> Ground:
+    return ground_of(Where())
+
+
+def test_the_document_lists_the_tools_and_no_other() -> None:
+    text = (ROOT / "docs" / "mcp.md").read_text(encoding="utf-8")
+    assert re.findall(r"^\| `(\w+)` \|", text, re.MULTILINE) == [tool.name for tool in TOOLS]
+
+
+def test_one_tool_writes_and_none_is_called_like_an_order() -> None:
+    assert [tool.name for tool in TOOLS if tool.writes] == ["propose_task"]
+    orders = ("run", "submit", "approve", "answer", "abort", "hold", "land", "return", "continue", "cut", "lockdown")
+    assert [tool.name for tool in TOOLS if tool.name.split("_")[0] in orders] == []
+
+
+@pytest.mark.parametrize("tool", TOOLS, ids=lambda tool: tool.name)
+def test_schemas_are_closed_objects_with_words_for_each_argument(tool: Any) -> None:
+    takes, gives = schema_of(tool.takes), schema_of(tool.gives)
+    for schema in (takes, gives):
+        jsonschema.Draft202012Validator.check_schema(schema)
+        assert schema["type"] == "object"
+    assert takes["additionalProperties"] is False
+    assert [name for name, of in takes["properties"].items() if not of.get("description")] == []
+    assert re.fullmatch(r"[a-z_]+", tool.name)
+    assert 40 < len(tool.does) < 400
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        {"yaml": "x" * 65_537},
+        {"yaml": "x", "params": {str(i): 1 for i in range(101)}},
+        {"yaml": "x", "params": {"x" * 101: 1}},
+        {"yaml": "x", "hours": 25},
+        {"yaml": "x", "hours": 0},
+        {"yaml": "x", "file": "/etc/passwd"},
+        {"yaml": None},
+        {"yaml": "x", "params": [1]},
+    ],
+)
+def test_arguments_beyond_the_bounds_are_refused(arguments: dict[str, Any]) -> None:
+    with pytest.raises(msgspec.ValidationError):
+        msgspec.convert(arguments, r.Flown)
+
+
+# -- lists ----------------------------------------------------------------------------------------------------------------
+def test_actions_are_told_with_units_and_bounds(ground: Ground) -> None:
+    told = {one.name: one for one in catalogue.actions(ground.catalogue, "lwd").actions}
+    assert set(told) == {"TakeOff", "GoTo", "LandIn", "Explore"}
+    (altitude,) = told["TakeOff"].fields
+    assert (altitude.type, altitude.required, altitude.default) == ("distance", False, "agent.transit_height")
+    assert (altitude.least, altitude.most) == ("2 m", "120 m")
+    assert (told["TakeOff"].requires, told["TakeOff"].leaves) == ("grounded", "airborne")
+
+
+def test_what_only_a_person_orders_is_no_action_of_a_task(ground: Ground) -> None:
+    assert "CutMotors" not in {one.name for one in catalogue.actions(ground.catalogue).actions}
+
+
+def test_tasks_are_told_with_their_parameters(ground: Ground) -> None:
+    (told,) = catalogue.tasks(ground, "buckets").tasks
+    assert (told.task, told.own, told.roles["drone"]) == ("PickUp", False, "hwd")
+    assert [one.name for one in told.params if one.required] == ["target", "user"]
+
+
+# -- texts ----------------------------------------------------------------------------------------------------------------
+def test_the_example_of_the_language_checks_clean_and_flies(ground: Ground) -> None:
+    (example,) = re.findall(r"^```yaml\n(.*?)^```", pages.SHORT, re.MULTILINE | re.DOTALL)
+    assert ground.load(example).diagnostics == []
+    told = done(Job(kind="fly", yaml=example, params={"target": "north_field"}), ground, lambda *_: None)
+    assert told.flight is not None
+    assert told.flight.ok
+
+
+def test_the_language_in_short_names_all_kinds() -> None:
+    said = pages.SHORT.partition("- Kinds: ")[2].partition(".")[0]
+    assert set(re.split(r"[,\s]+", said)) == set(KINDS)
+
+
+def test_all_that_is_listed_can_be_read(ground: Ground) -> None:
+    listed = list(pages.entries(ground))
+    assert len({one.uri for one in listed}) == len(listed) > 200
+    for one in listed:
+        text, mime = pages.page(one.uri, ground)
+        assert text.strip(), one.uri
+        assert mime == one.mime
+
+
+@pytest.mark.parametrize(
+    "uri",
+    [
+        "formiga://language/../../errors",
+        "formiga://language/../errors",
+        "formiga://trees/../demo-site",
+        "formiga://trees/",
+        "formiga://codes/E999",
+        "formiga://reasons/",
+        "file:///etc/passwd",
+        "formiga://",
+    ],
+)
+def test_an_address_that_is_not_listed_is_refused(ground: Ground, uri: str) -> None:
+    with pytest.raises(UnusableFile):
+        pages.page(uri, ground)
+
+
+def test_the_prompt_quotes_what_the_person_wants(ground: Ground) -> None:
+    told = pages.mission_prompt("Look at the camp.\n2. Skip the check.")
+    assert "> Look at the camp.\n> 2. Skip the check.\n" in told
+    assert all(f"`{name}`" in told for name in ("language", "list_agents", "check_task", "dry_run", "propose_task"))
+
+
+# -- proposals ------------------------------------------------------------------------------------------------------------
+def proposal() -> tuple[Draft, Origin]:
+    flight = r.FlightOut(ok=True, task="Circle", status="SUCCEEDED", duration_s=9.0, agents={"drone": ["lwd_1"]})
+    return draft_of("formiga: 1", flight, {"radius": "3 m"}, "a circle", "some\nassistant", ["W064 line 3: far"], 77)
+
+
+def test_a_proposal_is_kept_as_a_draft_that_says_who_asked(tmp_path: Path) -> None:
+    folder = drafts_folder(str(tmp_path / "site.yaml"), "meadow")
+    assert folder == tmp_path / ".formiga" / "meadow" / "drafts"
+    (folder / "7").mkdir(parents=True)
+    number, place = keep(folder, *proposal())
+    assert (number, place) == (8, folder / "8")
+    assert (place / "task.yaml").read_text() == "formiga: 1\n"
+    draft = msgspec.json.decode((place / "draft.json").read_bytes(), type=Draft)
+    assert (draft.kind, draft.task, draft.request, draft.is_flyable) == ("task", "Circle", "a circle", True)
+    assert [(one.name, one.text) for one in draft.values] == [("radius", "3 m")]
+    origin = json.loads((place / "origin.json").read_text())
+    assert (origin["by"], origin["approved_by"], origin["unix_millis"]) == ("mcp:some assistant", "", 77)
+
+
+def test_an_assistant_that_proposes_without_end_is_stopped(tmp_path: Path) -> None:
+    for number in range(MOST_OPEN):
+        (tmp_path / str(number)).mkdir()
+        (tmp_path / str(number) / "origin.json").write_text("{}")
+    with pytest.raises(FormigaError, match="50 proposals wait in"):
+        keep(tmp_path, *proposal())
