@@ -34,7 +34,7 @@ from formiga_bt.lang.model import Catalogue, Site, Task
 from formiga_bt.lang.neighbours import Neighbours
 from formiga_bt.lang.reading import Problems
 from formiga_bt.lang.scenario import Scenario, ScenarioTask
-from formiga_bt.lang.scopes import World
+from formiga_bt.lang.world import World
 from formiga_bt.packaged import folder
 from formiga_bt.simulation import VirtualRun
 from tests.mutation.operators import OPERATORS, other_count

@@ -15,8 +15,8 @@ from formiga_bt.editor.phrase import word_at
 from formiga_bt.editor.project import Document, Project
 from formiga_bt.editor.view import View, look
 from formiga_bt.lang.helpers import STANDARD
+from formiga_bt.lang.own_names import BUILT_IN
 from formiga_bt.lang.reading import IDENTIFIER
-from formiga_bt.lang.scopes import BUILT_IN
 
 _WORD: Final = re.compile(r"[A-Za-z_]\w*")
 

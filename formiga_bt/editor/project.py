@@ -20,8 +20,8 @@ from formiga_bt.lang.model import Catalogue, Param, Site
 from formiga_bt.lang.neighbours import Neighbours
 from formiga_bt.lang.params import read_params
 from formiga_bt.lang.reading import Problems
-from formiga_bt.lang.scopes import World
 from formiga_bt.lang.site import load_site, load_site_text
+from formiga_bt.lang.world import World
 from formiga_bt.packaged import files as packaged_files
 from formiga_bt.packaged import folder
 

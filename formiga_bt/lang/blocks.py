@@ -8,13 +8,15 @@ from dataclasses import dataclass, replace
 from typing import Any, Final, Literal
 
 from formiga_bt.diagnostics import Mark
-from formiga_bt.lang.document import Entry, Listing, Mapping_, Node, Scalar
+from formiga_bt.lang.body import Body
+from formiga_bt.lang.document import Entry, Node, Scalar
 from formiga_bt.lang.expressions import narrows, narrows_when_false
+from formiga_bt.lang.flow import Flow, join
 from formiga_bt.lang.model import Check, Step
 from formiga_bt.lang.reading import fix_word, read_flag, read_word, what_is
 from formiga_bt.lang.records import ERROR
-from formiga_bt.lang.scopes import Body, Flow, join, saves
 from formiga_bt.lang.synonyms import nearest
+from formiga_bt.lang.written import saves, sets, writes
 
 Keys = Mapping[str, Entry]
 Part = dict[str, Any]
@@ -30,27 +32,6 @@ class Readers:
     steps: Callable[[Body, Node, str, str], tuple[Step, ...]]
     step: Callable[[Body, Node, str], Step | None]
     items: Callable[[Body, Node, str], tuple[Node, ...]]
-
-
-def writes(node: Node) -> frozenset[str]:
-    """Return the names that the steps of a node may write: saved ones and vars."""
-    return frozenset(at.text for at in saves(node)) | frozenset(at.text for at in _sets(node))
-
-
-def _sets(node: Node) -> list[Scalar]:
-    if isinstance(node, Listing):
-        return [at for item in node.items for at in _sets(item)]
-    if not isinstance(node, Mapping_):
-        return []
-    found: list[Scalar] = []
-    for entry in node.entries:
-        if entry.key.text == "set" and isinstance(entry.value, Mapping_):
-            found += [one.key for one in entry.value.entries]
-        elif entry.key.text == "cases" and isinstance(entry.value, Mapping_):  # its keys are values, not words
-            found += [at for case in entry.value.entries for at in _sets(case.value)]
-        elif entry.key.text not in ("with", "retry", "clears"):
-            found += _sets(entry.value)
-    return found
 
 
 def behind(body: Body, what: str, mark: Mark) -> None:
@@ -232,7 +213,7 @@ def _check_shared_writes(body: Body, items: tuple[Node, ...]) -> None:
     """Report E072 for a name that two branches write."""
     seen: dict[str, int] = {}
     for index, item in enumerate(items):
-        for at in (*saves(item), *_sets(item)):
+        for at in (*saves(item), *sets(item)):
             first = seen.setdefault(at.text, index)
             if first != index:
                 what = f"'{at.text}' is written in two parallel branches"

@@ -33,10 +33,10 @@ from formiga_bt.lang.reading import (
     read_word,
     read_words,
 )
-from formiga_bt.lang.scopes import World
 from formiga_bt.lang.subtrees import Subtrees
 from formiga_bt.lang.synonyms import surely
 from formiga_bt.lang.types import Type
+from formiga_bt.lang.world import World
 from formiga_bt.packaged import folder
 from formiga_bt.units import parse_quantity
 

@@ -11,6 +11,7 @@ from pathlib import Path
 from formiga_bt.diagnostics import Fix, Mark
 from formiga_bt.lang.document import Entry, Mapping_, Scalar, parse
 from formiga_bt.lang.kinds import LIBRARY, TASK, Option
+from formiga_bt.lang.own_names import is_free
 from formiga_bt.lang.reading import (
     Problems,
     did_you_mean,
@@ -21,7 +22,6 @@ from formiga_bt.lang.reading import (
     read_words,
     shorten,
 )
-from formiga_bt.lang.scopes import is_free
 from formiga_bt.lang.synonyms import nearest
 
 LANGUAGE_VERSION = 1

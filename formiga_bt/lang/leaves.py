@@ -11,11 +11,13 @@ from typing import Any, Final
 from formiga_bt.diagnostics import Mark
 from formiga_bt.geo import Position
 from formiga_bt.lang import records
+from formiga_bt.lang.body import Body
 from formiga_bt.lang.document import Entry, Mapping_, Node, Scalar
 from formiga_bt.lang.envelope import ceiling
 from formiga_bt.lang.expressions import plain_name
 from formiga_bt.lang.kinds import CLEARS
 from formiga_bt.lang.model import ActionSpec, Expr, FieldSpec, Who
+from formiga_bt.lang.own_names import is_free
 from formiga_bt.lang.reading import (
     did_you_mean,
     fix_word,
@@ -29,9 +31,9 @@ from formiga_bt.lang.reading import (
     read_words,
     shorten,
 )
-from formiga_bt.lang.scopes import Body, Callee, is_free
 from formiga_bt.lang.synonyms import action_for, is_sure, nearest, surely
 from formiga_bt.lang.types import ANY, TIME, Type, record_of
+from formiga_bt.lang.world import Callee
 from formiga_bt.units import format_quantity, parse_quantity
 
 _NOT_HELD: Final = "it may be looked at and asked; to command one, declare a role under agents:"

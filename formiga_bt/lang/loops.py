@@ -8,13 +8,15 @@ from typing import Any, Final
 
 from formiga_bt.diagnostics import Fix
 from formiga_bt.lang.blocks import Keys, Part, Readers
+from formiga_bt.lang.body import Body
 from formiga_bt.lang.document import Node, Scalar
 from formiga_bt.lang.expressions import narrows, narrows_when_false
+from formiga_bt.lang.flow import Around, Flow, join
 from formiga_bt.lang.model import Expr, Step
 from formiga_bt.lang.reading import what_is
-from formiga_bt.lang.scopes import Around, Body, Flow, join, saves
 from formiga_bt.lang.types import ANY, DURATION, INT
 from formiga_bt.lang.typing_rules import in_words
+from formiga_bt.lang.written import saves
 from formiga_bt.units import parse_quantity
 
 _MOST_REREADS: Final = 50
@@ -57,7 +59,9 @@ def read_repeat(read: Readers, body: Body, keys: Keys) -> Part | None:
         body.flow.dead = True
     else:
         mark = keys["repeat"].key.mark
-        body.problems.add("E041", mark, "this loop never ends", "add break_if or until:, or say how long: `repeat: 2 h`")
+        body.problems.add(
+            "E041", mark, "this loop never ends", "add break_if or until:, or say how long: `repeat: 2 h`"
+        )
     return {**how, **part}
 
 

@@ -8,12 +8,12 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any, Final
 
+from formiga_bt.lang.body import Body
 from formiga_bt.lang.document import Entry
 from formiga_bt.lang.expressions import narrows, narrows_when_false
 from formiga_bt.lang.leaves import read_held
 from formiga_bt.lang.model import Expr
 from formiga_bt.lang.reading import did_you_mean, read_mapping, read_text, shorten
-from formiga_bt.lang.scopes import Body
 from formiga_bt.lang.types import ANY
 
 Keys = Mapping[str, Entry]

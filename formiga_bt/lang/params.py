@@ -10,6 +10,8 @@ from formiga_bt.lang.document import Entry, Mapping_, Node, Scalar
 from formiga_bt.lang.expressions import Scope, compile_value
 from formiga_bt.lang.kinds import PARAM
 from formiga_bt.lang.model import AgentType, Expr, Param
+from formiga_bt.lang.outside import warn_outside
+from formiga_bt.lang.own_names import is_free
 from formiga_bt.lang.reading import (
     Problems,
     did_you_mean,
@@ -23,9 +25,9 @@ from formiga_bt.lang.reading import (
     read_words,
 )
 from formiga_bt.lang.scope import BUILT_INS, OUTSIDE
-from formiga_bt.lang.scopes import World, is_free, warn_outside
 from formiga_bt.lang.synonyms import surely
 from formiga_bt.lang.types import ANY, Type, list_of
+from formiga_bt.lang.world import World
 
 SIMPLE: Final = (
     "number", "int", "text", "bool", "percent", "distance", "duration", "speed", "angle", "mass", "time", "place",

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 
 from formiga_bt.lang.aliases import by_alias
 from formiga_bt.lang.blocks import Keys, Part
+from formiga_bt.lang.body import Body
 from formiga_bt.lang.document import Node, Scalar
 from formiga_bt.lang.leaves import read_save
 from formiga_bt.lang.model import Expr, Param
@@ -20,8 +21,8 @@ from formiga_bt.lang.reading import (
     shorten,
 )
 from formiga_bt.lang.records import CHILD
-from formiga_bt.lang.scopes import Body, World
 from formiga_bt.lang.synonyms import nearest
+from formiga_bt.lang.world import World
 
 
 def read_request(body: Body, keys: Keys) -> Part | None:

@@ -5,12 +5,15 @@ from collections.abc import Mapping
 from heapq import heappop, heappush
 from typing import Final
 
+from formiga_bt.lang.body import Body
 from formiga_bt.lang.document import Entry, Mapping_, Node, Scalar
 from formiga_bt.lang.expressions import compile_value
+from formiga_bt.lang.flow import Named
 from formiga_bt.lang.kinds import COUNT, ROLE
 from formiga_bt.lang.members import type_read
 from formiga_bt.lang.model import Expr, Role, Some
 from formiga_bt.lang.over_lists import length_of
+from formiga_bt.lang.own_names import is_free
 from formiga_bt.lang.params import read_agent_types
 from formiga_bt.lang.reading import (
     read_flag,
@@ -22,8 +25,8 @@ from formiga_bt.lang.reading import (
     read_words,
     what_is,
 )
-from formiga_bt.lang.scopes import Body, Named, is_free, scalars
 from formiga_bt.lang.types import ANY, DURATION, PERCENT, PLACE, Type, list_of
+from formiga_bt.lang.written import scalars
 
 _WORD: Final = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 _MOST_AGENTS: Final = 1000

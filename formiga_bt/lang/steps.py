@@ -13,8 +13,10 @@ from typing import Any, Final
 from formiga_bt.diagnostics import Fix, Mark
 from formiga_bt.lang import blocks, extra, leaves, loops, moments, over_lists, switches
 from formiga_bt.lang.blocks import Readers
+from formiga_bt.lang.body import Body
 from formiga_bt.lang.document import Entry, Listing, Mapping_, Node, Scalar
 from formiga_bt.lang.expressions import narrows, narrows_when_false
+from formiga_bt.lang.flow import Flow, join
 from formiga_bt.lang.kinds import KINDS, MODIFIERS, RETRY, Kind, Option
 from formiga_bt.lang.model import (
     Ask,
@@ -55,7 +57,6 @@ from formiga_bt.lang.reading import (
     what_is,
 )
 from formiga_bt.lang.requests import read_request
-from formiga_bt.lang.scopes import Body, Flow, join
 from formiga_bt.lang.synonyms import ADVICE, BY_HAND, KIND_SYNONYMS, is_sure, kind_for
 from formiga_bt.lang.types import DURATION, INT, NUMBER
 from formiga_bt.lang.walk import roles_inside

@@ -8,10 +8,11 @@ from typing import Final
 
 from formiga_bt.diagnostics import Fix
 from formiga_bt.lang.blocks import Keys, Part, Readers
+from formiga_bt.lang.body import Body
 from formiga_bt.lang.document import Entry, Mapping_
+from formiga_bt.lang.flow import Flow, join
 from formiga_bt.lang.model import Case, Expr, Step
 from formiga_bt.lang.reading import read_mapping, shorten
-from formiga_bt.lang.scopes import Body, Flow, join
 from formiga_bt.lang.synonyms import is_sure, nearest
 from formiga_bt.lang.types import Type
 from formiga_bt.lang.typing_rules import in_words

@@ -1,120 +1,34 @@
 """Names while a body is read: what is visible here, what may be unset, what is never used.
 
-A body is the steps of a task or of a subtree. `Flow` is the part that depends on the path (definite assignment);
+A body is the steps of a task or of a subtree. `flow` is the part that depends on the path (definite assignment);
 `Body` holds the rest and compiles every value and condition of the body, so that reads are counted in one place.
 """
 
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from operator import is_
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 from formiga_bt.diagnostics import Diagnostic, Fix, Mark
-from formiga_bt.geo import Place, Position
-from formiga_bt.lang.binding import run_outside
-from formiga_bt.lang.document import Listing, Mapping_, Node, Scalar
+from formiga_bt.lang.document import Node, Scalar
 from formiga_bt.lang.expressions import Scope, compile_bare, compile_cond, compile_expr, compile_value
-from formiga_bt.lang.far import warn_far, warn_metres
-from formiga_bt.lang.fence import enters, leaves
+from formiga_bt.lang.flow import Around, Flow, Named
 from formiga_bt.lang.helpers import STANDARD
 from formiga_bt.lang.interpolation import holes
-from formiga_bt.lang.model import Catalogue, Expr, Param, Site, Subtree
+from formiga_bt.lang.model import Expr
+from formiga_bt.lang.outside import warn_outside
+from formiga_bt.lang.own_names import BUILT_IN
 from formiga_bt.lang.reading import Problems, did_you_mean
-from formiga_bt.lang.scope import OUTSIDE
 from formiga_bt.lang.synonyms import nearest, surely
 from formiga_bt.lang.types import AGENT, ANY, DURATION, TEXT, Type
+from formiga_bt.lang.world import Resolver, World
+from formiga_bt.lang.written import saves, scalars
 from formiga_bt.units import format_number
-
-if TYPE_CHECKING:
-    from formiga_bt.lang.neighbours import Neighbours
-
-BUILT_IN: Final = frozenset({"base", "task", "now", "site", "error", "abort", "result", "agent"})
-"""Names that no author may define."""
 
 _FRACTION: Final = re.compile(r"(?<![\w.])(0?\.\d{1,6}|1(?:\.0{1,6})?)\s*%")
 _WORD: Final = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
-
-
-@dataclass(frozen=True, slots=True)
-class Named:
-    """A name of a body: its type, where it was defined, and as what."""
-
-    type: Type
-    mark: Mark
-    origin: str
-    """param, var, role, loop name or saved."""
-
-
-@dataclass(slots=True)
-class Flow:
-    """What holds at one point of a body: saved names, those surely set, those that may not be saved again."""
-
-    saved: dict[str, Named] = field(default_factory=dict)
-    sure: frozenset[str] = frozenset()
-    taken: frozenset[str] = frozenset()
-    dead: bool = False
-    """No path leads here."""
-    released: dict[str, Mark] = field(default_factory=dict)
-    """Roles given back on some path, and where."""
-
-    def copy(self) -> "Flow":
-        """Return a flow that may be changed on its own."""
-        return Flow(dict(self.saved), self.sure, self.taken, self.dead, dict(self.released))
-
-
-def join(*flows: Flow) -> Flow:
-    """Return what holds where the paths meet: a name is surely set only if it is on every live path."""
-    saved: dict[str, Named] = {}
-    taken: frozenset[str] = frozenset()
-    released: dict[str, Mark] = {}
-    for flow in flows:
-        saved.update({name: named for name, named in flow.saved.items() if name not in saved})
-        taken |= flow.taken
-        released.update({name: mark for name, mark in flow.released.items() if name not in released})
-    live = [flow for flow in flows if not flow.dead]
-    sure = frozenset.intersection(*(flow.sure for flow in live)) if live else frozenset()
-    return Flow(saved, sure, taken, not live, released)
-
-
-@dataclass(frozen=True, slots=True)
-class Callee:
-    """A subtree as callers see it: what it needs of each agent param, and whether it could be read at all."""
-
-    subtree: Subtree
-    needs: Mapping[str, tuple[str, ...]]
-    returns: Type | None
-    releases: tuple[str, ...] = ()
-    """Agent params that it gives back."""
-    heights: Mapping[str, str] = field(default_factory=dict)
-    """Params that are heights at which it flies -> the agent param that flies there."""
-
-
-Resolver = Callable[[Scalar], Callee | None]
-"""Finds the subtree that a call names, or reports why not."""
-
-
-@dataclass(frozen=True, slots=True)
-class World:
-    """What does not change while a file is read."""
-
-    catalogue: Catalogue
-    site: Site | None
-    watch: "Callable[[Mark, Scope], None] | None" = None
-    """Told what is visible at the start of each step, and behind the last one of a list (an editor listens)."""
-    others: "Neighbours | None" = None
-    """The tasks that may be requested."""
-
-
-@dataclass(frozen=True, slots=True)
-class Around:
-    """The loop that a `break_if` would leave: its place, what holds where it is left, and what stands between."""
-
-    mark: Mark
-    exits: list[Flow]
-    barrier: str = ""
-    """For example `this parallel (line 14)`; empty = nothing, `break_if` may leave the loop."""
 
 
 class Body:
@@ -403,69 +317,3 @@ class Body:
         help_ = f"roles: {', '.join(names)}" if names else "declare it under agents:"
         meant = surely(name, names)
         self.problems.add("E020", at, f"no role is called '{name}'{guess}", help_, Fix(at, meant) if meant else None)
-
-
-def warn_outside(expr: Expr, node: Node, site: Site | None, problems: Problems) -> None:
-    """Report W071 for a constant place far from the base, else W063 for one that lies outside the site's fence."""
-    if warn_far(node, site, problems) or any(read.name not in OUTSIDE or read.field for read in expr.reads):
-        return
-    type_ = expr.type
-    while type_.item is not None:
-        type_ = type_.item
-    if type_.name not in ("place", "position", "region") or (site is None and not expr.is_const):
-        return
-    value, none = (expr.const, []) if site is None else run_outside(expr, site, expr.mark, "this")
-    if none or (isinstance(value, Place | Position) and warn_metres(value, expr.mark, problems)):
-        return
-    if leaves(value, site):
-        what = f"this lies outside the fence of site {site.name if site is not None else ''}"
-        problems.add("W063", expr.mark, what, "choose a place inside, or widen the fence of the site")
-    elif enters(value, site):
-        what = f"this lies in a no-fly region of site {site.name if site is not None else ''}"
-        problems.add("W063", expr.mark, what, "nothing may fly there: choose another place")
-
-
-def scalars(node: Node) -> Iterator[Scalar]:
-    """Iterate over all scalars of a node, keys left out."""
-    if isinstance(node, Scalar):
-        yield node
-    elif isinstance(node, Listing):
-        for item in node.items:
-            yield from scalars(item)
-    else:
-        for entry in node.entries:
-            yield from scalars(entry.value)
-
-
-def saves(node: Node) -> Iterator[Scalar]:
-    """Iterate over the names that the steps of a node save, in file order."""
-    if isinstance(node, Listing):
-        for item in node.items:
-            yield from saves(item)
-    elif isinstance(node, Mapping_):
-        for entry in node.entries:
-            if entry.key.text in ("save_as", "collect") and isinstance(entry.value, Scalar):
-                yield entry.value
-            elif entry.key.text == "cases" and isinstance(entry.value, Mapping_):  # its keys are values, not words
-                for case in entry.value.entries:
-                    yield from saves(case.value)
-            elif entry.key.text not in ("with", "set", "retry", "clears"):
-                yield from saves(entry.value)
-
-
-def agent_types_of(params: Mapping[str, Param]) -> dict[str, tuple[str, ...]]:
-    """Return the agent types of each param that is an agent."""
-    return {name: param.type.of for name, param in params.items() if param.type.name == "agent"}
-
-
-def is_free(at: Scalar, problems: Problems) -> bool:
-    """Report E018 for a name that is built in or a helper's; return whether it may be defined."""
-    if at.text in BUILT_IN:
-        problems.add("E018", at.mark, f"'{at.text}' is a built-in name", "choose another name")
-        return False
-    if at.text in STANDARD.names():
-        problems.add(
-            "E018", at.mark, f"'{at.text}' is a helper; a name of your own would hide it", "choose another name"
-        )
-        return False
-    return True

@@ -1,0 +1,23 @@
+"""Names that an author may not give: what the language itself brings."""
+
+from typing import Final
+
+from formiga_bt.lang.document import Scalar
+from formiga_bt.lang.helpers import STANDARD
+from formiga_bt.lang.reading import Problems
+
+BUILT_IN: Final = frozenset({"base", "task", "now", "site", "error", "abort", "result", "agent"})
+"""Names that no author may define."""
+
+
+def is_free(at: Scalar, problems: Problems) -> bool:
+    """Report E018 for a name that is built in or a helper's; return whether it may be defined."""
+    if at.text in BUILT_IN:
+        problems.add("E018", at.mark, f"'{at.text}' is a built-in name", "choose another name")
+        return False
+    if at.text in STANDARD.names():
+        problems.add(
+            "E018", at.mark, f"'{at.text}' is a helper; a name of your own would hide it", "choose another name"
+        )
+        return False
+    return True
