@@ -1,35 +1,30 @@
-"""Puts a proposal where a person finds it: `.formiga/<site>/drafts/<n>/`, as a draft that came from an assistant.
+"""A proposal of an assistant: a draft like those of `formiga draft`, which waits for a person.
 
-Nothing here starts anything. What it writes is data for `formiga draft`; only a person's word makes a run of it.
+Nothing here starts anything: what is written is data, and only a person's word makes a run of it.
 """
 
-import os
 from collections.abc import Mapping
-from contextlib import suppress
 from pathlib import Path
-from typing import Any, Final
-
-import msgspec
+from typing import Final
 
 from formiga_bt.errors import FormigaError
+from formiga_bt.llm.drafts import Kept, keep, numbers
 from formiga_bt.llm.records import Draft, Flight, Origin, Value
 from formiga_bt.mcp_server.outside import cleaned
 from formiga_bt.mcp_server.records import FlightOut
-from formiga_bt.site_folder import FOLDER, write_durably
 
 MOST_OPEN: Final = 50
-"""Proposals of assistants that may wait; one that writes without end is stopped here."""
-DRAFTS: Final = "drafts"
-
-
-def drafts_folder(site_file: str | None, site: str) -> Path:
-    """Return the folder of a site's drafts; that of the demo site lies below the current folder."""
-    beside = Path(site_file).resolve().parent if site_file is not None else Path.cwd()
-    return beside / FOLDER / site / DRAFTS
+"""Drafts that may wait; an assistant that proposes without end is stopped here."""
 
 
 def draft_of(
-    yaml: str, flight: FlightOut, params: Mapping[str, str], why: str, client: str, warnings: list[str], unix_millis: int = 0
+    yaml: str,
+    flight: FlightOut,
+    params: Mapping[str, str],
+    why: str,
+    client: str,
+    warnings: list[str],
+    unix_millis: int = 0,
 ) -> tuple[Draft, Origin]:
     """Return a proposal as the draft that a person is shown, and where it came from."""
     told = Flight(
@@ -54,39 +49,19 @@ def draft_of(
         flight=told,
         provider=name,
     )
-    return draft, Origin(by=name, request=why, provider=name, model="", prompt_sha256="", rounds=1, unix_millis=unix_millis)
+    return draft, Origin(
+        by=name, request=why, provider=name, model="", prompt_sha256="", rounds=1, unix_millis=unix_millis
+    )
 
 
-def keep(folder: Path, draft: Draft, origin: Origin) -> tuple[int, Path]:
-    """Write a proposal under the next number; return that and its folder.
+def propose(folder: Path, draft: Draft, origin: Origin) -> Kept:
+    """Keep a proposal among the drafts of a site.
 
     Raises:
         FormigaError: too many wait already, or it cannot be written.
     """
-    if sum(1 for _ in folder.glob("*/origin.json")) >= MOST_OPEN:
+    if len(numbers(folder)) >= MOST_OPEN:
         raise FormigaError(
-            f"{MOST_OPEN} proposals wait in {folder}\n  help: a person looks at them first, and removes what is not wanted"
+            f"{MOST_OPEN} drafts wait in {folder}\n  help: a person looks at them first, and removes what is not wanted"
         )
-    try:
-        number, place = _next(folder)
-        write_durably(place / "task.yaml", draft.yaml if draft.yaml.endswith("\n") else draft.yaml + "\n")
-        write_durably(place / "origin.json", _json(origin))
-        write_durably(place / "draft.json", _json(draft))
-    except OSError as error:
-        raise FormigaError(f"the proposal cannot be written to {folder}: {error.strerror or error}") from error
-    return number, place
-
-
-def _next(folder: Path) -> tuple[int, Path]:
-    folder.mkdir(parents=True, exist_ok=True)
-    number = max((int(name) for name in os.listdir(folder) if name.isascii() and name.isdigit()), default=0)
-    while True:
-        number += 1
-        with suppress(FileExistsError):
-            place = folder / str(number)
-            place.mkdir()
-            return number, place
-
-
-def _json(value: Any) -> str:
-    return msgspec.json.format(msgspec.json.encode(value), indent=2).decode() + "\n"
+    return keep(folder, draft, origin)

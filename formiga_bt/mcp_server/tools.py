@@ -6,6 +6,7 @@ There is none that starts, stops, approves or answers anything: `propose_task` w
 from collections.abc import Awaitable, Callable
 from dataclasses import dataclass
 from functools import partial
+from pathlib import Path
 from typing import Any, Final, TypeVar
 
 import anyio.to_thread
@@ -13,13 +14,14 @@ import msgspec
 from msgspec import Struct
 
 from formiga_bt.errors import FormigaError, UnusableFile
+from formiga_bt.llm.drafts import TASK, drafts_folder
 from formiga_bt.mcp_server import catalogue, live, pages
 from formiga_bt.mcp_server import records as r
 from formiga_bt.mcp_server.ground import Ground, Where, ground_of
 from formiga_bt.mcp_server.judge import Done, Job, texts_of
 from formiga_bt.mcp_server.live import Connect
 from formiga_bt.mcp_server.outside import fenced
-from formiga_bt.mcp_server.proposals import draft_of, drafts_folder, keep
+from formiga_bt.mcp_server.proposals import draft_of, propose
 from formiga_bt.mcp_server.worker import Crew
 
 Progress = Callable[[float, str], Awaitable[None]]
@@ -37,6 +39,8 @@ class Desk:
     crew: Crew
     wall_millis: Callable[[], int]
     """Unix time, for what is written down."""
+    approve_with: str
+    """What a person does with a proposal; {number} and {file} are filled in."""
 
     async def ground(self) -> Ground:
         """Return site, catalogue and tasks as their files are now."""
@@ -212,12 +216,17 @@ async def _propose(desk: Desk, asked: r.Proposed, caller: Caller) -> Said:
     warnings = [*flight.warnings]
     if flight.status == "UNFINISHED":
         warnings.append("its dry run did not end within 6 h of virtual time")
-    draft, origin = draft_of(yaml, flight, texts_of(asked.params), asked.why, caller.client, warnings, desk.wall_millis())
-    folder = drafts_folder(desk.where.site, ground.site.name)
-    number, place = await in_thread(partial(keep, folder, draft, origin))
-    then = f"formiga draft --approve {number}"
-    told = r.ProposedOut(number, flight.task, str(place / "task.yaml"), flight.status, then, warnings)
-    text = f"{flight.task} waits as proposal {number} in {place}. It does not run. A person reads it, and runs it with: {then}"
+    draft, origin = draft_of(
+        yaml, flight, texts_of(asked.params), asked.why, caller.client, warnings, desk.wall_millis()
+    )
+    folder = drafts_folder(Path(desk.where.site) if desk.where.site is not None else None, ground.site.name)
+    kept = await in_thread(partial(propose, folder, draft, origin))
+    file = str(kept.folder / TASK)
+    then = desk.approve_with.format(number=kept.number, file=file)
+    told = r.ProposedOut(kept.number, flight.task, file, flight.status, then, warnings)
+    text = (
+        f"{flight.task} waits as draft {kept.number} in {kept.folder}. It does not run. What a person does now: {then}"
+    )
     return told, "\n".join([text, *warnings])
 
 

@@ -13,6 +13,9 @@ import pytest
 from anyio.from_thread import BlockingPortal, start_blocking_portal
 from mcp import Client, Implementation, MCPError, StdioServerParameters, stdio_client
 
+from formiga_bt.cli.mcp import APPROVE
+from formiga_bt.cli.mcp import LOOK as LOOK_AT
+from formiga_bt.cli.verbs import verbs
 from formiga_bt.mcp_server.tools import TOOLS
 from formiga_bt.packaged import folder
 from tests.e2e.rig import children
@@ -159,7 +162,7 @@ def test_a_proposal_waits_for_a_person_and_starts_nothing(assistant: Assistant) 
     told = assistant.call("propose_task", yaml=LOOK, params={"target": "camp"}, why="look at the camp")
     place = assistant.folder / ".formiga" / "rovaniemi" / "drafts" / "1"
     assert (told["proposal"], told["file"], told["status"]) == (1, str(place / "task.yaml"), "SUCCEEDED")
-    assert told["next"] == "formiga draft --approve 1"
+    assert told["next"] == APPROVE.format(number=1) if "draft" in verbs() else LOOK_AT.format(file=told["file"])
     assert (place / "task.yaml").read_text(encoding="utf-8") == LOOK
     origin = json.loads((place / "origin.json").read_text(encoding="utf-8"))
     assert (origin["by"], origin["request"], origin["approved_by"]) == ("mcp:desk helper", "look at the camp", "")

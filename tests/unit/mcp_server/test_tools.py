@@ -11,12 +11,13 @@ import pytest
 
 from formiga_bt.errors import FormigaError, UnusableFile
 from formiga_bt.lang.kinds import KINDS
+from formiga_bt.llm.drafts import drafts_folder, read_draft
 from formiga_bt.llm.records import Draft, Origin
 from formiga_bt.mcp_server import catalogue, pages
 from formiga_bt.mcp_server import records as r
 from formiga_bt.mcp_server.ground import Ground, Where, ground_of
 from formiga_bt.mcp_server.judge import Job, done
-from formiga_bt.mcp_server.proposals import MOST_OPEN, draft_of, drafts_folder, keep
+from formiga_bt.mcp_server.proposals import MOST_OPEN, draft_of, propose
 from formiga_bt.mcp_server.tools import TOOLS, schema_of
 
 ROOT = Path(__file__).parents[3]
@@ -142,22 +143,21 @@ def proposal() -> tuple[Draft, Origin]:
 
 
 def test_a_proposal_is_kept_as_a_draft_that_says_who_asked(tmp_path: Path) -> None:
-    folder = drafts_folder(str(tmp_path / "site.yaml"), "meadow")
+    folder = drafts_folder(tmp_path / "site.yaml", "meadow")
     assert folder == tmp_path / ".formiga" / "meadow" / "drafts"
     (folder / "7").mkdir(parents=True)
-    number, place = keep(folder, *proposal())
-    assert (number, place) == (8, folder / "8")
-    assert (place / "task.yaml").read_text() == "formiga: 1\n"
-    draft = msgspec.json.decode((place / "draft.json").read_bytes(), type=Draft)
+    kept = propose(folder, *proposal())
+    assert (kept.number, kept.folder) == (8, folder / "8")
+    draft = read_draft(folder, 8).draft
     assert (draft.kind, draft.task, draft.request, draft.is_flyable) == ("task", "Circle", "a circle", True)
     assert [(one.name, one.text) for one in draft.values] == [("radius", "3 m")]
-    origin = json.loads((place / "origin.json").read_text())
+    origin = json.loads((kept.folder / "origin.json").read_text())
     assert (origin["by"], origin["approved_by"], origin["unix_millis"]) == ("mcp:some assistant", "", 77)
 
 
 def test_an_assistant_that_proposes_without_end_is_stopped(tmp_path: Path) -> None:
     for number in range(MOST_OPEN):
         (tmp_path / str(number)).mkdir()
-        (tmp_path / str(number) / "origin.json").write_text("{}")
-    with pytest.raises(FormigaError, match="50 proposals wait in"):
-        keep(tmp_path, *proposal())
+        (tmp_path / str(number) / "draft.json").write_text("{}")
+    with pytest.raises(FormigaError, match="50 drafts wait in"):
+        propose(tmp_path, *proposal())

@@ -1,0 +1,110 @@
+"""Where drafts wait for a person: `.formiga/<site>/drafts/<n>/`, a folder each.
+
+| file | what |
+|---|---|
+| `task.yaml` | the task, to be read, checked and drawn like any other |
+| `origin.json` | who asked, in which words, through which model or assistant; who approved (`records.Origin`) |
+| `draft.json` | the whole draft (`records.Draft`); written last, so that a folder without it is no draft |
+
+Numbers only grow, and a folder is never written twice by two programs. Nothing here starts anything.
+"""
+
+import os
+from collections.abc import Iterator
+from contextlib import suppress
+from pathlib import Path
+from typing import Any, Final
+
+import msgspec
+
+from formiga_bt.errors import UnusableFile
+from formiga_bt.llm.records import Draft, Origin
+from formiga_bt.site_folder import FOLDER, write_durably
+
+DRAFTS: Final = "drafts"
+TASK: Final = "task.yaml"
+ORIGIN: Final = "origin.json"
+DRAFT: Final = "draft.json"
+
+
+class Kept(msgspec.Struct, frozen=True):
+    """A draft that waits."""
+
+    number: int
+    folder: Path
+    draft: Draft
+    origin: Origin
+
+
+def drafts_folder(site_file: Path | None, site: str) -> Path:
+    """Return the folder of a site's drafts.
+
+    Args:
+        site_file: the site file; None = the demo site, whose drafts lie below the current folder.
+        site: the site's name.
+    """
+    beside = site_file.resolve().parent if site_file is not None else Path.cwd()
+    return beside / FOLDER / site / DRAFTS
+
+
+def keep(folder: Path, draft: Draft, origin: Origin) -> Kept:
+    """Write a draft under the next number.
+
+    Raises:
+        SiteError: it cannot be written.
+        UnusableFile: the folder cannot be made.
+    """
+    try:
+        number, place = _next(folder)
+    except OSError as error:
+        raise UnusableFile(f"cannot write {folder}: {error.strerror or error}") from error
+    write_durably(place / TASK, draft.yaml if draft.yaml.endswith("\n") else draft.yaml + "\n")
+    write_durably(place / ORIGIN, _json(origin))
+    write_durably(place / DRAFT, _json(draft))
+    return Kept(number, place, draft, origin)
+
+
+def read_draft(folder: Path, number: int) -> Kept:
+    """Return a draft that waits. Its task is what `task.yaml` says now: a person may have mended it.
+
+    Raises:
+        UnusableFile: there is no such draft, or it cannot be read.
+    """
+    place = folder / str(number)
+    try:
+        draft = msgspec.json.decode((place / DRAFT).read_bytes(), type=Draft)
+        origin = msgspec.json.decode((place / ORIGIN).read_bytes(), type=Origin)
+        yaml = (place / TASK).read_text(encoding="utf-8")
+    except FileNotFoundError as error:
+        there = ", ".join(str(one) for one in numbers(folder)) or "none"
+        raise UnusableFile(f"there is no draft {number} in {folder}; drafts: {there}") from error
+    except (OSError, UnicodeDecodeError, msgspec.DecodeError) as error:
+        raise UnusableFile(
+            f"draft {number} cannot be read: {error}\n  help: remove {place}, and draft it again"
+        ) from error
+    return Kept(number, place, msgspec.structs.replace(draft, yaml=yaml), origin)
+
+
+def numbers(folder: Path) -> list[int]:
+    """Return the numbers of the drafts of a folder, oldest first."""
+    return sorted(n for n in _numbered(folder) if (folder / str(n) / DRAFT).is_file())
+
+
+def _numbered(folder: Path) -> Iterator[int]:
+    with suppress(FileNotFoundError, NotADirectoryError):
+        yield from (int(name) for name in os.listdir(folder) if name.isascii() and name.isdigit() and len(name) < 10)
+
+
+def _next(folder: Path) -> tuple[int, Path]:
+    folder.mkdir(parents=True, exist_ok=True)
+    number = max(_numbered(folder), default=0)
+    while True:
+        number += 1
+        with suppress(FileExistsError):
+            place = folder / str(number)
+            place.mkdir()
+            return number, place
+
+
+def _json(value: Any) -> str:
+    return msgspec.json.format(msgspec.json.encode(value), indent=2).decode() + "\n"
