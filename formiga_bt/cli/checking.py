@@ -45,7 +45,7 @@ def check(files: Sequence[Path], site: Path | None, actions: Sequence[Path], *, 
         sources.update(read.sources)
         tasks += [read.task] if read.task is not None else []
     if len(tasks) > 1:
-        from formiga_bt.lang.deadlock import check_tasks
+        from formiga_bt.lang.checks.deadlock import check_tasks
 
         found += check_tasks(tasks, world.catalogue)
     problems = in_order(found)

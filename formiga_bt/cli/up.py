@@ -170,7 +170,7 @@ def _library(tasks: list[Path] | None, beside: Path, world: World) -> "tuple[dic
 
 def _warn(served: "dict[str, Task]", world: World) -> None:
     """Say which of the tasks may wait for one another's machines; each alone is sound, so they are served."""
-    from formiga_bt.lang.deadlock import check_tasks
+    from formiga_bt.lang.checks.deadlock import check_tasks
 
     for one in check_tasks(list(served.values()), world.catalogue):
         typer.echo(f"warning: {one.mark}: {one.code}: {one.message}\n  help: {one.help}\n", err=True)

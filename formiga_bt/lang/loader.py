@@ -15,7 +15,7 @@ from formiga_bt.diagnostics import Diagnostic, Mark, in_order
 from formiga_bt.lang.aliases import TASK_NAME, read_task_aliases
 from formiga_bt.lang.body import Body
 from formiga_bt.lang.catalogue import load_catalogue
-from formiga_bt.lang.checks import check_task
+from formiga_bt.lang.checks.whole import check_task
 from formiga_bt.lang.document import Entry, Node
 from formiga_bt.lang.envelope import check_task as check_tightens
 from formiga_bt.lang.envelope import read_envelope

@@ -2,7 +2,7 @@
 
 Frozen, free of py_trees and of any run. Every step knows its source mark. Static paths: the steps of a section, branch or
 subtree body are numbered in their list (`steps[1]`, `then[0]`, `sequence[2]`); `compile` joins them.
-Who builds it: `lang.loader`. Who reads it: `lang.checks`, `lang.flight`, `compile`, `show`, the naive interpreter of the tests.
+Who builds it: `lang.loader`. Who reads it: `lang.checks`, `compile`, `show`, the naive interpreter of the tests.
 One file on purpose, though long: it is one list of frozen records without logic, read as a whole.
 """
 

@@ -8,7 +8,7 @@ import pytest
 from formiga_bt.cli.checking import check
 from formiga_bt.cli.inputs import read_world
 from formiga_bt.cli.up import _library, _warn
-from formiga_bt.lang.deadlock import check_tasks
+from formiga_bt.lang.checks.deadlock import check_tasks
 from formiga_bt.lang.loader import load_task_text
 from formiga_bt.lang.model import Catalogue, Task
 from formiga_bt.packaged import folder

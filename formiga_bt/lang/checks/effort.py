@@ -14,12 +14,12 @@ from typing import Any, Final
 from formiga_bt.diagnostics import Mark
 from formiga_bt.energy import Power, hover_pct, power_of, way_pct
 from formiga_bt.geo import Place, Position, Region
-from formiga_bt.lang import hovering
 from formiga_bt.lang.binding import BASE, SiteEnv
+from formiga_bt.lang.checks import hovering
+from formiga_bt.lang.checks.fleet import types_that_fit
 from formiga_bt.lang.envelope import key_of
 from formiga_bt.lang.expressions import plain_name
 from formiga_bt.lang.fence import breaks, enters, leaves
-from formiga_bt.lang.fleet import types_that_fit
 from formiga_bt.lang.model import (
     ActionSpec,
     Ask,

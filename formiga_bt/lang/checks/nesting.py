@@ -6,7 +6,7 @@ meant, or a branch was lost. Machines in a `for` go one after another unless it 
 
 from collections.abc import Iterator
 
-from formiga_bt.lang.bodies import in_order, is_plain
+from formiga_bt.lang.checks.bodies import in_order, is_plain
 from formiga_bt.lang.model import Catalogue, Do, Fallback, For, Parallel, Sequence, Step
 from formiga_bt.lang.reading import Problems
 from formiga_bt.lang.walk import children, orders

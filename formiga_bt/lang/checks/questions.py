@@ -7,7 +7,7 @@ import re
 from typing import Any, Final
 
 from formiga_bt.lang.binding import BASE
-from formiga_bt.lang.bodies import in_order
+from formiga_bt.lang.checks.bodies import in_order
 from formiga_bt.lang.model import Ask, Catalogue, EvalError, Expr, Step, UnknownState, Unset
 from formiga_bt.lang.reading import Problems
 from formiga_bt.lang.types import AgentRef, Value

@@ -6,7 +6,7 @@ need, it waits in vain (E035). If there are more, two runs of the parent may sti
 
 from collections.abc import Iterator
 
-from formiga_bt.lang.fleet import least, machines_of, most_of
+from formiga_bt.lang.checks.fleet import least, machines_of, most_of
 from formiga_bt.lang.model import Call, Catalogue, Release, Request, Role, Site, Step, Task, WithAgents
 from formiga_bt.lang.reading import Problems
 from formiga_bt.lang.walk import children

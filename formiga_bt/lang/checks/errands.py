@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Iterator
 
-from formiga_bt.lang.bodies import in_order
+from formiga_bt.lang.checks.bodies import in_order
 from formiga_bt.lang.model import Ask, Call, Catalogue, Do, Parallel, Sequence, Step, Wait, WaitFor, WaitUntil
 from formiga_bt.lang.reading import Problems
 from formiga_bt.lang.walk import bare, children, item_name, orders

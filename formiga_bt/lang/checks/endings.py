@@ -5,8 +5,8 @@ from collections.abc import Mapping
 from itertools import pairwise
 from typing import Final
 
-from formiga_bt.lang.bodies import flat, in_order
-from formiga_bt.lang.destinations import Meanings, meanings_of, roots_of
+from formiga_bt.lang.checks.bodies import flat, in_order
+from formiga_bt.lang.checks.destinations import Meanings, meanings_of, roots_of
 from formiga_bt.lang.model import BreakIf, Catalogue, Do, Expr, Fallback, For, Loop, Parallel, Step, Task
 from formiga_bt.lang.reading import Problems
 from formiga_bt.lang.walk import bare, children

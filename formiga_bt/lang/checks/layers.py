@@ -7,7 +7,7 @@ or down to the layer (`at_height(ground(drone.position), drone.transit_height)`)
 import re
 from typing import Final
 
-from formiga_bt.lang.bodies import flat, in_order, is_plain
+from formiga_bt.lang.checks.bodies import flat, in_order, is_plain
 from formiga_bt.lang.model import Catalogue, Do, Step, Subtree, Task
 from formiga_bt.lang.reading import Problems
 from formiga_bt.lang.walk import bare, orders

@@ -1,17 +1,11 @@
-"""Checks of a whole task, on the model: retries, time-outs, ignored failures, the state of flight.
+"""What each step must hold, whatever the others do: retries, time-outs, ignored failures, loops that wait, tidying up.
 
-What one step or one name shows by itself is checked while it is read; this is what needs the steps around it.
+E042, E046, E065, W049 and W069. Called by `whole`.
 """
 
-from formiga_bt.lang.contention import check_contention
-from formiga_bt.lang.deadlock import check_blocks
-from formiga_bt.lang.effort import check_effort
-from formiga_bt.lang.fleet import check_fleet
-from formiga_bt.lang.flight import check_flight
-from formiga_bt.lang.held_back import check_requests
-from formiga_bt.lang.landing import check_landings
+from formiga_bt.lang.checks.contention import check_contention
+from formiga_bt.lang.checks.deadlock import check_blocks
 from formiga_bt.lang.model import (
-    MIN_SPACING_M,
     ActionSpec,
     Ask,
     Call,
@@ -27,55 +21,18 @@ from formiga_bt.lang.model import (
     Release,
     Request,
     Sequence,
-    Site,
     Step,
     Subtree,
     Switch,
-    Task,
     Wait,
     WaitFor,
     WaitUntil,
     WithAgents,
 )
 from formiga_bt.lang.reading import Problems
-from formiga_bt.lang.sense import check_sense
-from formiga_bt.lang.spacing import check_spacing
 from formiga_bt.lang.types import agent_type
-from formiga_bt.lang.walk import all_roles, children, orders, requests_inside, roles_inside
+from formiga_bt.lang.walk import children, orders, requests_inside, roles_inside
 from formiga_bt.units import format_quantity
-
-
-def check_task(task: Task, catalogue: Catalogue, problems: Problems, site: Site | None = None) -> None:
-    """Report what only the whole task shows, in its own steps and in the subtrees that it sees."""
-    min_spacing_m = site.min_spacing_m if site is not None else MIN_SPACING_M
-    checks = _Checks(catalogue, problems)
-    types = {role.name: role.types for role in task.roles.values()}
-    types |= {param.name: agent_type(param.type).of for param in task.params.values()}
-    types |= {role.name: role.types for role in all_roles(task)}
-    sections = (
-        ("steps", task.steps),
-        ("on_failure", task.on_failure),
-        ("on_abort", task.on_abort),
-        ("finally", task.finally_),
-    )
-    contended: frozenset[str] = frozenset()
-    for name, steps in sections:
-        with problems.within(name):
-            checks.check(steps, bounded=False, cleanup=name != "steps")
-            contended |= check_contention(steps, types, catalogue, problems)
-            check_spacing(steps, catalogue, min_spacing_m, problems)
-            check_blocks(steps, catalogue, problems)
-    for subtree in task.subtrees.values():
-        checks.check_subtree(subtree)
-    with problems.within("agents"):
-        check_fleet(task, catalogue, site, problems)
-    check_flight(task, catalogue, problems, contended)
-    with problems.within("steps"):
-        check_requests(task, catalogue, site, problems)
-        check_landings(task, catalogue, problems)
-    if not problems.has_errors():  # what was refused has no value
-        check_effort(task, catalogue, site, problems)
-        check_sense(task, catalogue, site, problems)
 
 
 def can_succeed(step: Step) -> bool:
@@ -121,7 +78,9 @@ def waits(step: Step) -> bool:
             return any(waits(child) for child in children(step))
 
 
-class _Checks:
+class StepChecks:
+    """Checks of each step of one task and of its subtrees."""
+
     def __init__(self, catalogue: Catalogue, problems: Problems) -> None:
         self.catalogue = catalogue
         self.actions = catalogue.actions

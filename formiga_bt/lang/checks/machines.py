@@ -5,8 +5,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final
 
+from formiga_bt.lang.checks.sky import Sky, States, merge
 from formiga_bt.lang.model import Expr, For, Step
-from formiga_bt.lang.sky import Sky, States, merge
 from formiga_bt.lang.walk import bare, commands, item_name
 
 _AROUND: Final = re.compile(r"reverse\((.*)\)")

@@ -13,11 +13,11 @@ to is not reported.
 
 from dataclasses import replace
 
-from formiga_bt.lang.agreeing import Assumed, ways
-from formiga_bt.lang.flying import Interpreter
+from formiga_bt.lang.checks.agreeing import Assumed, ways
+from formiga_bt.lang.checks.flying import Interpreter
+from formiga_bt.lang.checks.sky import Ends, Place, Sky, Why, keys_of, start
 from formiga_bt.lang.model import Catalogue, Role, Step, Subtree, Task
 from formiga_bt.lang.reading import Problems
-from formiga_bt.lang.sky import Ends, Place, Sky, Why, keys_of, start
 from formiga_bt.lang.types import agent_type
 
 

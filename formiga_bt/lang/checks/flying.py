@@ -9,8 +9,25 @@ from dataclasses import replace
 from typing import Final
 
 from formiga_bt.diagnostics import Mark
-from formiga_bt.lang.agreeing import Assumed
-from formiga_bt.lang.machines import Bound, back, commanded, is_filled, machines_of
+from formiga_bt.lang.checks.agreeing import Assumed
+from formiga_bt.lang.checks.machines import Bound, back, commanded, is_filled, machines_of
+from formiga_bt.lang.checks.sky import (
+    Air,
+    Ends,
+    Place,
+    Sky,
+    States,
+    Why,
+    failing,
+    join,
+    keys_of,
+    line_of,
+    merge,
+    narrow,
+    same,
+    signature,
+    start,
+)
 from formiga_bt.lang.model import (
     ActionSpec,
     Ask,
@@ -38,23 +55,6 @@ from formiga_bt.lang.model import (
     WithAgents,
 )
 from formiga_bt.lang.reading import Problems
-from formiga_bt.lang.sky import (
-    Air,
-    Ends,
-    Place,
-    Sky,
-    States,
-    Why,
-    failing,
-    join,
-    keys_of,
-    line_of,
-    merge,
-    narrow,
-    same,
-    signature,
-    start,
-)
 from formiga_bt.lang.types import agent_type
 
 _MADE_OF_STEPS: Final = (Sequence, Fallback, If, Switch, Call, Parallel, Loop, For, Guard, WithAgents)

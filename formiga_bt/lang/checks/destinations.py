@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from formiga_bt.diagnostics import Mark
-from formiga_bt.lang.landing import named
+from formiga_bt.lang.checks.landing import named
 from formiga_bt.lang.model import Call, Catalogue, Do, Expr, Fallback, For, If, Parallel, Step, Switch, Task
 from formiga_bt.lang.types import Type
 from formiga_bt.lang.walk import children, item_name
