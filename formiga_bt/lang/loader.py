@@ -29,7 +29,7 @@ from formiga_bt.lang.records import ABORT, ERROR
 from formiga_bt.lang.roles import read_roles, read_vars
 from formiga_bt.lang.scope import Scope
 from formiga_bt.lang.site import load_site
-from formiga_bt.lang.steps import read_bound, read_steps
+from formiga_bt.lang.steps.step import read_bound, read_steps
 from formiga_bt.lang.subtrees import Subtrees
 from formiga_bt.lang.types import not_held
 from formiga_bt.lang.walk import size

@@ -12,7 +12,6 @@ from formiga_bt.lang.flow import Named
 from formiga_bt.lang.kinds import COUNT, ROLE
 from formiga_bt.lang.members import type_read
 from formiga_bt.lang.model import Expr, Role, Some
-from formiga_bt.lang.over_lists import length_of
 from formiga_bt.lang.own_names import is_free
 from formiga_bt.lang.params import read_agent_types
 from formiga_bt.lang.reading import (
@@ -25,6 +24,7 @@ from formiga_bt.lang.reading import (
     read_words,
     what_is,
 )
+from formiga_bt.lang.steps.over_lists import length_of
 from formiga_bt.lang.types import ANY, DURATION, PERCENT, PLACE, Type, list_of
 from formiga_bt.lang.written import scalars
 

@@ -8,7 +8,7 @@ from formiga_bt.lang.kinds import SUBTREE
 from formiga_bt.lang.model import Subtree
 from formiga_bt.lang.params import read_params
 from formiga_bt.lang.reading import Problems, did_you_mean, fix_word, quoted_list, read_keys, read_mapping
-from formiga_bt.lang.steps import read_steps
+from formiga_bt.lang.steps.step import read_steps
 from formiga_bt.lang.synonyms import surely
 from formiga_bt.lang.types import ANY
 from formiga_bt.lang.world import Callee, World, agent_types_of

@@ -3,10 +3,8 @@
 from collections.abc import Mapping
 
 from formiga_bt.lang.aliases import by_alias
-from formiga_bt.lang.blocks import Keys, Part
 from formiga_bt.lang.body import Body
 from formiga_bt.lang.document import Node, Scalar
-from formiga_bt.lang.leaves import read_save
 from formiga_bt.lang.model import Expr, Param
 from formiga_bt.lang.params import read_params
 from formiga_bt.lang.reading import (
@@ -21,6 +19,7 @@ from formiga_bt.lang.reading import (
     shorten,
 )
 from formiga_bt.lang.records import CHILD
+from formiga_bt.lang.steps.parts import Keys, Part, read_save
 from formiga_bt.lang.synonyms import nearest
 from formiga_bt.lang.world import World
 

@@ -1,24 +1,19 @@
 """Steps that address nobody: wait, wait_until, check, set, fail, break_if; and release.
 
-Each function reads the keys of one step and returns its own part of the model; `steps` adds the modifiers.
+Each function reads the keys of one step and returns its own part of the model; `step` adds the modifiers.
 """
 
 import re
-from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any, Final
+from typing import Final
 
 from formiga_bt.lang.body import Body
-from formiga_bt.lang.document import Entry
 from formiga_bt.lang.expressions import narrows, narrows_when_false
-from formiga_bt.lang.leaves import read_held
 from formiga_bt.lang.model import Expr
 from formiga_bt.lang.reading import did_you_mean, read_mapping, read_text, shorten
+from formiga_bt.lang.steps.parts import Keys, Part
+from formiga_bt.lang.steps.who import read_held
 from formiga_bt.lang.types import ANY
-
-Keys = Mapping[str, Entry]
-Part = dict[str, Any]
-"""Keyword arguments of the step's class."""
 
 _CODE: Final = re.compile(r"[a-z][a-z0-9_]*")
 

@@ -1,18 +1,19 @@
 """`switch`: one of several lists of steps, chosen by a value. Its cases are complete, or there is a default.
 
-Handed the readers of steps by `steps`, like `blocks`. What branches save is certain after it only if each of them saves it;
+Handed the readers of steps by `step`, like `blocks`. What branches save is certain after it only if each of them saves it;
 they exclude one another, so they may save one name.
 """
 
 from typing import Final
 
 from formiga_bt.diagnostics import Fix
-from formiga_bt.lang.blocks import Keys, Part, Readers
 from formiga_bt.lang.body import Body
 from formiga_bt.lang.document import Entry, Mapping_
 from formiga_bt.lang.flow import Flow, join
 from formiga_bt.lang.model import Case, Expr, Step
 from formiga_bt.lang.reading import read_mapping, shorten
+from formiga_bt.lang.steps.blocks import Readers
+from formiga_bt.lang.steps.parts import Keys, Part
 from formiga_bt.lang.synonyms import is_sure, nearest
 from formiga_bt.lang.types import Type
 from formiga_bt.lang.typing_rules import in_words

@@ -1,11 +1,11 @@
 """Steps made of steps: sequence, fallback, if, parallel, guard. They follow what is saved and certain along each path.
 
-The loops are in `loops`. Both are handed the readers of steps by `steps`, which knows every kind.
+The loops are in `loops`. Both are handed the readers of steps by `step`, which knows every kind.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any, Final, Literal
+from typing import Final, Literal
 
 from formiga_bt.diagnostics import Mark
 from formiga_bt.lang.body import Body
@@ -15,11 +15,9 @@ from formiga_bt.lang.flow import Flow, join
 from formiga_bt.lang.model import Check, Step
 from formiga_bt.lang.reading import fix_word, read_flag, read_word, what_is
 from formiga_bt.lang.records import ERROR
+from formiga_bt.lang.steps.parts import Keys, Part
 from formiga_bt.lang.synonyms import nearest
 from formiga_bt.lang.written import saves, sets, writes
-
-Keys = Mapping[str, Entry]
-Part = dict[str, Any]
 
 _INSTANT: Final = ("notify", "set", "wait")
 """Kinds that cannot fail."""

@@ -1,4 +1,4 @@
-"""Steps: the kind of each, and its modifiers. The kinds are read in `leaves`, `moments`, `blocks`, `switches` and `loops`.
+"""Steps: the kind of each, and its modifiers. Each kind is read in a module beside this one.
 
 `read_steps` is called for each section, branch and subtree body. It walks the steps in the order in which they run,
 because what is saved and certain at a step depends on the steps before it.
@@ -11,8 +11,6 @@ from types import MappingProxyType
 from typing import Any, Final
 
 from formiga_bt.diagnostics import Fix, Mark
-from formiga_bt.lang import blocks, extra, leaves, loops, moments, over_lists, switches
-from formiga_bt.lang.blocks import Readers
 from formiga_bt.lang.body import Body
 from formiga_bt.lang.document import Entry, Listing, Mapping_, Node, Scalar
 from formiga_bt.lang.expressions import narrows, narrows_when_false
@@ -56,12 +54,14 @@ from formiga_bt.lang.reading import (
     shorten,
     what_is,
 )
-from formiga_bt.lang.requests import read_request
+from formiga_bt.lang.steps import ask, blocks, call, do, extra, loops, moments, over_lists, switches
+from formiga_bt.lang.steps.blocks import Readers
+from formiga_bt.lang.steps.parts import Keys
+from formiga_bt.lang.steps.requests import read_request
 from formiga_bt.lang.synonyms import ADVICE, BY_HAND, KIND_SYNONYMS, is_sure, kind_for
 from formiga_bt.lang.types import DURATION, INT, NUMBER
 from formiga_bt.lang.walk import roles_inside
 
-Keys = Mapping[str, Entry]
 _LOOPS: Final = ("while", "repeat", "for")
 _TOGETHER: Final = "mode: parallel"
 
@@ -336,16 +336,16 @@ _INSIDE: Final = Readers(read_steps, read_step, _items)
 
 _READERS: Final[Mapping[str, Callable[[Body, Keys], dict[str, Any] | None]]] = MappingProxyType(
     {
-        "do": leaves.read_do,
-        "ask": leaves.read_ask,
-        "call": leaves.read_call,
+        "do": do.read_do,
+        "ask": ask.read_ask,
+        "call": call.read_call,
         "request": read_request,
         "wait": moments.read_wait,
         "wait_until": moments.read_wait_until,
-        "wait_for": leaves.read_wait_for,
+        "wait_for": do.read_wait_for,
         "check": moments.read_check,
         "set": moments.read_set,
-        "notify": leaves.read_notify,
+        "notify": ask.read_notify,
         "fail": moments.read_fail,
         "release": moments.read_release,
         "sequence": partial(blocks.read_sequence, _INSIDE),
