@@ -5,7 +5,7 @@ from types import MappingProxyType
 import pytest
 
 from formiga_bt.lang.kinds import KINDS, LIBRARY, MODIFIERS, PARAM, RETRY, ROLE, SUBTREE, TASK
-from formiga_bt.lang.steps import _CLASSES, _READERS
+from formiga_bt.lang.steps.step import _CLASSES, _READERS
 from formiga_bt.lang.synonyms import KEY_SYNONYMS, KIND_SYNONYMS, action_for, key_for, kind_for, nearest
 
 
