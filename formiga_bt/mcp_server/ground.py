@@ -17,7 +17,6 @@ from formiga_bt.lang.document import Listing, Mapping_, Scalar, parse
 from formiga_bt.lang.loader import Loaded, load_catalogue, load_site, load_task_text
 from formiga_bt.lang.model import Catalogue, Site
 from formiga_bt.packaged import files, folder
-from formiga_bt.site_folder import FOLDER
 
 TEXT_NAME: Final = "task.yaml"
 """How messages call the text of an assistant."""
@@ -51,13 +50,15 @@ class Ground:
     """Files by the names and aliases of their tasks; the site's own come first."""
 
     def read(self, path: Path) -> str:
-        """Return the text of a file of the site's folder or of the library.
+        """Return the text of a YAML file of the site's folder or of the library.
 
         Raises:
-            OSError: it lies elsewhere, is too large, or cannot be read.
+            OSError: it lies elsewhere, is hidden, too large, or cannot be read.
         """
         real = path.resolve()
-        if not any(real.is_relative_to(root) for root in self.roots) or FOLDER in real.parts or not real.is_file():
+        inside = next((real.relative_to(root) for root in self.roots if real.is_relative_to(root)), None)
+        hidden = inside is None or any(part.startswith(".") for part in inside.parts)
+        if hidden or real.suffix not in (".yaml", ".yml") or not real.is_file():
             raise FileNotFoundError(errno.ENOENT, "no such file")
         if real.stat().st_size > LARGEST:
             raise OSError(errno.EFBIG, "the file is larger than 1 MB")

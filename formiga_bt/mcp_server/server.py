@@ -4,6 +4,8 @@ The only module that imports `mcp` (the extra `formiga-bt[mcp]`). Called by `for
 cancels what is given up, and ends when stdin closes; what takes long is done elsewhere (`worker`), so that it always can.
 """
 
+import sys
+import traceback
 from collections.abc import Awaitable, Callable
 from functools import partial
 from typing import Any, Final, TypeVar
@@ -29,6 +31,7 @@ PAGE: Final = 100
 """Entries of a list that are sent at once."""
 PROMPT: Final = "write_a_mission"
 LONGEST_REQUEST: Final = 4_000
+LONGEST_ERROR: Final = 20_000
 
 Context = ServerRequestContext[Any, Any]
 P = TypeVar("P")
@@ -81,6 +84,9 @@ class Front:
             return _wrong(f"{tool.name}: {error}\n  help: its schema tells what it takes")
         except FormigaError as error:
             return _wrong(str(error))
+        except Exception as error:  # noqa: BLE001 - told to the client, which goes on
+            traceback.print_exc(file=sys.stderr)
+            return _wrong(f"{tool.name} went wrong inside formiga ({type(error).__name__}); its log tells where")
         return types.CallToolResult(
             content=[types.TextContent(type="text", text=text)], structured_content=msgspec.to_builtins(given)
         )
@@ -163,6 +169,8 @@ def _described(tool: Tool) -> types.Tool:
 
 
 def _wrong(text: str) -> types.CallToolResult:
+    text = "\n".join(line if line.isprintable() else cleaned(line, LONGEST_ERROR) for line in text.split("\n"))
+    text = text if len(text) <= LONGEST_ERROR else text[:LONGEST_ERROR] + " ..."
     return types.CallToolResult(content=[types.TextContent(type="text", text=text)], is_error=True)
 
 

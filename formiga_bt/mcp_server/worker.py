@@ -69,7 +69,7 @@ class Crew:
         self._where = where
         self._limits = {**LIMITS_S, **(limits_s or {})}
         self._seats = anyio.Semaphore(AT_ONCE)
-        self._waiting = 0
+        self._open = 0
 
     async def do(self, job: Job, progress: Any = None) -> Done:
         """Do a job; `progress(seconds, text)` is awaited as it goes on. Cancelling ends its process.
@@ -77,17 +77,14 @@ class Crew:
         Raises:
             FormigaError: what is wrong with the task, or the job took too long.
         """
-        if self._waiting >= MOST_WAITING:
+        if self._open >= AT_ONCE + MOST_WAITING:
             raise Busy(f"{AT_ONCE} jobs run and {MOST_WAITING} wait\n  help: wait for their answers, then ask again")
-        self._waiting += 1
+        self._open += 1
         try:
-            await self._seats.acquire()
+            async with self._seats:
+                return await self._in_process(job, progress)
         finally:
-            self._waiting -= 1
-        try:
-            return await self._in_process(job, progress)
-        finally:
-            self._seats.release()
+            self._open -= 1
 
     async def _in_process(self, job: Job, progress: Any) -> Done:
         limit = self._limits[job.kind]

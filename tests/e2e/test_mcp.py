@@ -3,6 +3,7 @@
 import json
 import os
 import shutil
+import subprocess
 import sys
 from collections.abc import Awaitable, Callable, Iterator
 from pathlib import Path
@@ -18,7 +19,7 @@ from formiga_bt.cli.mcp import LOOK as LOOK_AT
 from formiga_bt.cli.verbs import verbs
 from formiga_bt.mcp_server.tools import TOOLS
 from formiga_bt.packaged import folder
-from tests.e2e.rig import children
+from tests.e2e.rig import children, is_running
 
 pytestmark = pytest.mark.network
 
@@ -296,29 +297,27 @@ def test_a_tool_that_is_not_there_is_an_error_of_the_protocol(assistant: Assista
         assistant.do(lambda: assistant.client.call_tool("run_task", {}))
 
 
-def test_it_ends_when_stdin_closes_also_in_a_dry_run_and_speaks_the_older_greeting(tmp_path: Path) -> None:
-    command = StdioServerParameters(command=sys.executable, args=["-m", "formiga_bt", "mcp"], cwd=tmp_path)
-    before = children(os.getpid())
+def test_it_ends_when_stdin_closes_also_in_a_dry_run(tmp_path: Path) -> None:
+    """Without the client of the library, which would end it if it did not end itself; with the older greeting."""
+    command = [sys.executable, "-m", "formiga_bt", "mcp"]
+    server = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, cwd=tmp_path, text=True)
+    assert server.stdin is not None
+    assert server.stdout is not None
 
-    async def leave() -> set[int]:
-        async with Client(stdio_client(command), mode="legacy") as client:
-            (server,) = children(os.getpid()) - before
-            flying = anyio.Event()
+    def send(**message: Any) -> None:
+        print(json.dumps({"jsonrpc": "2.0", **message}), file=server.stdin, flush=True)
 
-            async def hear(progress: float, total: float | None, message: str | None) -> None:
-                flying.set()
-
-            async def fly() -> None:
-                await client.call_tool("dry_run", {"yaml": LONG, "hours": 24}, progress_callback=hear)
-
-            async with anyio.create_task_group() as group:
-                group.start_soon(fly)
-                with anyio.fail_after(PATIENCE_S):
-                    await flying.wait()
-                jobs = children(server)
-                group.cancel_scope.cancel()
-        return jobs | {server}
-
-    pids = anyio.run(leave)
-    assert len(pids) == 2
-    assert not any(Path(f"/proc/{pid}").exists() for pid in pids)
+    client = {"protocolVersion": "2025-06-18", "capabilities": {}, "clientInfo": {"name": "old", "version": "1"}}
+    print("this is no JSON", file=server.stdin, flush=True)
+    send(id=1, method="initialize", params=client)
+    greeting = next(said for line in server.stdout if (said := json.loads(line)).get("id") == 1)
+    assert greeting["result"]["serverInfo"]["name"] == "formiga"
+    send(method="notifications/initialized")
+    arguments = {"yaml": LONG, "hours": 24}
+    send(id=2, method="tools/call", params={"name": "dry_run", "arguments": arguments, "_meta": {"progressToken": 1}})
+    assert json.loads(server.stdout.readline())["method"] == "notifications/progress"
+    (job,) = children(server.pid)
+    server.stdin.close()
+    assert server.wait(PATIENCE_S) == 0
+    assert not is_running(job)
+    server.stdout.close()

@@ -2,10 +2,12 @@
 
 import json
 import re
+import sys
 import time
 from collections.abc import Iterator
 from pathlib import Path
 from shutil import copy, copytree
+from typing import Any
 
 import pytest
 
@@ -103,3 +105,27 @@ def test_stats_tells_how_long_things_took(shell: Shell) -> None:
 def test_a_task_that_waits_travels_as_json(shell: Shell) -> None:
     shown = json.loads(shell.run("show", "Ask-2", "--format", "json"))
     assert {step["path"]: step["status"] for step in shown["steps"]}["steps/steps[0]"] == "running"
+
+
+def test_an_assistant_sees_what_goes_on(shell: Shell) -> None:
+    import anyio
+    from mcp import Client, StdioServerParameters, stdio_client
+
+    command = StdioServerParameters(command=sys.executable, args=["-m", "formiga_bt", "mcp"], cwd=shell.folder)
+
+    async def look() -> dict[str, tuple[str, Any]]:
+        asked = {"list_agents": {}, "now": {}, "explain": {"id": "Ask-2"}, "show_task": {"id": "Circle-1"}}
+        async with Client(stdio_client(command)) as client:
+            found = {name: await client.call_tool(name, arguments) for name, arguments in asked.items()}
+        return {name: (told.content[0].text, told.structured_content) for name, told in found.items()}
+
+    told = anyio.run(look)
+    assert {text.splitlines()[1] for text, _ in told.values()} == {"--- begin of data ---"}
+    fleet, now = told["list_agents"][1], told["now"][1]
+    assert fleet["engine"] == "running"
+    assert all(one["here"] for one in fleet["agents"] if one["kind"] == "machine")
+    assert [(one["task"], one["text"], one["asked"]) for one in now["questions"]] == [("Ask-2", "Is it good?", ["eve"])]
+    assert told["explain"][1]["of"] == "Ask-2 ACTIVE"
+    assert told["show_task"][1]["status"] == "Circle-1 SUCCEEDED"
+    token = (shell.folder / ".formiga" / "rovaniemi" / "token").read_text(encoding="ascii").strip()
+    assert token not in str(told)

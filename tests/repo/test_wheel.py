@@ -54,6 +54,15 @@ def test_the_wheel_does_not_use_the_checkout(installed: Path, tmp_path: Path) ->
     assert Path(done.stdout.strip()) == installed / "formiga_bt" / "_data" / "actions"
 
 
+def test_the_wheel_has_the_guide_to_the_language_for_assistants(installed: Path, tmp_path: Path) -> None:
+    code = "from formiga_bt.mcp_server.pages import language, topics; print(len(topics()), language('roles')[:7])"
+    env = {**os.environ, "PYTHONPATH": str(installed)}
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=tmp_path, env=env, capture_output=True, text=True, check=True
+    )
+    assert done.stdout == f"{len(list((ROOT / 'docs' / 'language').glob('*.md'))) - 1} # Roles\n"
+
+
 def test_the_wheel_makes_a_site_whose_first_task_flies(installed: Path, tmp_path: Path) -> None:
     assert formiga(installed, tmp_path, "init", "meadow").returncode == 0
     words = ("trees/hello.yaml", "--site", "site.yaml")

@@ -62,6 +62,12 @@ def test_the_runtime_folder_is_never_read(site: Path) -> None:
         ground(site).read(site / ".formiga" / "rovaniemi" / "token.yaml")
 
 
+@pytest.mark.parametrize("name", ["notes.txt", ".hidden.yaml"])
+def test_only_yaml_that_is_not_hidden_is_read(site: Path, name: str) -> None:
+    (site / "trees" / name).write_text(OWN, encoding="utf-8")
+    assert messages(ground(site), f"[{name}]") == [f"E008 '{name}' cannot be read: no such file"]
+
+
 def test_tasks_are_found_by_their_names_those_of_the_site_first(site: Path) -> None:
     (site / "trees" / "circle.yaml").write_text(HEAD.replace("X", "Circle") + "steps:\n  - notify: mine\n")
     found = ground(site)
