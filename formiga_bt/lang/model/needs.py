@@ -1,0 +1,62 @@
+"""What a task or a subtree declares before its steps: its params, and the roles of agents that it needs."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+from formiga_bt.diagnostics import Mark
+from formiga_bt.lang.model.expr import Expr
+from formiga_bt.lang.types import Type
+
+
+@dataclass(frozen=True, slots=True)
+class Param:
+    """A parameter of a task or subtree."""
+
+    name: str
+    type: Type
+    mark: Mark
+    default: Expr | None = None
+    optional: bool = False
+    min: Expr | None = None
+    max: Expr | None = None
+    label: str = ""
+    help: str = ""
+    choices: tuple[str, ...] = ()
+    aliases: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Some:
+    """How many agents a role without a fixed count takes: at least `min`, and `max` if as many are free (None = all)."""
+
+    min: int = 1
+    max: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Role:
+    """A role of a task: which agent (or agents) it needs. Expressions are read once, at admission."""
+
+    name: str
+    types: tuple[str, ...]
+    mark: Mark
+    id: Expr | None = None
+    near: Expr | None = None
+    prefer: Expr | None = None
+    count: int | None = None
+    """None = exactly one agent, unless `open`: then the role is a list, as it is with a count."""
+    open: Some | None = None
+    """As many agents as are free, between two bounds."""
+    battery_min: Expr | None = None
+    capabilities: tuple[str, ...] = ()
+    wait: Expr | None = None
+    """How long to queue, seconds; None = 15 min."""
+    if_lost: Literal["fail", "rebind"] = "fail"
+    away: bool = False
+    actions: tuple[str, ...] = ()
+    """Actions that the task orders of this role (subtrees included)."""
+
+    @property
+    def is_list(self) -> bool:
+        """Return whether the role is a list of agents."""
+        return self.count is not None or self.open is not None

@@ -1,0 +1,329 @@
+"""Steps, one record for each kind, without logic. `Step` holds what every kind may have; children stand in lists of their own.
+
+Every step knows its source mark. Static paths: the steps of a section, branch or subtree body are numbered in their list
+(`steps[1]`, `then[0]`, `sequence[2]`); `compile` joins them.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+from formiga_bt.diagnostics import Mark
+from formiga_bt.lang.model.expr import Expr
+from formiga_bt.lang.model.needs import Param, Role
+
+
+@dataclass(frozen=True, slots=True)
+class Who:
+    """Whom a key such as `of`, `to` or `do` names: a role, loop name or agent param; or a site role (`watchers`)."""
+
+    name: str
+    agent: Expr | None
+    """Evaluates to an AgentRef; None when `site_role`."""
+    site_role: bool
+    mark: Mark
+
+
+@dataclass(frozen=True, slots=True)
+class Retry:
+    """The retry modifier. `attempts` counts the first one; delays in seconds."""
+
+    attempts: Expr
+    delay: Expr | None
+    backoff: Expr | None
+    attempt_timeout: Expr | None
+    agent: Literal["same", "another"]
+    mark: Mark
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Step:
+    """What every step has. Nesting of the modifiers: when( ignore_failure( timeout( retry( step)))).
+
+    `seg` is the step's place in its list, for example `steps[1]`.
+    """
+
+    kind: str
+    seg: str
+    mark: Mark
+    """Of the kind's key."""
+    name: str = ""
+    note: Expr | None = None
+    when: Expr | None = None
+    timeout: Expr | None = None
+    retry: Retry | None = None
+    ignore_failure: bool = False
+    critical: bool = False
+
+    @property
+    def title(self) -> str:
+        """Return the step's name as people see it."""
+        return self.name or self.kind
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Do(Step):
+    """Send a goal to an agent and wait for its result."""
+
+    who: Who
+    action: str
+    fields: Mapping[str, Expr]
+    """Every field that is given or has a default, in the catalogue's order. Defaults may read `agent.<field>`: in such an
+    expression the name `agent` is this step's agent."""
+    save_as: str = ""
+    expect: Expr | None = None
+
+    @property
+    def title(self) -> str:
+        """Return the step's name, or `role.Action`."""
+        return self.name or f"{self.who.name}.{self.action}"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Ask(Step):
+    """Ask people; `{answer, by, at}`."""
+
+    question: Expr
+    of: tuple[Who, ...]
+    options: tuple[str, ...]
+    policy: Literal["any", "all"] = "any"
+    escalate_after: Expr | None = None
+    clears: Who | None = None
+    clears_on: tuple[str, ...] = ()
+    if_no_answer: Expr | None = None
+    save_as: str = ""
+    expect: Expr | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Call(Step):
+    """Run a subtree in its own scope."""
+
+    subtree: "Subtree"
+    args: Mapping[str, Expr]
+    save_as: str = ""
+
+    @property
+    def title(self) -> str:
+        """Return the step's name, or the subtree's."""
+        return self.name or self.subtree.name
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Wait(Step):
+    """Wait a duration (seconds)."""
+
+    duration: Expr
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Check(Step):
+    """Succeed or fail now."""
+
+    cond: Expr
+    message: Expr | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Set(Step):
+    """Assign vars, in file order."""
+
+    assign: Mapping[str, Expr]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Notify(Step):
+    """Tell people; never fails. Empty `to` = the site's watchers."""
+
+    text: Expr
+    to: tuple[Who, ...] = ()
+    severity: Literal["info", "warning", "alarm"] = "info"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Fail(Step):
+    """Fail with a message and, optionally, a snake_case code."""
+
+    message: Expr
+    code: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Sequence(Step):
+    """Steps one after another, with memory. `reactive`: earlier children, pure checks, are re-checked live."""
+
+    steps: tuple[Step, ...]
+    reactive: bool = False
+    finally_: tuple[Step, ...] = ()
+    """Runs in place after success and failure; segments `finally[i]`."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Fallback(Step):
+    """The first child that succeeds; while a later child runs, `error` is the former one's failure."""
+
+    steps: tuple[Step, ...]
+    reactive: bool = False
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WaitUntil(Step):
+    """Wait until a live condition is true."""
+
+    cond: Expr
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WaitFor(Step):
+    """Wait for the next event of an agent. `since_task`: also one that came since the task's admission and none took yet."""
+
+    who: Who
+    event: str
+    since_task: bool = False
+    save_as: str = ""
+
+    @property
+    def title(self) -> str:
+        """Return the step's name, or `role.event`."""
+        return self.name or f"{self.who.name}.{self.event}"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Release(Step):
+    """Give an agent back before the task ends: goal-free, recovered if airborne, then freed."""
+
+    who: Who
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Parallel(Step):
+    """Children at once. `need`: "all", "any" or a number; segments `parallel[i]`."""
+
+    steps: tuple[Step, ...]
+    need: int | Literal["all", "any"] = "all"
+    on_child_failure: Literal["finish", "cancel"] = "finish"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Loop(Step):
+    """`while` and `repeat`: rounds of `steps` (segments `steps[i]`). Exactly one of the first four is set.
+
+    `until` is read after each round; `every`: start of a round to the start of the next, seconds; `max`: no more rounds.
+    """
+
+    cond: Expr | None = None
+    """`while`: read before each round."""
+    times: Expr | None = None
+    """`repeat: N`."""
+    duration: Expr | None = None
+    """`repeat: 30 min`, seconds: no round starts after it is over, then success."""
+    forever: bool = False
+    steps: tuple[Step, ...]
+    until: Expr | None = None
+    every: Expr | None = None
+    max: Expr | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class For(Step):
+    """`for`: a round per item of lists of equal lengths, in order or at once; segments `steps[i]`."""
+
+    lists: Mapping[str, Expr]
+    """Loop name -> list."""
+    steps: tuple[Step, ...]
+    parallel: bool = False
+    said_mode: bool = False
+    """Whether the file says `mode`."""
+    max_parallel: int | None = None
+    need: int | Literal["all"] = "all"
+    on_child_failure: Literal["finish", "cancel"] = "finish"
+    collect: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BreakIf(Step):
+    """Leave the nearest loop with success."""
+
+    cond: Expr
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Guard(Step):
+    """Stop the steps and fail as soon as a live condition is false; segments `steps[i]`."""
+
+    cond: Expr
+    steps: tuple[Step, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class If(Step):
+    """Branch on a condition, read once at entry."""
+
+    cond: Expr
+    then: tuple[Step, ...]
+    otherwise: tuple[Step, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Case:
+    """One value of a `switch`, and its steps (segments `case0[i]`, `case1[i]` for the next one)."""
+
+    value: str | int
+    mark: Mark
+    steps: tuple[Step, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Switch(Step):
+    """Branch on a value, read once at entry; segments of the default `default[i]`.
+
+    Without a default the cases name every value that the expression can have.
+    """
+
+    on: Expr
+    cases: tuple[Case, ...]
+    default: tuple[Step, ...] = ()
+
+    @property
+    def branches(self) -> tuple[tuple[Step, ...], ...]:
+        """Return the steps of each way through it."""
+        return (*(case.steps for case in self.cases), *((self.default,) if self.default else ()))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Request(Step):
+    """Start another task and, unless `wait` is false, wait for its end; it ends with its parent unless `detached`."""
+
+    task: str
+    args: Mapping[str, Expr]
+    priority: Literal["", "low", "medium", "high"] = ""
+    """Empty = as its own file says."""
+    wait: bool = True
+    detached: bool = False
+    save_as: str = ""
+    needs: tuple[Role, ...] = ()
+    """What the other task is granted before its first step: names, types and counts only."""
+
+    @property
+    def title(self) -> str:
+        """Return the step's name, or the task's."""
+        return self.name or self.task
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WithAgents(Step):
+    """Extra agents for its steps (segments `steps[i]`), given back at their end; the expressions of roles are read at entry."""
+
+    roles: Mapping[str, Role]
+    steps: tuple[Step, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Subtree:
+    """A reusable body with its own scope."""
+
+    name: str
+    params: Mapping[str, Param]
+    steps: tuple[Step, ...]
+    mark: Mark
+    returns: Expr | None = None

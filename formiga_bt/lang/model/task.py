@@ -1,0 +1,44 @@
+"""A whole task: its sections, and what it declares beside them."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Literal
+
+from formiga_bt.diagnostics import Mark
+from formiga_bt.lang.model.expr import Expr
+from formiga_bt.lang.model.needs import Param, Role
+from formiga_bt.lang.model.steps import Step, Subtree
+
+
+@dataclass(frozen=True, slots=True)
+class Task:
+    """A checked task file. Sections are lists of steps; an empty one is absent."""
+
+    name: str
+    mark: Mark
+    steps: tuple[Step, ...]
+    aliases: tuple[str, ...] = ()
+    """Other names under which callers may request it."""
+    version: str = ""
+    description: str = ""
+    priority: Literal["low", "medium", "high"] = "medium"
+    params: Mapping[str, Param] = field(default_factory=dict)
+    vars: Mapping[str, Expr] = field(default_factory=dict)
+    """In an order in which each reads only earlier ones."""
+    roles: Mapping[str, Role] = field(default_factory=dict)
+    timeout: Expr | None = None
+    expires: Expr | None = None
+    if_preempted: Literal["restart", "fail"] = "restart"
+    preemptible: bool = True
+    on_failure: tuple[Step, ...] = ()
+    on_abort: tuple[Step, ...] = ()
+    finally_: tuple[Step, ...] = ()
+    cleanup_timeout: Expr | None = None
+    envelope: Mapping[str, float] = field(default_factory=dict)
+    """What the task tightens of its machines' envelope, named as in `AgentType.limits`; it can loosen nothing."""
+    subtrees: Mapping[str, Subtree] = field(default_factory=dict)
+    bundle: str = ""
+    """SHA-256 (hex) of the task's file, its imports and the catalogue: what a run is pinned to."""
+    files: tuple[str, ...] = ()
+    requests: Mapping[str, str] = field(default_factory=dict)
+    """Tasks that it requests -> their files."""

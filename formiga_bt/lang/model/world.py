@@ -1,0 +1,154 @@
+"""What tasks are checked against: the catalogue of agent types and actions, and the site."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Final, Literal
+
+from formiga_bt.clock import Micros
+from formiga_bt.diagnostics import Mark
+from formiga_bt.lang.model.expr import Expr
+from formiga_bt.lang.model.steps import Subtree
+from formiga_bt.lang.types import Type
+
+
+@dataclass(frozen=True, slots=True)
+class FieldSpec:
+    """A field of an action."""
+
+    name: str
+    type: Type
+    optional: bool = False
+    default: Expr | None = None
+    """May read `agent.<field>`: the agent that gets the goal."""
+    min: float | None = None
+    max: float | None = None
+    """In the type's SI unit."""
+    help: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class ActionSpec:
+    """An action of the catalogue."""
+
+    name: str
+    mark: Mark
+    fields: Mapping[str, FieldSpec] = field(default_factory=dict)
+    result: Mapping[str, Type] = field(default_factory=dict)
+    requires: Literal["", "airborne", "grounded"] = ""
+    effect: Literal["", "airborne", "grounded"] = ""
+    moves_to: str = ""
+    """The field that says where the agent will be (a place or position)."""
+    starts_rotors: bool = False
+    lands: bool = False
+    repeatable: bool = False
+    typical_us: Micros = 60_000_000
+    accept_timeout_us: Micros = 5_000_000
+    cancel_grace_us: Micros = 30_000_000
+    concurrency: int = 1
+    cuts: bool = False
+    """It stops the motors at once, also in the air: only for a person's order `cut`, never for a tree."""
+    help: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class AgentType:
+    """An agent type of the catalogue, with what it extends already merged in."""
+
+    name: str
+    mark: Mark
+    label: str = ""
+    actions: tuple[str, ...] = ()
+    extends: tuple[str, ...] = ()
+    """All ancestors, nearest first."""
+    rest: Literal["", "grounded_at_port"] = ""
+    recover: Subtree | None = None
+    """A subtree with one agent param; None = this type needs or has no way home."""
+    recover_ref: str = ""
+    fetch: Subtree | None = None
+    """A subtree with one agent param that brings it home from the ground elsewhere (order `return`)."""
+    fetch_ref: str = ""
+    land: Subtree | None = None
+    """A subtree with an agent and a place param that lands it there (order `land`)."""
+    land_ref: str = ""
+    events: Mapping[str, Mapping[str, Type]] = field(default_factory=dict)
+    """What it tells of itself, apart from any goal: event -> its fields."""
+    human: bool = False
+    shared: bool = False
+    limits: Mapping[str, float] = field(default_factory=dict)
+    """SI by name, envelope included: speed_m_s, climb_m_s, hover_drain_pct_s, reserve_pct, max_height_m, ..."""
+    on_breach: Mapping[str, str] = field(default_factory=dict)
+    """Limit of the envelope (reserve, max_height, keep_in, keep_out, ...) -> return or hold."""
+    suspect_after_us: Micros = 3_000_000
+    lost_after_us: Micros = 30_000_000
+
+
+@dataclass(frozen=True, slots=True)
+class Catalogue:
+    """Agent types and actions that trees may use."""
+
+    types: Mapping[str, AgentType] = field(default_factory=dict)
+    actions: Mapping[str, ActionSpec] = field(default_factory=dict)
+    digest: str = ""
+    """SHA-256 (hex) over the files."""
+
+
+MIN_SPACING_M: Final = 3.0
+"""`min_spacing` of a site that does not say it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Port:
+    """A landing port: its place and where to wait when it is taken."""
+
+    name: str
+    at: Any
+    waiting: Any = None
+
+
+@dataclass(frozen=True, slots=True)
+class SiteAgent:
+    """An agent that the site lists: its type and its own port."""
+
+    id: str
+    type: str
+    home: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Site:
+    """A checked site file (`formiga_site: 1`)."""
+
+    name: str
+    lat: float
+    lng: float
+    ground_msl_m: float = 0.0
+    timezone: str = "UTC"
+    """IANA name: what `06:30` and the day of `today('06:30')` are reckoned in."""
+    ports: Mapping[str, Port] = field(default_factory=dict)
+    places: Mapping[str, Any] = field(default_factory=dict)
+    regions: Mapping[str, Any] = field(default_factory=dict)
+    fence: Any = None
+    no_fly: tuple[Any, ...] = ()
+    relief_m: float = 0.0
+    """How much flat ground may rise above the base's ground, metres; with a height file, what that file may be wrong by."""
+    heights: Any = None
+    """The ground as a `heights.HeightGrid` (None = flat), read from `terrain: {file: ...}`."""
+    layers_m: tuple[float, ...] = (60.0, 75.0, 90.0)
+    separation_m: float = 15.0
+    min_spacing_m: float = MIN_SPACING_M
+    """No two machines use ground spots closer than this."""
+    envelope: Mapping[str, float] = field(default_factory=dict)
+    """What the site tightens of every machine's envelope, named as in `AgentType.limits`."""
+    on_breach: Mapping[str, str] = field(default_factory=dict)
+    """Like `AgentType.on_breach`; the site's word ranks above the type's."""
+    preflight: bool = False
+    """Whether a machine is granted only when its preflight checks are all ok."""
+    pilots: Mapping[str, int] = field(default_factory=dict)
+    """Pilots and how many machines each may have in the air at once (`mode: real`)."""
+    people: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    """Site roles (watchers, ...) and the ids of those who have them."""
+    agents: Mapping[str, SiteAgent] = field(default_factory=dict)
+    transports: Mapping[str, Any] = field(default_factory=dict)
+    mode: Literal["simulation", "real"] = "simulation"
+    file: str = ""
+    digest: str = ""
