@@ -77,6 +77,8 @@ class Flight(Struct, frozen=True, kw_only=True):
     """By role."""
     visited: dict[str, tuple[str, ...]] = {}
     """By machine: the named places of the site, and params, that it was over or landed at, in order."""
+    landed: dict[str, tuple[str, ...]] = {}
+    """By machine: where it landed, in order: a named place, `home`, or `12 E 40 N`."""
     stands: dict[str, str] = {}
     """By machine that took part: where it stands at the end (a place's name, `12 E 40 N`), or `in the air`."""
     moved_unasked: tuple[str, ...] = ()
@@ -100,6 +102,8 @@ class Round(Struct, frozen=True, kw_only=True):
     yaml: str = ""
     shortfalls: tuple[Shortfall, ...] = ()
     flight: Flight | None = None
+    mends: tuple[str, ...] = ()
+    """What was put right without asking the model."""
 
 
 class Draft(Struct, frozen=True, kw_only=True):

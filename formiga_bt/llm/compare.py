@@ -1,0 +1,146 @@
+"""Compares a request with the task that was written for it and with what it did in a dry run.
+
+It is cautious: it says only what is certain, from names of the site, counts, amounts and a few plain words. What it does not
+say may still be wrong; the person who approves a task reads it.
+"""
+
+import re
+from collections.abc import Iterator, Mapping
+from typing import Final
+
+from formiga_bt.lang.model import Task
+from formiga_bt.llm.records import Flight, Shortfall
+from formiga_bt.llm.wording import Words, types_said
+from formiga_bt.llm.world import World
+from formiga_bt.units import NUMBER, UNIT, parse_quantity
+
+OF_CHANGES: Final = frozenset({"place_not_used", "amount_not_used", "agent_not_used"})
+"""What is certain of a request that only says what is to be changed."""
+_LAND_AT: Final = r"\bland(?:s|ing)?\s+(?:together\s+)?(?:at|in|on|by|near|beside)\s+(?:the\s+)?"
+_QUANTITY: Final = re.compile(rf"(?<![\w.])({NUMBER})\s*({UNIT})(?![\w%])", re.ASCII)
+_NOT: Final = re.compile(
+    r"\b(?:not|never|avoid|avoids|without|except|don't|instead of|rather than|ei|älä)\b", re.IGNORECASE
+)
+
+
+def compare(words: Words, task: Task, text: str, flight: Flight, world: World) -> list[Shortfall]:
+    """Return what was asked for and is not so.
+
+    Args:
+        words: the request, as read.
+        task: the checked task.
+        text: its YAML.
+        flight: its dry run; empty status = it was not flown.
+        world: the site.
+    """
+    found = [*_places(words, text), *_amounts(words, text), *_agents(words, task, flight, world)]
+    if flight.status == "SUCCEEDED":
+        found += [*_people(words, flight, world), *_ends(words, flight)]
+    return found
+
+
+def _places(words: Words, text: str) -> Iterator[Shortfall]:
+    used = set(re.findall(r"[A-Za-z_][\w-]*", _code(text)))
+    for name, said in words.places.items():
+        if name not in used and name != "base" and not _is_refused(words.text, said):
+            yield Shortfall("place_not_used", f'the request names "{said}", and the task never goes to {name}')
+
+
+def _code(text: str) -> str:
+    """Return a file without its comments and its texts for people."""
+    lines = (line.split("  #")[0] for line in text.splitlines() if not line.lstrip().startswith("#"))
+    return "\n".join(line for line in lines if not re.match(r"\s*-?\s*(?:ask|notify|description|note|name):", line))
+
+
+def _is_refused(request: str, said: str) -> bool:
+    """Return whether something may be named because it is not wanted."""
+    at = request.find(said)
+    return _NOT.search(request[max(0, at - 40) : at]) is not None
+
+
+def _amounts(words: Words, text: str) -> Iterator[Shortfall]:
+    values = [a for match in _QUANTITY.finditer(_code(text)) if (a := parse_quantity(match[0])) is not None]
+    for amount in words.amounts:
+        if not any(t == amount.type and abs(v - amount.si) <= 1e-6 * max(1.0, abs(v)) for t, v in values):
+            yield Shortfall(
+                "amount_not_used", f'the request says "{amount.words}", and no value of the task is {amount.words}'
+            )
+
+
+def _agents(words: Words, task: Task, flight: Flight, world: World) -> Iterator[Shortfall]:
+    used = {agent for granted in flight.agents.values() for agent in granted}
+    types = world.catalogue.types
+    if flight.status == "SUCCEEDED":
+        for name, said in words.agents.items():
+            if name not in used and name not in flight.asked and not _is_refused(words.text, said):
+                yield Shortfall("agent_not_used", f'the request names "{said}", and {name} takes no part in the task')
+    machines = _machines(task, flight, world)
+    for type_, wanted in words.counts.items():
+        have = sum(n for name, n in machines.items() if type_ == "*" or name == type_ or type_ in types[name].extends)
+        many = len({t for t in words.counts if t != "*"}) > 1 and type_ == "*"
+        if have != wanted and not many:
+            noun = "machines" if type_ == "*" else types[type_].label or type_
+            yield Shortfall("wrong_count", f"the request speaks of {wanted} {noun}, the task uses {have}")
+    said_types = {t for t in types_said(words.text, world.catalogue) if not types[t].human}
+    for type_ in sorted(said_types - set(words.counts)):
+        if not any(name == type_ or type_ in types[name].extends for name in machines) and machines:
+            yield Shortfall(
+                "type_not_used", f"the request asks for a {types[type_].label or type_} ({type_}), the task uses none"
+            )
+    if len(said_types) == 1 and machines and not words.agents:
+        wrong = sorted(
+            name for name in machines if name not in said_types and not said_types & set(types[name].extends)
+        )
+        for type_ in wrong:
+            only = next(iter(said_types))
+            yield Shortfall("type_unasked", f"the request speaks of {only} only, the task uses a {type_} too")
+
+
+def _machines(task: Task, flight: Flight, world: World) -> Mapping[str, int]:
+    """Return how many machines of each type a task uses: as granted in the dry run, else as its roles say."""
+    types, agents = world.catalogue.types, world.site.agents
+    found: dict[str, int] = {}
+    if flight.agents:
+        for one in {agent for granted in flight.agents.values() for agent in granted}:
+            if one in agents and not types[agents[one].type].human:
+                found[agents[one].type] = found.get(agents[one].type, 0) + 1
+        return found
+    for role in task.roles.values():
+        if not types[role.types[0]].human:
+            found[role.types[0]] = found.get(role.types[0], 0) + (role.count or 1)
+    return found
+
+
+def _people(words: Words, flight: Flight, world: World) -> Iterator[Shortfall]:
+    if words.means("ask") and not flight.asked:
+        yield Shortfall(
+            "nobody_asked", "the request wants somebody to be asked or to confirm, and the task asks nobody"
+        )
+    people = {t.name for t in world.catalogue.types.values() if t.human}
+    named = types_said(words.text, world.catalogue) & people
+    by_id = {a for a in words.agents if world.catalogue.types[world.site.agents[a].type].human}
+    asks = any(row.action == "Confirm" and row.path for row in (flight.timeline.actions if flight.timeline else ()))
+    if asks and not words.means("ask") and not named and not by_id and not _speaks_of_people(words.text):
+        yield Shortfall("asked_unasked", "the task puts a question to people, and the request does not want that")
+
+
+def _speaks_of_people(text: str) -> bool:
+    return (
+        re.search(
+            r"\b(?:person|people|somebody|someone|operator|human|okay|ok|until|unless|if|when)\b", text.casefold()
+        )
+        is not None
+    )
+
+
+def _ends(words: Words, flight: Flight) -> Iterator[Shortfall]:
+    homes = [agent for agent, where in flight.stands.items() if where == "home"]
+    landed = {place for places in flight.landed.values() for place in places}
+    text = words.text.casefold()
+    for name, said in words.places.items():
+        if name == "base" or _is_refused(words.text, said):
+            continue
+        if re.search(_LAND_AT + re.escape(said.casefold()), text) and name not in landed:
+            yield Shortfall("not_landed_there", f'the request wants a landing at "{said}", and nobody lands at {name}')
+    if words.means("home") and flight.stands and not homes:
+        yield Shortfall("not_home", "the request wants a machine to come home, and none stands at its port at the end")

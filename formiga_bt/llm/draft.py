@@ -1,0 +1,276 @@
+"""`draft`: from a request in words to a task that was checked and flown in virtual time; or a question, or why it cannot be.
+
+    world = world_of(Path("site.yaml"))
+    chat = open_chat("local")
+    made = draft("A light drone looks at the camp from 30 m and comes home.", world, chat)
+    if made.is_flyable:
+        print(made.yaml)            # nothing has been started: a person approves
+
+The loop: ask, read the answer, check, dry run, compare with the request; what is wrong goes back to the model, at most three
+times. All rounds are kept.
+"""
+
+import threading
+from collections.abc import Callable
+from time import monotonic
+from typing import Any, Final
+
+from msgspec import Struct, json, structs
+
+from formiga_bt.errors import UnusableFile
+from formiga_bt.llm import prompt
+from formiga_bt.llm.client import Chat
+from formiga_bt.llm.envelope import Answer, Form, NoAnswer, read_answer, schema_of
+from formiga_bt.llm.examples import examples_of, most_similar
+from formiga_bt.llm.feasible import impossible
+from formiga_bt.llm.judge import Judged, judge
+from formiga_bt.llm.records import Draft, Message, Reply, Round, Shortfall
+from formiga_bt.llm.vocabulary import verbs_of
+from formiga_bt.llm.wording import Words, read
+from formiga_bt.llm.world import World
+
+Progress = Callable[[str, int], None]
+"""Is told what goes on (`asking`, `checking`) and how many tokens of an answer there are."""
+RAISED: Final = 0.4
+"""Temperature of a repair: at 0 a small model says the same again."""
+
+
+class Options(Struct, frozen=True, kw_only=True):
+    """How a draft is made."""
+
+    form: Form = "short"
+    """`full`: the whole language, for large models."""
+    examples: int = 3
+    rounds: int = 3
+    """Most repairs."""
+    candidates: int = 1
+    """So many first answers are asked for; the best one is taken."""
+    max_tokens: int = 1200
+    temperature: float = 0.0
+    seed: int | None = 1
+    without: tuple[str, ...] = ()
+    """Ids of examples that are not shown; measurements use it."""
+    compare: bool = True
+    """Whether the task is compared with the words of the request."""
+
+
+def draft(
+    request: str,
+    world: World,
+    chat: Chat,
+    *,
+    options: Options | None = None,
+    previous: Draft | None = None,
+    edit: tuple[str, str] | None = None,
+    on_progress: Progress | None = None,
+    cancel: threading.Event | None = None,
+) -> Draft:
+    """Write a task for a request. Nothing is started.
+
+    Args:
+        request: in words; at most 2,000 characters.
+        world: the catalogue, the site and its fleet.
+        chat: a model.
+        options: see there.
+        previous: the request changes this draft.
+        edit: (what it is for, JSON of the answer): the request changes this task; see `editing.as_answer`.
+        on_progress: is told what goes on.
+        cancel: set it from another thread to stop waiting for the model.
+
+    Raises:
+        UnusableFile: the request is empty or too long.
+        LlmError: the model does not answer.
+    """
+    text = prompt.as_data(request)
+    if not text or len(request) > prompt.MOST_REQUEST:
+        what = "is empty" if not text else f"has more than {prompt.MOST_REQUEST} characters"
+        raise UnusableFile(f"the request {what}\n  help: say in a few sentences who shall do what, and where")
+    return _Drafting(text, world, chat, options or Options(), previous, edit, on_progress, cancel).run()
+
+
+class _Drafting:
+    def __init__(
+        self,
+        request: str,
+        world: World,
+        chat: Chat,
+        options: Options,
+        previous: Draft | None,
+        edit: tuple[str, str] | None,
+        on_progress: Progress | None,
+        cancel: threading.Event | None,
+    ) -> None:
+        self._request, self._world, self._chat, self._options = request, world, chat, options
+        self._before = edit or _last_answer(previous)
+        self._progress: Progress = on_progress or (lambda _stage, _tokens: None)
+        self._cancel = cancel
+        self._verbs = verbs_of(world)
+        self._schema = schema_of(world, self._verbs, options.form)
+        self._words = read(request, world.site, world.catalogue)
+        self._began = monotonic()
+        self._rounds: list[Round] = []
+
+    def run(self) -> Draft:
+        against = impossible(self._words, self._world)
+        if against is not None:
+            return self._done("impossible", say=_sentences(against.why, against.instead))
+        asked = self._messages()
+        best: tuple[Answer, Judged] | None = None
+        messages, seen = asked, set[str]()
+        for number in range(1 + self._options.rounds):
+            tries = max(1, self._options.candidates) if number == 0 else 1
+            answer, judged, reply = self._best_of(messages, tries, number)
+            if answer is not None and answer.tree is None:
+                return self._said(answer)
+            if answer is not None and judged is not None:
+                if best is None or judged.errors <= best[1].errors:
+                    best = answer, judged
+                if not judged.errors:
+                    break
+            problems = self._rounds[-1].shortfalls
+            if reply.text in seen and number > 1:
+                break
+            seen.add(reply.text)
+            errors = [one for one in problems if one.severity == "error"]
+            tree = answer.tree if answer is not None else None
+            messages = prompt.repair(asked, reply.text, errors, tree)
+        return self._judged(best)
+
+    def _messages(self) -> list[Message]:
+        world, options = self._world, self._options
+        system = prompt.system_prompt(world, self._verbs, options.form)
+        chosen: list[Any] = []
+        if options.examples and options.form == "short" and self._before is None:
+            names = [*world.site.places, *world.site.regions]
+            examples = examples_of(world, without=options.without)
+            chosen = most_similar(self._request, examples, options.examples, names)
+        return prompt.ask(system, self._request, chosen, previous=self._before)
+
+    def _best_of(self, messages: list[Message], tries: int, number: int) -> tuple[Answer | None, Judged | None, Reply]:
+        """Ask, once or several times, and return the best answer; its round is the last one."""
+        found: list[tuple[int, Answer | None, Judged | None, Reply, Round]] = []
+        for attempt in range(tries):
+            first = number == 0 and attempt == 0
+            temperature = self._options.temperature if first else max(RAISED, self._options.temperature)
+            seed = None if self._options.seed is None else self._options.seed + 100 * number + attempt
+            answer, judged, reply, one = self._ask(messages, temperature, seed)
+            self._rounds.append(one)
+            errors = judged.errors if judged is not None else 0 if answer is not None else 1000
+            found.append((errors, answer, judged, reply, one))
+            if errors == 0:
+                break
+        errors, answer, judged, reply, one = min(found, key=lambda row: row[0])
+        if self._rounds[-1] is not one:
+            self._rounds.remove(one)
+            self._rounds.append(one)
+        return answer, judged, reply
+
+    def _ask(
+        self, messages: list[Message], temperature: float, seed: int | None
+    ) -> tuple[Answer | None, Judged | None, Reply, Round]:
+        self._progress("asking", 0)
+        reply = self._chat.complete(
+            messages,
+            self._schema,
+            max_tokens=self._options.max_tokens,
+            temperature=temperature,
+            seed=seed,
+            on_progress=lambda tokens: self._progress("asking", tokens),
+            cancel=self._cancel,
+        )
+        said = tuple(messages)
+        if reply.finish == "length":
+            cut = Shortfall("too_long", "the answer was cut off, for it is too long", help="write a shorter tree")
+            return None, None, reply, Round(messages=said, reply=reply, shortfalls=(cut,))
+        try:
+            answer = read_answer(reply.data, reply.text)
+        except NoAnswer as error:
+            return (
+                None,
+                None,
+                reply,
+                Round(messages=said, reply=reply, shortfalls=(Shortfall("no_answer", str(error)),)),
+            )
+        if answer.tree is None:
+            return answer, None, reply, Round(messages=said, reply=reply)
+        self._progress("checking", reply.usage.completion)
+        credit = f"{self._chat.name} {self._chat.model}".strip()
+        judged = judge(
+            answer,
+            self._all_words(),
+            self._world,
+            self._verbs,
+            self._options.form,
+            credit=credit,
+            compared=self._words if self._options.compare else None,
+            is_change=self._before is not None,
+        )
+        one = Round(
+            messages=said,
+            reply=reply,
+            yaml=judged.yaml,
+            shortfalls=judged.shortfalls,
+            flight=judged.flight,
+            mends=judged.mends,
+        )
+        return answer, judged, reply, one
+
+    def _all_words(self) -> Words:
+        """Return the words of the request, and of the one that it changes: values come from both."""
+        if self._before is None:
+            return self._words
+        return read(f"{self._before[0]}\n{self._request}", self._world.site, self._world.catalogue)
+
+    def _said(self, answer: Answer) -> Draft:
+        if answer.question:
+            return self._done("question", plan=answer.plan, say=answer.question)
+        return self._done("impossible", plan=answer.plan, say=_sentences(answer.impossible, answer.instead))
+
+    def _judged(self, best: tuple[Answer, Judged] | None) -> Draft:
+        if best is None:
+            problem = self._rounds[-1].shortfalls[0].text if self._rounds and self._rounds[-1].shortfalls else ""
+            return self._done("failed", say=_sentences("the model gave no usable answer: " + problem))
+        answer, judged = best
+        flies = judged.task is not None and not judged.errors
+        say = ""
+        if not flies:
+            wrong = [one.text for one in judged.shortfalls if one.severity == "error"]
+            say = "no answer of the model passed. What is wrong with the best one: " + "; ".join(wrong[:4])
+        return structs.replace(
+            self._done("task" if flies else "failed", plan=answer.plan, say=say),
+            task=judged.task.name if judged.task is not None else "",
+            yaml=judged.yaml,
+            values=judged.values,
+            flight=judged.flight,
+            shortfalls=judged.shortfalls,
+        )
+
+    def _done(self, kind: Any, *, plan: str = "", say: str = "") -> Draft:
+        request = self._request if self._before is None else f"{self._before[0]}\n{self._request}"
+        return Draft(
+            request=request,
+            kind=kind,
+            plan=plan,
+            say=say,
+            rounds=tuple(self._rounds),
+            provider=self._chat.name,
+            model=self._chat.model,
+            seconds=round(monotonic() - self._began, 2),
+        )
+
+
+def _last_answer(previous: Draft | None) -> tuple[str, str] | None:
+    """Return the request of a draft and the answer that became its task."""
+    if previous is None:
+        return None
+    for one in reversed(previous.rounds):
+        if one.yaml == previous.yaml and one.reply.text:
+            return previous.request, one.reply.text
+    last = previous.rounds[-1].reply.text if previous.rounds else json.encode({"plan": "", "answer": {}}).decode()
+    return previous.request, last
+
+
+def _sentences(*texts: str) -> str:
+    parts = [text.strip().rstrip(".") for text in texts if text.strip()]
+    said = parts[0] + "." if parts else ""
+    return f"{said} Possible instead: {parts[1]}." if len(parts) > 1 else said

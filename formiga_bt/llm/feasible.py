@@ -1,0 +1,73 @@
+"""What cannot be, for certain, so that no model is asked: too many machines, unknown agents, heights beyond the limit."""
+
+import re
+from dataclasses import dataclass
+from typing import Final
+
+from formiga_bt.llm.wording import Words
+from formiga_bt.llm.world import World
+
+_HIGH: Final = re.compile(r"\s*(?:high|up|above|altitude|of altitude|over|korkeudella|korkealla)\b", re.IGNORECASE)
+_HEIGHT_OF: Final = re.compile(
+    r"\b(?:height|altitude|high|up to|climbs? to|korkeus)\s+(?:of\s+|to\s+|is\s+)?$", re.IGNORECASE
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Impossible:
+    """Why a request cannot be met, and what could be instead."""
+
+    why: str
+    instead: str
+
+
+def impossible(words: Words, world: World) -> Impossible | None:
+    """Return what stands against a request for certain, or None."""
+    return _too_many(words, world) or _nobody(words, world) or _too_high(words, world)
+
+
+def _too_many(words: Words, world: World) -> Impossible | None:
+    types = world.catalogue.types
+    for name, wanted in words.counts.items():
+        here = [
+            a for a in world.site.agents.values()
+            if not types[a.type].human and (name in ("*", a.type) or name in types[a.type].extends)
+        ]  # fmt: skip
+        if wanted > len(here):
+            noun = "drones" if name == "*" else (types[name].label or name) + "s"
+            have = f"only {len(here)} {noun if len(here) != 1 else noun[:-1]}" if here else f"no {noun}"
+            instead = f"the same with {len(here)}" if here else ""
+            return Impossible(f"the request speaks of {wanted} {noun}; the site {world.site.name} has {have}", instead)
+    return None
+
+
+def _nobody(words: Words, world: World) -> Impossible | None:
+    """Find agents that are named as those of the site are, and are not there."""
+    site = world.site
+    for type_ in world.catalogue.types:
+        for match in re.finditer(rf"(?<!\w){re.escape(type_)}_(\d+)(?!\w)", words.text, re.IGNORECASE):
+            if match[0].casefold() not in {name.casefold() for name in site.agents}:
+                have = [a.id for a in site.agents.values() if a.type == type_]
+                instead = f"with one of {', '.join(have)}" if have else ""
+                return Impossible(f"the site {site.name} has no {match[0]}", instead)
+    return None
+
+
+def _too_high(words: Words, world: World) -> Impossible | None:
+    limits = [t.limits["max_height_m"] for t in world.catalogue.types.values() if "max_height_m" in t.limits]
+    limits += [world.site.envelope["max_height_m"]] if "max_height_m" in world.site.envelope else []
+    if not limits:
+        return None
+    for amount in words.amounts:
+        at = words.text.find(amount.words)
+        before, after = words.text[:at], words.text[at + len(amount.words) :]
+        is_height = _HIGH.match(after) is not None or _HEIGHT_OF.search(before) is not None
+        if amount.type == "distance" and is_height and amount.si > min(limits) and not _is_aside(after):
+            why = f"{amount.words} is higher than any drone may fly here ({min(limits):g} m over the ground)"
+            return Impossible(why, f"the same at {min(limits):g} m")
+    return None
+
+
+def _is_aside(after: str) -> bool:
+    """Return whether `over` or `above` goes on to something that is no height: `200 m over to the lake`."""
+    return re.match(r"\s*over\s+(?:to|there)\b", after, re.IGNORECASE) is not None

@@ -1,0 +1,162 @@
+"""Repairs that need no model: what the checker itself would mend, and four things that a draft forgets in one way only.
+
+Each is told: in the file as a comment, in the round, in the summary. Nothing here changes what was asked for; what could be
+meant in two ways goes back to the model.
+"""
+
+import re
+from collections.abc import Mapping
+from copy import deepcopy
+from dataclasses import dataclass, field
+from typing import Any, Final
+
+from formiga_bt.lang.llm_in import LoadedJson, Problem, load_task_json
+from formiga_bt.llm.world import World
+
+MOST: Final = 12
+_AIRBORNE: Final = re.compile(r"^'(\w+)' can still be airborne")
+_STEP: Final = re.compile(r"\.?([A-Za-z_]\w*)|\[(\d+)\]")
+FLYING: Final = "lib/flying.yaml"
+
+
+@dataclass(slots=True)
+class Mended:
+    """A task in JSON form after its mends, and what was done."""
+
+    data: dict[str, Any]
+    loaded: LoadedJson
+    done: list[str] = field(default_factory=list)
+
+
+def mended(data: Mapping[str, Any], world: World) -> Mended:
+    """Check a task in JSON form, and mend what can be mended by a program."""
+    now: dict[str, Any] = deepcopy(dict(data))
+    done: list[str] = []
+    loaded = _load(now, world)
+    for _ in range(MOST):
+        step = next((said for p in loaded.problems if (said := _mend(now, p))), "")
+        if not step:
+            break
+        done.append(step)
+        loaded = _load(now, world)
+    return Mended(now, loaded, done)
+
+
+def _load(data: Mapping[str, Any], world: World) -> LoadedJson:
+    return load_task_json(dict(data), catalogue=world.catalogue, site=world.site, library=world.folders)
+
+
+def _mend(data: dict[str, Any], problem: Problem) -> str:
+    """Mend one problem in place; return what was done, "" = nothing."""
+    code, said = problem.diagnostic.code, problem.message
+    match = _AIRBORNE.match(said)
+    if code == "E031" and match is not None and "steps" in data:
+        _import(data)
+        data["steps"].append(_call("ReturnHome", match[1]))
+        return f"{match[1]} comes home at the end: a task may not leave it in the air"
+    if code == "E066" and (wrapped := re.search(r"say (above\(.+), 60 m\)$", said)):
+        return _wrap(data, problem.path, wrapped[1])
+    if code == "E030":
+        return _airborne(data, problem)
+    if code == "W060" and "lib/" in said:
+        before = list(data.get("imports", ()))
+        data["imports"] = [one for one in before if f"'{one}'" not in said]
+        return "an import that nothing uses is gone" if data["imports"] != before else ""
+    return ""
+
+
+def _wrap(data: dict[str, Any], path: str, opening: str) -> str:
+    """Put a place that should be a position in the air at the task's height over the ground."""
+    parent, key = _at(data, path)
+    if not isinstance(parent, dict) or key != "expr":
+        return ""
+    height = _height(data)
+    parent[key] = f"{opening}, {height})"
+    return f"{opening.removeprefix('above(')} is flown over at {height}"
+
+
+def _height(data: dict[str, Any]) -> str:
+    params = data.setdefault("params", [])
+    for param in params:
+        if param.get("type") == "distance" and param.get("name") in ("height", "altitude"):
+            return str(param["name"])
+    params.append({"name": "height", "type": "distance", "default": {"lit": "20 m"}})
+    return "height"
+
+
+def _airborne(data: dict[str, Any], problem: Problem) -> str:
+    """Let a machine take off before what needs the air, or leave out a take-off in the air."""
+    found = _step_at(data, problem.path)
+    if found is None:
+        return ""
+    steps, index = found
+    step = steps[index]
+    if step.get("action") == "TakeOff":
+        agent = str(step.get("agent", ""))
+        if "when" in step:
+            return ""
+        step["when"] = f"not {agent}.airborne"
+        return f"{agent} takes off only if it is on the ground"
+    agent = _agent(step)
+    if not agent or (index and steps[index - 1].get("action") == "TakeOff" and _agent(steps[index - 1]) == agent):
+        return ""
+    if step.get("call") == "ReturnHome":
+        step["call"] = "FetchHome"
+        return f"{agent} takes off to come home"
+    if step.get("action") in ("GoTo", "LandIn", "Explore") or step.get("call") in ("FlyOver", "LandNear"):
+        takeoff = {"action": "TakeOff", "agent": agent, "when": f"not {agent}.airborne"}
+        steps.insert(index, takeoff)
+        return f"{agent} takes off first"
+    return ""
+
+
+def _agent(step: Mapping[str, Any]) -> str:
+    if "agent" in step:
+        return str(step["agent"])
+    for one in step.get("with", ()):
+        if isinstance(one, dict) and one.get("name") == "drone" and isinstance(one.get("value"), dict):
+            return str(one["value"].get("expr", ""))
+    return ""
+
+
+def _call(name: str, agent: str) -> dict[str, Any]:
+    return {"call": name, "with": [{"name": "drone", "value": {"expr": agent}}]}
+
+
+def _import(data: dict[str, Any]) -> None:
+    imports = data.setdefault("imports", [])
+    if FLYING not in imports:
+        imports.append(FLYING)
+
+
+def _at(data: Any, path: str) -> tuple[Any, Any]:
+    """Return what holds the value of a JSON path, and its key there; (None, None) if the path leads nowhere."""
+    parent: Any = None
+    key: Any = None
+    here = data
+    for match in _STEP.finditer(path.removeprefix("$")):
+        parent, key = here, match[1] if match[1] is not None else int(match[2])
+        try:
+            here = here[key]
+        except (KeyError, IndexError, TypeError):
+            return None, None
+    return parent, key
+
+
+def _step_at(data: Any, path: str) -> tuple[list[dict[str, Any]], int] | None:
+    """Return the innermost list of steps on a path and the number in it."""
+    found = None
+    here = data
+    for match in _STEP.finditer(path.removeprefix("$")):
+        key: Any = match[1] if match[1] is not None else int(match[2])
+        if isinstance(here, list) and isinstance(key, int) and key < len(here) and isinstance(here[key], dict):
+            one = here[key]
+            if any(
+                word in one for word in ("action", "call", "parallel", "sequence", "for", "repeat", "if", "ask", "wait")
+            ):
+                found = (here, key)
+        try:
+            here = here[key]
+        except (KeyError, IndexError, TypeError):
+            break
+    return found

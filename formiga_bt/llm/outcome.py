@@ -1,0 +1,250 @@
+"""Flies a checked task on the site's simulated fleet in virtual time, and tells what happened: who, where, how it ended."""
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Final
+
+from formiga_bt.diagnostics import Diagnostic
+from formiga_bt.errors import FormigaError
+from formiga_bt.lang.model import Site, Task
+from formiga_bt.llm.records import Flight, Shortfall
+from formiga_bt.llm.world import World
+from formiga_bt.show.facts import Chart, Point, Track
+
+if TYPE_CHECKING:
+    from formiga_bt.rehearsal import Rehearsal
+    from formiga_bt.show.runlog import RunLog
+
+LIMIT_S: Final = 6 * 3600.0
+OVER_M: Final = 8.0
+"""So near to a place, seen from above, a machine is over it."""
+AT_M: Final = 4.0
+"""So near to a place a machine stands at it."""
+MOVED_M: Final = 2.0
+MOST_STEPS: Final = 200_000
+"""Of the engine; a task that takes more is given up."""
+
+
+def fly(
+    task: Task,
+    world: World,
+    *,
+    params: Mapping[str, str] | None = None,
+    others: Sequence[Task] = (),
+    limit_s: float = LIMIT_S,
+) -> Flight:
+    """Run a task and return what happened. People answer the first option of every question.
+
+    Args:
+        task: it has passed the checker.
+        world: the site and its fleet.
+        params: values as on the command line; the others have their defaults.
+        others: tasks that it requests.
+        limit_s: of virtual time; who is not done then is UNFINISHED.
+    """
+    from formiga_bt.lang.binding import bind_params
+    from formiga_bt.rehearsal import START, Rehearsal, fleet_of, simulated
+
+    values, problems, _ = bind_params(task, dict(params or {}), world.site, START)
+    if problems:
+        return Flight(task=task.name, status="REFUSED", code=problems[0].code, reason=problems[0].message)
+    rehearsal = Rehearsal(
+        simulated(world.site), world.catalogue, [task, *others], fleet_of(world.site, world.catalogue)
+    )
+    try:
+        rehearsal.run_for(1.0)
+        try:
+            task_id = rehearsal.submit(task.name, values)
+        except FormigaError as error:
+            return Flight(task=task.name, status="REFUSED", code=getattr(error, "code", ""), reason=str(error))
+        end = rehearsal.now + round(limit_s * 1e6)
+        in_time = rehearsal.driver.run_until(
+            lambda: rehearsal.ended(task_id) or len(rehearsal.steps) > MOST_STEPS, end
+        ) and rehearsal.ended(task_id)
+        return _flight(rehearsal, task_id, [task, *others], world, in_time=in_time)
+    finally:
+        rehearsal.close()
+
+
+def _flight(rehearsal: "Rehearsal", task_id: str, tasks: list[Task], world: World, *, in_time: bool) -> Flight:
+    from formiga_bt.show.folded import FoldedSource
+    from formiga_bt.show.runlog import RunLog
+
+    log = RunLog()
+    for step in rehearsal.steps:
+        log.feed(step)
+    site = world.site
+    source = FoldedSource(log.ledger, site, {one.name: one for one in tasks}, world.catalogue)
+    record = log.state.tasks[task_id]
+    picture, everywhere = source.task(task_id), source.chart()
+    machines = [one for one in record.granted if not log.state.agents[one].human]
+    ways = {one: [t for t in everywhere.tracks if t.agent == one] for one in machines}
+    spots = _spots(everywhere)
+    moved = {t.agent for t in everywhere.tracks if not t.human and _span(t.points) > MOVED_M}
+    status = record.status if in_time else "UNFINISHED"
+    agents: dict[str, tuple[str, ...]] = {}
+    for verdict in log.state.explanations.get(task_id, ()):
+        if verdict.code == "chosen":
+            agents[verdict.role] = (*agents.get(verdict.role, ()), verdict.agent)
+    end = record.ended_at if record.ended_at is not None else rehearsal.now
+    return Flight(
+        task=tasks[0].name,
+        status=status,
+        code=record.code,
+        reason=_reason(record.code, record.reason, log, task_id) if in_time else "it is not over after a long time",
+        duration_s=round((end - record.submitted_at) / 1e6, 1),
+        agents=agents,
+        visited={one: _visited(way, _without_home(spots, one, site)) for one, way in ways.items()},
+        landed={one: _landings(one, way, log, task_id, spots, site) for one, way in ways.items()},
+        stands={one: _stand(one, way, log, spots, site) for one, way in ways.items()},
+        moved_unasked=tuple(sorted(moved - set(record.granted))),
+        asked=tuple(dict.fromkeys(row.agent for row in log.rows_of([task_id]) if row.action == "Confirm" and row.path)),
+        crashes=len(rehearsal.referee.verdict(rehearsal.now).crashes),
+        least_battery={one: round(log.least_battery[one], 1) for one in machines if one in log.least_battery},
+        drawing=picture.drawing,
+        steps=picture.steps,
+        timeline=source.timeline([task_id]),
+        chart=source.chart([task_id]),
+        lines=picture.lines,
+    )
+
+
+def _reason(code: str, reason: str, log: "RunLog", task_id: str) -> str:
+    """Return why a task ended as it did; for one that got no agents, who was refused and why."""
+    if code != "no_agent":
+        return reason
+    verdicts = log.state.explanations.get(task_id, ())
+    served = {v.role for v in verdicts if v.code in ("chosen", "fits")}
+    telling = [v for v in verdicts if v.role not in served and v.code != "wrong_type"]
+    said = [f"{v.role}: {v.agent} {v.code} {v.detail}".strip() for v in telling]
+    return "; ".join([reason, *said[:4]]).strip("; ")
+
+
+def _spots(chart: Chart) -> dict[str, Point]:
+    return {mark.name: mark.at for mark in chart.marks if mark.kind in ("base", "port", "place")}
+
+
+def _without_home(spots: Mapping[str, Point], agent: str, site: Site) -> dict[str, Point]:
+    home = site.agents[agent].home if agent in site.agents else ""
+    return {name: at for name, at in spots.items() if name != home}
+
+
+def _span(points: Sequence[Point]) -> float:
+    if not points:
+        return 0.0
+    first = points[0]
+    return max(math.dist(_xyz(first), _xyz(point)) for point in points)
+
+
+def _xyz(point: Point) -> tuple[float, float, float]:
+    return point.east_m, point.north_m, point.up_m
+
+
+def _visited(way: Iterable[Track], spots: Mapping[str, Point]) -> tuple[str, ...]:
+    """Return the named places that a machine passed over, in order of the first time; its start is none."""
+    first: dict[str, float] = {}
+    offset = 0.0
+    for track in way:
+        for index in range(1, len(track.points)):
+            a, b = track.points[index - 1], track.points[index]
+            for name, spot in spots.items():
+                if name not in first and _near(a, b, spot) <= OVER_M:
+                    first[name] = offset + index + _share(a, b, spot)
+        offset += len(track.points)
+    return tuple(sorted(first, key=lambda name: first[name]))
+
+
+def _share(a: Point, b: Point, spot: Point) -> float:
+    dx, dy = b.east_m - a.east_m, b.north_m - a.north_m
+    length = dx * dx + dy * dy
+    if length == 0.0:
+        return 0.0
+    return min(1.0, max(0.0, ((spot.east_m - a.east_m) * dx + (spot.north_m - a.north_m) * dy) / length))
+
+
+def _near(a: Point, b: Point, spot: Point) -> float:
+    """Return the least distance from the line between two points to a spot, seen from above."""
+    t = _share(a, b, spot)
+    east, north = a.east_m + t * (b.east_m - a.east_m), a.north_m + t * (b.north_m - a.north_m)
+    return math.hypot(spot.east_m - east, spot.north_m - north)
+
+
+def _landings(
+    agent: str, way: Sequence[Track], log: "RunLog", task_id: str, spots: Mapping[str, Point], site: Site
+) -> tuple[str, ...]:
+    found = []
+    for row in log.rows_of([task_id]):
+        if row.agent == agent and row.action == "LandIn" and row.outcome == "succeeded" and row.end is not None:
+            at = _at(way, row.end)
+            if at is not None:
+                found.append(_named(agent, at, spots, site))
+    return tuple(found)
+
+
+def _at(way: Sequence[Track], time: int) -> Point | None:
+    """Return where an agent was at an instant: between the two points around it."""
+    times = [(t, p) for track in way for t, p in zip(track.times, track.points, strict=True)]
+    before = [one for one in times if one[0] <= time]
+    after = [one for one in times if one[0] > time]
+    if not before or not after:
+        return (before or after or [(0, None)])[-1 if before else 0][1]
+    (t0, a), (t1, b) = before[-1], after[0]
+    part = (time - t0) / (t1 - t0)
+    return Point(a.east_m + part * (b.east_m - a.east_m), a.north_m + part * (b.north_m - a.north_m))
+
+
+def _named(agent: str, at: Point, spots: Mapping[str, Point], site: Site) -> str:
+    """Return a point on the ground in words."""
+    home = site.agents[agent].home if agent in site.agents else ""
+    ranked = sorted((math.hypot(at.east_m - p.east_m, at.north_m - p.north_m), name) for name, p in spots.items())
+    if ranked and ranked[0][0] <= AT_M:
+        return "home" if ranked[0][1] == home else ranked[0][1]
+    return f"{at.east_m:.0f} E {at.north_m:.0f} N"
+
+
+def _stand(agent: str, way: Sequence[Track], log: "RunLog", spots: Mapping[str, Point], site: Site) -> str:
+    record = log.state.agents[agent]
+    if record.landed == "airborne":
+        return "in the air"
+    points = [point for track in way for point in track.points]
+    if not points:
+        return "home"
+    return _named(agent, points[-1], spots, site)
+
+
+def of_flight(flight: Flight) -> list[Shortfall]:
+    """Return what was wrong in a flight, whatever had been asked for."""
+    found = []
+    if flight.status != "SUCCEEDED":
+        why = f": {flight.code} {flight.reason}".rstrip(": ")
+        what = "could not be started" if flight.status == "REFUSED" else f"ended {flight.status}"
+        found.append(Shortfall("not_succeeded", f"in the dry run the task {what}{why}", _where_failed(flight)))
+    if flight.crashes:
+        found.append(Shortfall("crash", f"in the dry run machines collided ({flight.crashes} times)"))
+    for agent, where in flight.stands.items():
+        if where == "in the air":
+            found.append(
+                Shortfall("not_landed", f"{agent} is still in the air at the end", help="land it or ReturnHome")
+            )
+    found += [
+        Shortfall("moved_unasked", f"{agent} moved, and is in no role of the task") for agent in flight.moved_unasked
+    ]
+    return found
+
+
+def _where_failed(flight: Flight) -> str:
+    failed = [step.path for step in flight.steps if step.status == "failure"]
+    return max(failed, key=len, default="")
+
+
+def from_diagnostic(path: str, diagnostic: Diagnostic, message: str, help_: str) -> Shortfall:
+    """Return a problem of the checker as a shortfall."""
+    return Shortfall(diagnostic.code, message, path, help_, diagnostic.severity)
+
+
+def facts(flight: Flight) -> dict[str, Any]:
+    """Return the plain facts of a flight, for JSON."""
+    import msgspec
+
+    hidden = ("drawing", "steps", "timeline", "chart", "lines")
+    return {k: v for k, v in msgspec.to_builtins(flight).items() if k not in hidden}

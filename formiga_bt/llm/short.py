@@ -1,0 +1,273 @@
+"""The short form of a task, which small models write, and what it means in JSON form (`lang.llm_form`).
+
+    {"task": "LookAtCamp",
+     "agents": [{"name": "drone", "type": "lwd"}],
+     "steps": [{"do": "FlyTo", "agent": "drone", "to": "camp", "height": "40 m"},
+               {"wait": "30 s"},
+               {"do": "ReturnHome", "agent": "drone"}]}
+
+It differs from the JSON form in four ways: an action and a call of a library's subtree look alike; every value is a plain
+text, which is read by the type that is due there; constants become params of the task (`lifting`); and what hardly anybody
+asks for cannot be said. Paths of steps are the same in both forms, so that a problem of one is shown in the other.
+"""
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Final
+
+from formiga_bt.lang.llm_form import field_key
+from formiga_bt.llm.lifting import Lifter, split_list
+from formiga_bt.llm.vocabulary import Verb
+from formiga_bt.llm.world import World
+
+STEPS: Final = ("parallel", "sequence", "for", "repeat", "if", "ask", "wait", "wait_until", "notify", "break_if")
+"""Kinds of steps besides `do`."""
+ASKED_FOR: Final = "15 min"
+"""So long a question waits for its answer."""
+_FREE: Final = re.compile(r"[A-Za-z_]\w*")
+
+
+class ShortError(ValueError):
+    """The JSON is not of the short form."""
+
+    def __init__(self, path: str, message: str) -> None:
+        super().__init__(message)
+        self.path = path
+
+
+@dataclass(slots=True)
+class Expanded:
+    """A task in JSON form, made of one in short form."""
+
+    data: dict[str, Any]
+    notes: dict[str, str] = field(default_factory=dict)
+    """JSON path -> what stands beside it as a comment."""
+    added: list[str] = field(default_factory=list)
+    """What was added or put right by us, in words."""
+
+
+def expanded(tree: Any, world: World, verbs: Mapping[str, Verb], lifter: Lifter) -> Expanded:
+    """Return what a task in short form means.
+
+    Args:
+        tree: the JSON value.
+        world: where it is to be flown.
+        verbs: the vocabulary.
+        lifter: takes the constants, and knows the words that they came from.
+
+    Raises:
+        ShortError: it is not of this form.
+    """
+    return _Expander(world, verbs, lifter).task(tree)
+
+
+class _Expander:
+    def __init__(self, world: World, verbs: Mapping[str, Verb], lifter: Lifter) -> None:
+        self._world = world
+        self._verbs = verbs
+        self._lift = lifter
+        self._imports: list[str] = []
+        self._roles: dict[str, dict[str, Any]] = {}
+        self._first_place: dict[str, str] = {}
+        self._added: list[str] = []
+
+    def task(self, tree: Any) -> Expanded:
+        tree = _object(tree, "$")
+        for index, role in enumerate(_list(tree.get("agents") or [], "$.agents")):
+            role = _object(role, f"$.agents[{index}]")
+            name = _text(role.get("name"), f"$.agents[{index}].name")
+            self._roles[self._lift.renamed(name)] = role
+        self._lift.taken |= set(self._roles)
+        steps = self.steps(tree.get("steps"), "$.steps")
+        roles = [self._role(name, role, index) for index, (name, role) in enumerate(self._roles.items())]
+        params, notes = self._lift.params()
+        name = re.sub(r"\W", "", str(tree.get("task") or "")) or "Drafted"
+        data: dict[str, Any] = {"task": name[:1].upper() + name[1:60], "version": "0.1.0"}
+        if tree.get("description"):
+            data["description"] = str(tree["description"])[:300]
+        data |= {"imports": self._imports} if self._imports else {}
+        data |= {"params": params} if params else {}
+        data |= {"agents": roles} if roles else {}
+        data["steps"] = steps
+        return Expanded(data, {f"$.params[{i}]": note for i, note in notes.items()}, self._added)
+
+    def _role(self, name: str, role: Mapping[str, Any], index: int) -> dict[str, Any]:
+        path = f"$.agents[{index}]"
+        type_ = _text(role.get("type"), f"{path}.type")
+        known = self._world.catalogue.types.get(type_)
+        found: dict[str, Any] = {"name": name, "type": type_}
+        if role.get("id"):
+            wanted = str(role["id"])
+            if known is not None and wanted in self._world.site.agents:
+                found["type"] = self._world.site.agents[wanted].type
+            found["id"] = {"lit": wanted}
+        count = role.get("count")
+        if count is not None and count != 1:
+            found["count"] = {"lit": count}
+        if known is None or not known.human:
+            near = role.get("near") or ("" if role.get("id") else self._first_place.get(name) or "base")
+            if near:
+                found["near"] = self._value(str(near), "place", "place", f"{path}.near")
+        return found
+
+    def steps(self, steps: Any, path: str) -> list[dict[str, Any]]:
+        return [self.step(_object(one, f"{path}[{i}]"), f"{path}[{i}]") for i, one in enumerate(_list(steps, path))]
+
+    def step(self, step: Mapping[str, Any], path: str) -> dict[str, Any]:
+        if "do" in step:
+            return self._do(step, path)
+        kind = next((k for k in STEPS if step.get(k) is not None), "")
+        if not kind:
+            raise ShortError(path, f"this is no step: it has none of the keys do, {', '.join(STEPS)}")
+        value = step[kind]
+        if kind in ("parallel", "sequence"):
+            return {kind: self.steps(value, f"{path}.{kind}")}
+        if kind == "for":
+            return self._for(step, path)
+        if kind == "repeat":
+            return self._repeat(step, path)
+        if kind == "if":
+            found: dict[str, Any] = {"if": self._condition(value), "then": self.steps(step.get("then"), f"{path}.then")}
+            return found | ({"else": self.steps(step["else"], f"{path}.else")} if step.get("else") else {})
+        if kind == "ask":
+            return self._ask(step, path)
+        if kind == "wait":
+            return {"wait": self._value(str(value), "duration", "wait", f"{path}.wait")}
+        if kind == "notify":
+            return {"notify": _text(value, f"{path}.notify")}
+        return {kind: self._condition(value)}
+
+    def _do(self, step: Mapping[str, Any], path: str) -> dict[str, Any]:
+        name = _text(step["do"], f"{path}.do")
+        verb = self._verbs.get(name)
+        agent = self._lift.role(_text(step.get("agent"), f"{path}.agent"))
+        if verb is None:
+            raise ShortError(f"{path}.do", f"there is no verb '{name}'; verbs: {', '.join(self._verbs)}")
+        own = {k: v for k, v in step.items() if k not in ("do", "agent", "save_as") and v is not None}
+        unknown = [key for key in own if key not in verb.fields]
+        if unknown:
+            legal = ", ".join(verb.fields) or "nothing"
+            raise ShortError(f"{path}.{unknown[0]}", f"{name} does not take '{unknown[0]}'; it takes: {legal}")
+        missing = [key for key in verb.required if key not in own]
+        if missing:
+            raise ShortError(path, f"{name} needs '{missing[0]}' ({verb.fields[missing[0]]})")
+        values = {}
+        for key, value in own.items():
+            type_ = verb.fields[key]
+            values[key] = self._value(value, type_, key, f"{path}.{key}")
+            if type_ in ("place", "position", "region") or type_.startswith("list of p"):
+                self._note_place(agent, values[key], type_)
+        saved = {"save_as": str(step["save_as"])} if step.get("save_as") else {}
+        if not verb.library:
+            return {"action": name, "agent": agent, **{field_key(k): v for k, v in values.items()}, **saved}
+        if verb.library not in self._imports:
+            self._imports.append(verb.library)
+        given = [{"name": verb.role, "value": {"expr": agent}}]
+        return {"call": name, "with": [*given, *({"name": k, "value": v} for k, v in values.items())], **saved}
+
+    def _note_place(self, agent: str, value: Mapping[str, Any], type_: str) -> None:
+        """Keep where an agent goes first: the nearest one is to be taken."""
+        text = value.get("expr")
+        if not isinstance(text, str) or agent in self._first_place:
+            return
+        if type_ == "region":
+            text = f"centroid({text})"
+        elif type_ == "position":
+            text = f"ground({text})"
+        elif type_.startswith("list"):
+            text = f"first({text})"
+        if not set(_FREE.findall(text)) & (set(self._roles) | self._lift.local):
+            self._first_place[agent] = text
+
+    def _for(self, step: Mapping[str, Any], path: str) -> dict[str, Any]:
+        names = [one.strip() for one in _text(step["for"], f"{path}.for").split(",")]
+        lists = split_list(_text(step.get("in"), f"{path}.in"))
+        if len(names) != len(lists):
+            raise ShortError(f"{path}.in", f"{len(names)} names, but {len(lists)} lists")
+        of = []
+        for name, text in zip(names, lists, strict=True):
+            of.append({"name": name, "value": {"expr": self._lift.expression(text)}})
+        self._lift.local |= set(names)
+        found: dict[str, Any] = {"for": of}
+        if step.get("mode") == "parallel":
+            found["mode"] = "parallel"
+        return {**found, "steps": self.steps(step.get("steps"), f"{path}.steps")}
+
+    def _repeat(self, step: Mapping[str, Any], path: str) -> dict[str, Any]:
+        text = str(step["repeat"]).strip()
+        text = re.sub(r"\s*times?$", "", text)
+        if text == "forever":
+            found: dict[str, Any] = {"repeat": {"lit": "forever"}}
+        elif re.fullmatch(r"\d+", text):
+            found = {"repeat": self._value(text, "int", "rounds", path)}
+        else:
+            found = {"repeat": self._value(text, "duration", "how_long", path)}
+        if step.get("every"):
+            found["every"] = self._value(str(step["every"]), "duration", "every", f"{path}.every")
+        if step.get("until"):
+            found["until"] = self._condition(step["until"])
+        return {**found, "steps": self.steps(step.get("steps"), f"{path}.steps")}
+
+    def _ask(self, step: Mapping[str, Any], path: str) -> dict[str, Any]:
+        of = step.get("of")
+        people = [str(one) for one in of] if isinstance(of, list) else [str(of)] if of else []
+        known = [self._person(one, path) for one in people] or ["watchers"]
+        found: dict[str, Any] = {"ask": _text(step["ask"], f"{path}.ask"), "of": known}
+        options = [str(one) for one in step["options"]] if isinstance(step.get("options"), list) else []
+        if options and options != ["yes", "no"]:
+            found["options"] = options
+        found["timeout"] = self._value(ASKED_FOR, "duration", "answer_within", path)
+        if step.get("save_as"):
+            return {**found, "save_as": str(step["save_as"])}
+        best = str(step.get("go_on") or (options[0] if options else "yes"))
+        return {**found, "expect": f"result.answer == '{best}'"}
+
+    def _person(self, name: str, path: str) -> str:
+        """Return whom to ask: a role, a site role; a role is made for a type or for a person of the site."""
+        name = self._lift.role(name)
+        if name in self._roles or name in self._world.site.people:
+            return name
+        agents, types = self._world.site.agents, self._world.catalogue.types
+        plain = name if name in types else name.rstrip("s")
+        if plain in types and types[plain].human:
+            for role, of in self._roles.items():
+                if of.get("type") == plain:
+                    return role
+            self._roles[plain] = {"name": plain, "type": plain}
+            return plain
+        if name in agents and types[agents[name].type].human:
+            role = f"the_{agents[name].type}"
+            self._roles[role] = {"name": role, "type": agents[name].type, "id": name}
+            return role
+        raise ShortError(f"{path}.of", f"there is nobody called '{name}'; name a role of a person, or a type of people")
+
+    def _condition(self, value: Any) -> str:
+        return self._lift.expression(str(value))
+
+    def _value(self, value: Any, type_: str, key: str, path: str) -> dict[str, Any]:
+        if isinstance(value, dict) and set(value) == {"expr"}:
+            value = value["expr"]
+        elif isinstance(value, dict) and set(value) == {"lit"}:
+            value = value["lit"]
+        if isinstance(value, (dict, list)) or value is None:
+            raise ShortError(path, "a value is a text, such as '40 m', 'camp' or 'circle(base, 3 m)'")
+        return self._lift.value(str(value).lower() if isinstance(value, bool) else str(value), type_, key)
+
+
+def _object(value: Any, path: str) -> dict[str, Any]:
+    if isinstance(value, dict):
+        return value
+    raise ShortError(path, "this must be an object")
+
+
+def _list(value: Any, path: str) -> list[Any]:
+    if isinstance(value, list):
+        return value
+    raise ShortError(path, "this must be a list")
+
+
+def _text(value: Any, path: str) -> str:
+    if isinstance(value, str) and value.strip():
+        return value.strip()
+    raise ShortError(path, "this must be a text")

@@ -1,0 +1,113 @@
+"""The verbs that a model may use, from the live catalogue: actions of the agent types, and subtrees of the libraries.
+
+Both are one kind of step for a model: `{"do": VERB, "agent": ROLE, ...}`. Which of them is an action and which a call of a
+library's subtree is our business (`short`).
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from formiga_bt.lang.document import Mapping_, Scalar, parse
+from formiga_bt.lang.model import Catalogue
+from formiga_bt.llm.world import World
+from formiga_bt.packaged import folder
+
+LIBRARIES: Final = ("lib/flying.yaml", "lib/ways.yaml")
+"""Of those that ship: what is offered."""
+HELP: Final[Mapping[str, str]] = {
+    "FlyTo": "take off if on the ground, fly to a place, hover over it",
+    "FlyAlong": "like FlyTo, but along a list of places",
+    "FlyAndLand": "take off if on the ground, fly to a place, land there",
+    "ReturnHome": "fly to its own port and land",
+}
+"""The subtrees of the shipped libraries that are offered; the others are for the engine, or say the same."""
+PLAIN: Final = ("number", "int", "text", "bool", "percent", "distance", "duration", "speed", "angle", "mass", "time")
+
+
+@dataclass(frozen=True, slots=True)
+class Verb:
+    """Something that one agent can do."""
+
+    name: str
+    fields: Mapping[str, str]
+    """Name -> type, as people write it; without the agent."""
+    required: tuple[str, ...]
+    help: str
+    types: tuple[str, ...] = ()
+    """Agent types that can do it; () = every machine."""
+    library: str = ""
+    """The file that must be imported; "" = it is an action."""
+    role: str = ""
+    """Of a subtree: the name of its agent param."""
+
+
+def verbs_of(world: World) -> dict[str, Verb]:
+    """Return the verbs by name: subtrees first, for they do more."""
+    found: dict[str, Verb] = {}
+    for library in LIBRARIES:
+        for folder_ in world.library or (folder("trees"),):
+            if (folder_ / library).is_file():
+                found |= {v.name: v for v in _subtrees(folder_ / library, library) if v.name in HELP}
+                break
+    for own in world.library:
+        for path in sorted(own.glob("lib/*.yaml")):
+            name = path.relative_to(own).as_posix()
+            if name not in LIBRARIES:
+                found |= {v.name: v for v in _subtrees(path, name)}
+    return found | _actions(world.catalogue)
+
+
+def _actions(catalogue: Catalogue) -> dict[str, Verb]:
+    found = {}
+    for name, spec in catalogue.actions.items():
+        types = tuple(t.name for t in catalogue.types.values() if name in t.actions)
+        if spec.cuts or name == "Confirm" or not types:
+            continue
+        must = tuple(n for n, f in spec.fields.items() if not f.optional and f.default is None)
+        fields = {n: str(f.type) for n, f in spec.fields.items()}
+        machines = {t.name for t in catalogue.types.values() if not t.human}
+        every = machines <= set(types)
+        said = spec.help[:1].lower() + spec.help[1:].rstrip(".")
+        found[name] = Verb(name, fields, must, said, () if every else types)
+    return found
+
+
+def _subtrees(path: Path, library: str) -> list[Verb]:
+    """Return the subtrees of a library that have an agent for their first param; the others are no verbs of an agent."""
+    node, _ = parse(path.read_text(encoding="utf-8"), str(path))
+    entry = node.get("subtrees") if isinstance(node, Mapping_) else None
+    bodies = entry.value.entries if entry is not None and isinstance(entry.value, Mapping_) else ()
+    found = []
+    for one in bodies:
+        params = one.value.get("params") if isinstance(one.value, Mapping_) else None
+        if params is None or not isinstance(params.value, Mapping_):
+            continue
+        fields, optional, role = {}, set(), ""
+        for param in params.value.entries:
+            type_ = _type_text(param.value)
+            if type_ == "agent" and not role:
+                role = param.key.text
+                continue
+            fields[param.key.text] = type_
+            if isinstance(param.value, Mapping_) and (param.value.get("default") or param.value.get("optional")):
+                optional.add(param.key.text)
+        if role:
+            must = tuple(name for name in fields if name not in optional)
+            name = one.key.text
+            found.append(Verb(name, fields, must, HELP.get(name, ""), (), library, role))
+    return found
+
+
+def _type_text(node: object) -> str:
+    if isinstance(node, Scalar):
+        return node.text
+    if isinstance(node, Mapping_):
+        listed = node.get("list")
+        if listed is not None and isinstance(listed.value, Scalar):
+            return f"list of {listed.value.text}"
+        inner = node.get("type")
+        if inner is not None:
+            return _type_text(inner.value)
+    return "any"

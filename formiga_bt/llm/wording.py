@@ -1,0 +1,167 @@
+"""What a request says for certain: amounts with their units, counts, places, agents, types of agents, a few intentions.
+
+Tables by language; names of the site need none. Whoever compares a task with its request reads this: what is not recognised
+is not compared, for a wrong alarm is worse than none.
+"""
+
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Final
+
+from formiga_bt.lang.model import Catalogue, Site
+from formiga_bt.units import UNITS
+
+NUMBERS: Final[Mapping[str, int]] = {
+    # English
+    "one": 1, "two": 2, "three": 3, "four": 4, "five": 5, "six": 6, "seven": 7, "eight": 8, "nine": 9, "ten": 10,
+    "eleven": 11, "twelve": 12, "fifteen": 15, "twenty": 20, "thirty": 30, "forty": 40, "fifty": 50, "sixty": 60,
+    "ninety": 90, "hundred": 100,
+    # Finnish
+    "yksi": 1, "kaksi": 2, "kolme": 3, "neljä": 4, "viisi": 5, "kuusi": 6, "seitsemän": 7, "kahdeksan": 8, "yhdeksän": 9,
+    "kymmenen": 10, "kaksikymmentä": 20, "kolmekymmentä": 30, "viisikymmentä": 50, "sata": 100,
+    "yhden": 1, "kahden": 2, "kolmen": 3, "neljän": 4, "viiden": 5, "kuuden": 6, "kymmenen metrin": 10,
+}  # fmt: skip
+UNIT_WORDS: Final[Mapping[str, str]] = {
+    "meter": "m", "meters": "m", "metre": "m", "metres": "m", "kilometer": "km", "kilometers": "km", "kilometre": "km",
+    "kilometres": "km", "second": "s", "seconds": "s", "sec": "s", "secs": "s", "minute": "min", "minutes": "min",
+    "mins": "min", "hour": "h", "hours": "h", "percent": "%", "degree": "deg", "degrees": "deg", "°": "deg",
+    "metri": "m", "metriä": "m", "metrin": "m", "kilometri": "km", "kilometriä": "km", "kilometrin": "km",
+    "sekunti": "s", "sekuntia": "s", "sekunnin": "s", "minuutti": "min", "minuuttia": "min", "minuutin": "min",
+    "tunti": "h", "tuntia": "h", "tunnin": "h", "prosenttia": "%", "astetta": "deg",
+}  # fmt: skip
+DRONES: Final = ("drone", "drones", "uav", "uavs", "drooni", "droonia", "droonin", "droonit")
+LIGHT_HEAVY: Final[Mapping[str, tuple[str, ...]]] = {
+    "lwd": ("lwd", "lwds", "light drone", "light drones", "light-weight drone", "light-weight drones", "lightweight drone",
+            "lightweight drones", "light one", "kevyt drooni", "kevyttä droonia", "kevyen droonin"),
+    "hwd": ("hwd", "hwds", "heavy drone", "heavy drones", "heavy-weight drone", "heavyweight drone", "heavy one",
+            "raskas drooni", "raskasta droonia", "raskaan droonin"),
+}  # fmt: skip
+INTENTS: Final[Mapping[str, str]] = {
+    "home": r"\b(?:(?:comes?|flies|fly|goes|go|returns?|gets?|brings?) (?:it |them |both )?(?:back )?home|return(?:s|ing)? to"
+    r" (?:the |its |their )?(?:base|port|ports|home)|back (?:to (?:the |its |their )?(?:base|port|ports)|home)|comes? back|"
+    r"palaa|palaavat|kotiin)\b",
+    "ask": r"\b(?:ask|asks|asked|confirm|confirms|confirmed|confirmation|approv\w+|permission|says? so|agrees?|okays?|kysy\w*|"
+    r"vahvist\w+|question)\b",
+    "stay": r"\b(?:stays? there|remains?|leave (?:it|them) there|jää)\b",
+    "land": r"\b(?:land|lands|landing|laskeudu\w*)\b",
+}
+"""What is meant -> a pattern over the request in small letters."""
+_UNITS: Final = sorted([*UNIT_WORDS, *UNITS], key=len, reverse=True)
+_AMOUNT: Final = re.compile(
+    rf"(?<![\w.,])(\d+(?:[.,]\d+)?|{'|'.join(sorted(NUMBERS, key=len, reverse=True))})(?:\s*-\s*|\s*)"
+    rf"({'|'.join(map(re.escape, _UNITS))})(?![\w%])",
+    re.IGNORECASE,
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Amount:
+    """A number with its unit, as a request has it."""
+
+    type: str
+    si: float
+    words: str
+
+
+@dataclass(frozen=True, slots=True)
+class Words:
+    """A request, read as far as that can be done for certain."""
+
+    text: str
+    amounts: tuple[Amount, ...]
+    places: Mapping[str, str]
+    """Name of a place, port or region of the site -> the words."""
+    agents: Mapping[str, str]
+    """Id -> the words."""
+    counts: Mapping[str, int]
+    """Agent type -> how many machines; `*` = machines of any type. Only what is said once and plainly."""
+
+    def amount(self, type_: str, si: float) -> str:
+        """Return the words of an amount, or ""."""
+        same = (a.words for a in self.amounts if a.type == type_ and abs(a.si - si) <= 1e-6 * max(1.0, abs(si)))
+        return next(same, "")
+
+    def number(self, value: float) -> str:
+        """Return the words of a plain number, or ""."""
+        for match in re.finditer(r"(?<![\w.])(\d+(?:\.\d+)?|[^\W\d_]+)(?![\w.]*\w)", self.text):
+            word = match[1].casefold()
+            if (word[0].isdigit() and float(word) == value) or NUMBERS.get(word) == value:
+                return match[1]
+        return ""
+
+    def means(self, intent: str) -> bool:
+        """Return whether an intention of `INTENTS` is said."""
+        return re.search(INTENTS[intent], self.text.casefold()) is not None
+
+    def holds(self, words: str) -> str:
+        """Return the words as they stand in the request, or ""."""
+        parts = words.split()
+        if not parts:
+            return ""
+        found = re.search(r"\s+".join(map(re.escape, parts)), self.text, re.IGNORECASE)
+        return found[0] if found is not None else ""
+
+
+def read(request: str, site: Site, catalogue: Catalogue) -> Words:
+    """Return what a request says for certain.
+
+    Args:
+        request: in words.
+        site: its names are recognised.
+        catalogue: its agent types are.
+    """
+    names = [*site.places, *site.regions, *site.ports]
+    places = {name: said for name in names if (said := _said(name, request))}
+    if re.search(r"\b(?:the )?base(?: station)?\b", request, re.IGNORECASE):
+        places.setdefault("base", "base")
+    agents = {name: said for name in site.agents if (said := _said(name, request))}
+    return Words(request, tuple(_amounts(request)), places, agents, _counts(request, catalogue))
+
+
+def _amounts(request: str) -> Iterator[Amount]:
+    for match in _AMOUNT.finditer(request):
+        word, unit = match[1].casefold(), match[2].casefold()
+        number = float(word.replace(",", ".")) if word[0].isdigit() else float(NUMBERS[word])
+        type_, factor = UNITS[UNIT_WORDS.get(unit, unit)]
+        yield Amount(type_, number * factor, match[0])
+
+
+def _said(name: str, request: str) -> str:
+    """Return the words that name something of the site: `north_field` is also said `north field` and `North-field`."""
+    parts = re.split(r"[_\s-]+", name)
+    found = re.search(r"(?<!\w)" + r"[_\s-]*".join(map(re.escape, parts)) + r"(?!\w)", request, re.IGNORECASE)
+    return found[0] if found is not None else ""
+
+
+def _counts(request: str, catalogue: Catalogue) -> dict[str, int]:
+    """Return how many machines of each type are spoken of, where that is plain."""
+    found: dict[str, set[int]] = {}
+    of_type = {name: words for name, words in LIGHT_HEAVY.items() if name in catalogue.types}
+    for type_ in catalogue.types.values():
+        if not type_.human and type_.label:
+            of_type[type_.name] = (*of_type.get(type_.name, (type_.name,)), type_.label, type_.label + "s")
+    for name, words in [*of_type.items(), ("*", DRONES)]:
+        for number in _before(request, words):
+            found.setdefault("*" if name == "drone" else name, set()).add(number)
+    return {name: next(iter(numbers)) for name, numbers in found.items() if len(numbers) == 1}
+
+
+def _before(request: str, words: Iterable[str]) -> Iterator[int]:
+    nouns = "|".join(re.escape(w) for w in sorted(set(words), key=len, reverse=True))
+    for match in re.finditer(rf"(?<![\w.])(\d+|[^\W\d_]+)\s+(?:{nouns})(?!\w)", request, re.IGNORECASE):
+        word = match[1].casefold()
+        if word.isdigit():
+            yield int(word)
+        elif word in NUMBERS:
+            yield NUMBERS[word]
+
+
+def types_said(request: str, catalogue: Catalogue) -> set[str]:
+    """Return the agent types that a request names, by their name or label."""
+    found = set()
+    for type_ in catalogue.types.values():
+        words = [type_.name, *LIGHT_HEAVY.get(type_.name, ()), *([type_.label] if type_.label else [])]
+        if type_.name not in ("drone", "person") and any(_said(w, request) or _said(w + "s", request) for w in words):
+            found.add(type_.name)
+    return found

@@ -1,0 +1,269 @@
+"""A request becomes a task that passes all checks, or a question, or a reason; what is wrong goes back to the model."""
+
+import json
+from functools import cache
+from typing import Any
+
+import pytest
+
+from formiga_bt.errors import UnusableFile
+from formiga_bt.llm.draft import Options, draft
+from formiga_bt.llm.records import Draft, Reply
+from formiga_bt.llm.world import World, world_of
+from tests.unit.llm.scripted import Scripted, fly_to, home, tree
+
+LOOK = "A light drone looks at the camp from 40 m for 30 seconds and comes home."
+GOOD = tree(fly_to("camp"), {"wait": "30 s"}, home(), task="LookAtCamp")
+
+
+@cache
+def world() -> World:
+    return world_of()
+
+
+def made(request: str, *answers: Any, **options: Any) -> tuple[Draft, Scripted]:
+    chat = Scripted(*answers)
+    return draft(request, world(), chat, options=Options(**options)), chat
+
+
+def codes(found: Draft) -> list[str]:
+    return [one.code for one in found.shortfalls]
+
+
+def test_a_good_answer_is_a_task_after_one_round() -> None:
+    found, chat = made(LOOK, GOOD)
+
+    assert (found.kind, found.task, len(found.rounds), codes(found)) == ("task", "LookAtCamp", 1, [])
+    assert found.flight is not None
+    assert (found.flight.status, found.flight.landed) == ("SUCCEEDED", {"lwd_3": ("home",)})
+    assert chat.temperatures == [0.0]
+
+
+def test_the_file_says_where_each_value_came_from() -> None:
+    found, _ = made(LOOK, tree(fly_to("camp"), {"wait": "30 s"}, fly_to("camp", "25 m"), home(), task="LookAtCamp"))
+
+    assert found.yaml == (
+        "# Drafted by scripted none from the request:\n"
+        "#   A light drone looks at the camp from 40 m for 30 seconds and comes home.\n"
+        "# Plan: As asked.\n"
+        "formiga: 1\n"
+        "task: LookAtCamp\n"
+        'version: "0.1.0"\n'
+        'description: "A light drone looks at the camp from 40 m for 30 seconds and comes home."\n'
+        "imports: [lib/flying.yaml]\n"
+        "params:\n"
+        '  camp: {type: place, default: camp}  # "camp"\n'
+        '  height: {type: distance, default: 40 m}  # "40 m"\n'
+        '  pause: {type: duration, default: 30 s}  # "30 seconds"\n'
+        "  height_2: {type: distance, default: 25 m}  # assumed\n"
+        "agents:\n"
+        "  drone:\n"
+        "    type: lwd\n"
+        "    near: ${camp}\n"
+        "steps:\n"
+        "  - call: FlyTo\n"
+        "    with:\n"
+        "      drone: ${drone}\n"
+        "      to: ${camp}\n"
+        "      height: ${height}\n"
+        "  - wait: ${pause}\n"
+        "  - call: FlyTo\n"
+        "    with:\n"
+        "      drone: ${drone}\n"
+        "      to: ${camp}\n"
+        "      height: ${height_2}\n"
+        "  - call: ReturnHome\n"
+        "    with:\n"
+        "      drone: ${drone}\n"
+    )
+    assert [(v.name, v.text, v.words) for v in found.values] == [
+        ("camp", "camp", "camp"),
+        ("height", "40 m", "40 m"),
+        ("pause", "30 s", "30 seconds"),
+        ("height_2", "25 m", ""),
+    ]
+
+
+def test_what_is_wrong_goes_back_with_the_step_and_only_the_last_answer_does() -> None:
+    found, chat = made(LOOK, tree({"do": "FlyTo", "agent": "drone", "to": "camp"}), tree(fly_to("kamp"), home()), GOOD)
+
+    assert (found.kind, len(found.rounds)) == ("task", 3)
+    first, second = chat.asked[1][-1].text, chat.asked[2][-1].text
+    assert first == (
+        "That is not right yet:\n"
+        '- FlyTo needs \'height\' (distance) in {"do": "FlyTo", "agent": "drone", "to": "camp"}\n'
+        "Answer with the whole corrected JSON object."
+    )
+    assert "kamp" in second
+    assert len(chat.asked[2]) == len(chat.asked[1]) == len(chat.asked[0]) + 2
+    assert chat.temperatures == [0.0, 0.4, 0.4]
+
+
+def test_at_most_three_repairs_then_the_best_answer_is_shown_as_failed() -> None:
+    bad = [tree(fly_to("kamp"), home(), task=f"Try{n}") for n in range(9)]
+    found, chat = made(LOOK, *bad)
+
+    assert (found.kind, len(chat.asked), found.is_flyable) == ("failed", 4, False)
+    assert found.say.startswith("no answer of the model passed. What is wrong with the best one: ")
+
+
+def test_a_shortfall_of_the_outcome_is_told_to_the_model() -> None:
+    found, chat = made(LOOK, tree(fly_to("lake_shore"), {"wait": "30 s"}, home()), GOOD)
+
+    assert found.kind == "task"
+    assert '- the request names "camp", and the task never goes to camp' in chat.asked[1][-1].text
+
+
+def test_a_drone_left_in_the_air_comes_home_without_asking_the_model() -> None:
+    found, chat = made(LOOK, tree(fly_to("camp"), {"wait": "30 s"}))
+
+    assert (found.kind, len(chat.asked)) == ("task", 1)
+    assert found.rounds[0].mends == ("drone comes home at the end: a task may not leave it in the air",)
+    assert "# Added: drone comes home at the end: a task may not leave it in the air\n" in found.yaml
+
+
+def test_a_place_where_a_position_is_due_is_flown_over() -> None:
+    found, _ = made(
+        LOOK, tree(fly_to("camp"), {"do": "GoTo", "agent": "drone", "to": "camp"}, {"wait": "30 s"}, home())
+    )
+
+    assert found.kind == "task"
+    assert "to: ${above(camp, height)}" in found.yaml
+
+
+def test_a_return_from_the_ground_takes_off_first() -> None:
+    request = "A light drone lands at the camp, waits 30 s and comes home."
+    found, _ = made(request, tree({"do": "FlyAndLand", "agent": "drone", "at": "camp"}, {"wait": "30 s"}, home()))
+
+    assert (found.kind, found.rounds[0].mends) == ("task", ("drone takes off to come home",))
+    assert found.flight is not None
+    assert found.flight.landed == {"lwd_3": ("camp", "home")}
+
+
+@pytest.mark.parametrize(
+    ("answer", "kind", "say"),
+    [
+        ({"plan": "", "answer": {"question": "Where shall it go?"}}, "question", "Where shall it go?"),
+        (
+            {"plan": "", "answer": {"impossible": "No drone can paint.", "instead": "one could look at it"}},
+            "impossible",
+            "No drone can paint. Possible instead: one could look at it.",
+        ),
+    ],
+)
+def test_a_question_or_a_reason_is_handed_on(answer: Any, kind: str, say: str) -> None:
+    found, chat = made("Send a drone.", answer)
+
+    assert (found.kind, found.say, found.yaml, len(chat.asked)) == (kind, say, "", 1)
+
+
+@pytest.mark.parametrize(
+    ("request_", "say"),
+    [
+        (
+            "Send five light drones to the camp.",
+            "the request speaks of 5 light drones; the site rovaniemi has only 3 light drones. "
+            "Possible instead: the same with 3.",
+        ),
+        (
+            "lwd_9 flies to the camp.",
+            "the site rovaniemi has no lwd_9. Possible instead: with one of lwd_1, lwd_2, lwd_3.",
+        ),
+        (
+            "Fly to the camp at 200 m altitude.",
+            "200 m is higher than any drone may fly here (120 m over the ground). Possible instead: the same at 120 m.",
+        ),
+    ],
+)
+def test_what_cannot_be_for_certain_is_said_without_a_model(request_: str, say: str) -> None:
+    found, chat = made(request_, GOOD)
+
+    assert (found.kind, found.say, chat.asked) == ("impossible", say, [])
+
+
+def test_an_answer_that_was_cut_off_is_none() -> None:
+    cut = Reply(text=json.dumps(GOOD), data=GOOD, finish="length")
+    found, chat = made(LOOK, cut, GOOD)
+
+    assert found.kind == "task"
+    assert "the answer was cut off" in chat.asked[1][-1].text
+
+
+@pytest.mark.parametrize(
+    "text", ["no JSON at all", "{", "[]", '{"plan": "x", "answer": {}}', '{"answer": {"tree": 3}}']
+)
+def test_nonsense_is_refused_and_asked_again(text: str) -> None:
+    found, chat = made(LOOK, text, GOOD)
+
+    assert (found.kind, len(chat.asked)) == ("task", 2)
+
+
+def test_of_several_candidates_the_first_that_passes_is_taken() -> None:
+    found, chat = made(LOOK, tree(fly_to("kamp")), GOOD, candidates=3)
+
+    assert (found.kind, found.task, len(chat.asked), len(found.rounds)) == ("task", "LookAtCamp", 2, 2)
+    assert chat.temperatures == [0.0, 0.4]
+
+
+def test_a_follow_up_changes_the_draft_before() -> None:
+    first, _ = made(LOOK, GOOD)
+    chat = Scripted(tree(fly_to("camp"), {"ask": "May it go?", "of": ["watcher"]}, {"wait": "30 s"}, home()))
+    found = draft("wait for the watcher before it leaves", world(), chat, previous=first)
+
+    assert found.kind == "task"
+    assert [m.role for m in chat.asked[0]] == ["system", "user", "assistant", "user"]
+    assert chat.asked[0][2].text == first.rounds[0].reply.text
+    assert found.flight is not None
+    assert found.flight.asked == ("watcher_1",)
+    assert found.request == f"{LOOK}\nwait for the watcher before it leaves"
+    assert f"description: {json.dumps(LOOK)}\n" in found.yaml
+    assert ("height", "40 m", "40 m") in [(v.name, v.text, v.words) for v in found.values]
+
+
+def test_a_follow_up_is_compared_with_its_own_words_only() -> None:
+    first, _ = made(LOOK, GOOD)
+    higher = tree(fly_to("camp", "60 m"), home(), task="LookAtCamp")
+    chat = Scripted(GOOD, higher)
+    found = draft("fly at 60 m and do not wait", world(), chat, previous=first)
+
+    assert (found.kind, len(chat.asked), codes(found)) == ("task", 2, [])
+    assert 'says "60 m"' in chat.asked[1][-1].text
+    assert [(v.name, v.words) for v in found.values] == [("camp", "camp"), ("height", "60 m")]
+
+
+@pytest.mark.parametrize("request_", ["", "  \n ", "x" * 2001])
+def test_an_empty_or_endless_request_is_refused(request_: str) -> None:
+    with pytest.raises(UnusableFile, match="the request"):
+        made(request_, GOOD)
+
+
+def test_the_full_form_writes_the_same_language() -> None:
+    answer = {
+        "plan": "One drone.",
+        "answer": {
+            "tree": {
+                "formiga": 1, "task": "Look", "imports": ["lib/flying.yaml"],
+                "params": [
+                    {"name": "height", "type": "distance", "default": {"lit": "40 m"}},
+                    {"name": "pause", "type": "duration", "default": {"lit": "30 s"}},
+                ],
+                "agents": [{"name": "drone", "type": "lwd", "near": {"lit": "camp"}}],
+                "steps": [
+                    {"call": "FlyTo", "with": [
+                        {"name": "drone", "value": {"expr": "drone"}}, {"name": "to", "value": {"lit": "camp"}},
+                        {"name": "height", "value": {"expr": "height"}}]},
+                    {"wait": {"expr": "pause"}},
+                    {"call": "ReturnHome", "with": [{"name": "drone", "value": {"expr": "drone"}}]},
+                ],
+            },
+            "run": [
+                {"name": "height", "value": "40 m", "words": "from 40 m"},
+                {"name": "pause", "value": "30 s", "words": "hours"},
+            ],
+        },
+    }  # fmt: skip
+    found, _ = made(LOOK, answer, form="full")
+
+    assert (found.kind, codes(found)) == ("task", [])
+    # words that a model claims and that are not in the request do not count
+    assert [(v.name, v.words) for v in found.values] == [("height", "from 40 m"), ("pause", "30 seconds")]
