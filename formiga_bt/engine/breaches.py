@@ -8,6 +8,8 @@
 | home already: recover, an order | alarm; a rescue is never refused; at half the reserve without a free way home it lands |
 """
 
+from msgspec.structs import replace
+
 from formiga_bt.clock import SECOND
 from formiga_bt.engine.core import Core
 from formiga_bt.engine.inputs import Alarm
@@ -42,12 +44,31 @@ class Breaches:
             return
         if agent.refused or agent.pool == "QUARANTINED" or agent.control != "engine" or agent.taken:
             return
-        found = in_flight(self._state(agent), core.airspace, core.rules(agent, agent.task)) or self._stuck(agent)
+        found = self._broken(agent) or self._stuck(agent)
         self._waits_too_long(agent)
         if not found:
             core.put_agent(agent_id, breach=agent.breach if agent.breach.startswith(LATER) else "")
         elif agent.breach.removeprefix(LATER) != found[0].name:
             self._breached(agent, found[0])
+
+    def _broken(self, agent: AgentRecord) -> tuple[Breach, ...]:
+        core = self._core
+        state, rules = self._state(agent), core.rules(agent, agent.task)
+        found = in_flight(state, core.airspace, rules)
+        if found and not agent.goal:
+            spots = self._lands_later(agent)
+            if spots:
+                return in_flight(replace(state, spots=(*state.spots, *spots)), core.airspace, rules)
+        return found
+
+    def _lands_later(self, agent: AgentRecord) -> tuple[Place, ...]:
+        """Return where it was landing when it was stopped, or waits to land: it may be low there."""
+        goals = [
+            g for g in self._core.state.goals.values() if g.agent == agent.id and g.state in ("interrupted", "gated")
+        ]
+        specs = [(goal, self._core.action(goal.action)) for goal in goals]
+        targets = [goal.fields.get(spec.moves_to) for goal, spec in specs if spec.lands]
+        return tuple(target for target in targets if isinstance(target, Place))
 
     def _state(self, agent: AgentRecord) -> FlightState:
         core = self._core

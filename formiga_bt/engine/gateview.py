@@ -76,6 +76,7 @@ class GateView:
             target=target if isinstance(target, Place | Position) else None,
             rises_to_m=float(altitude) if isinstance(altitude, int | float) else None,
             starts_rotors=spec.starts_rotors,
+            climbs_on=bool(goal.rest_of),
             lands=spec.lands,
             region=region,
             clearance=self.clearances.given(agent.id) if agent.id in core.state.clearances else None,

@@ -9,20 +9,25 @@
 | canceling | `cancel_grace` is over | in_doubt, `cancel_unconfirmed`, the agent is quarantined |
 | any in flight | agent lost / restarted | lost / in_doubt |
 | any in flight | a pilot takes over, or an order stops the machine | interrupted: its step waits for a person's word |
+| canceling by an order | a person says continue | as it ends: again |
 | interrupted, gated | a person says continue | again: its step sends its next attempt under another id |
+
+Of a take-off that was broken off in the air, the next attempt is what is left of it (`engine.climbing`).
 """
 
 from typing import Any
 
 import msgspec
+from msgspec.structs import replace
 
 from formiga_bt.clock import SECOND
 from formiga_bt.engine import changes as ch
+from formiga_bt.engine.climbing import climb, is_up, top_m
 from formiga_bt.engine.core import EVERYTHING, Core
 from formiga_bt.engine.fleet import Fleet
 from formiga_bt.engine.gatekeeper import Gatekeeper
 from formiga_bt.engine.inputs import Alarm, CancelGoal, EffectFailed, QueryGoal
-from formiga_bt.engine.records import GoalRecord
+from formiga_bt.engine.records import GO_ON, STOPPED, GoalRecord
 from formiga_bt.engine.room import BUSY
 from formiga_bt.geo import Place, Position
 from formiga_bt.lang.types import Type
@@ -31,9 +36,6 @@ from formiga_bt.transport.messages import TERMINAL, GoalEvent
 
 RESEND_US = 2 * SECOND
 """A cancel is sent again after so much wall time without its end."""
-
-STOPPED = "stopped"
-"""Why a goal is canceled, and then interrupted: an order stands on its machine."""
 
 
 class Goals:
@@ -57,26 +59,36 @@ class Goals:
             return Failure(code, "the task no longer holds this agent", order.owner, agent.id, retryable=False)
         if not agent.human and self._mine_in_flight(task_id, order.agent):
             return Failure("agent_busy", "another step of this task commands it", order.owner, agent.id)
-        spec = core.action(order.action)
-        core.emit(
-            ch.GoalPut(
-                GoalRecord(
-                    id=order.goal_id,
-                    agent=order.agent,
-                    action=order.action,
-                    task=task_id,
-                    owner=order.owner,
-                    section=section.split(":", 1)[0],
-                    fields=order.fields,
-                    repeatable=spec.repeatable,
-                    safety=bool(task.stop),
-                    order=core.count("goal"),
-                    at=core.now,
-                )
-            )
+        goal = GoalRecord(
+            id=order.goal_id,
+            agent=order.agent,
+            action=order.action,
+            task=task_id,
+            owner=order.owner,
+            section=section.split(":", 1)[0],
+            fields=order.fields,
+            repeatable=core.action(order.action).repeatable,
+            safety=bool(task.stop),
+            order=core.count("goal"),
+            at=core.now,
         )
-        self._gate.try_send(order.goal_id)
+        if order.attempt > 1:
+            goal = self._rest_of(goal)
+        core.emit(ch.GoalPut(goal))
+        if not goal.ended:
+            self._gate.try_send(goal.id)
         return None
+
+    def _rest_of(self, goal: GoalRecord) -> GoalRecord:
+        """Return what is left of a goal whose earlier attempt was broken off: of a take-off, the climb."""
+        agent, action = self._core.state.agents[goal.agent], self._core.action
+        top = top_m(goal, action)
+        if top is None or agent.landed != "airborne":
+            return goal
+        if is_up(agent, top):
+            return replace(goal, state="succeeded")
+        found = climb(agent, top, action)
+        return goal if found is None else replace(goal, action=found[0], fields=found[1], rest_of=goal.action)
 
     def _mine_in_flight(self, task_id: str, agent_id: str) -> bool:
         goals = self._core.state.goals.values()
@@ -118,6 +130,8 @@ class Goals:
         """An order stops a machine: what it does is canceled, and waits for a person's word."""
         core = self._core
         for goal in [g for g in core.state.goals.values() if g.agent == agent_id and g.in_flight]:
+            if goal.cancel_why == GO_ON:
+                core.put_goal(goal.id, cancel_why=STOPPED)
             if goal.cancel_asked or goal.owner == "!none":
                 continue
             if core.withdraw_send(goal.id):
@@ -135,6 +149,16 @@ class Goals:
             return
         goal = core.put_goal(goal_id, state="interrupted", code=code, leg=None, cancel_asked=False, cancel_why="")
         self._free_agent(goal)
+
+    def go_on(self, goal_id: str) -> None:
+        """A person says continue while an order still cancels a goal: its step goes on as soon as the machine has stopped."""
+        self._core.put_goal(goal_id, cancel_why=GO_ON)
+
+    def _stopped(self, goal: GoalRecord) -> None:
+        """What an order canceled has ended."""
+        self.interrupt(goal.id, STOPPED)
+        if goal.cancel_why == GO_ON:
+            self._fleet.orders.go_on(goal.agent)
 
     def again(self, goal_id: str) -> None:
         """Have the step of an interrupted or waiting goal send its next attempt."""
@@ -189,7 +213,7 @@ class Goals:
     def _on_end(self, goal: GoalRecord, event: GoalEvent) -> None:
         core = self._core
         spec = core.action(goal.action)
-        stopped = goal.cancel_why == STOPPED
+        stopped = goal.cancel_why in (STOPPED, GO_ON)
         taken = event.state == "taken_over" or (event.state == "rejected" and event.code == "not_in_command")
         if event.state == "rejected" and event.code == "epoch_old":
             self._deposed(goal)
@@ -201,7 +225,7 @@ class Goals:
         if (stopped and event.state != "succeeded") or (
             event.state == "superseded" and goal.task and not goal.cancel_asked
         ):
-            self.interrupt(goal.id, STOPPED)
+            self._stopped(goal)
             return
         result: dict[str, Any] = {}
         if event.state == "succeeded":
@@ -231,8 +255,8 @@ class Goals:
 
     def _on_unknown(self, goal: GoalRecord) -> None:
         # The agent never had it: a cancel is done with, a goal is sent again under the same id, if it still may go.
-        if goal.cancel_why == STOPPED:
-            self.interrupt(goal.id, STOPPED)
+        if goal.cancel_why in (STOPPED, GO_ON):
+            self._stopped(goal)
         elif goal.cancel_asked:
             self.end(goal.id, "canceled")
         elif goal.state == "sent" and self._gate.may_resend(goal):

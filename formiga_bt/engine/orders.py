@@ -303,11 +303,11 @@ class Orders:
 
     def cannot(self, goal: GoalRecord, agent: AgentRecord) -> str:
         """Return why a goal cannot be sent anew, or ""."""
-        return continuing.cannot(goal, agent, self._core.action(goal.action))
+        return continuing.cannot(self._core.state, goal, agent, self._core.action)
 
     def is_done(self, goal: GoalRecord, agent: AgentRecord) -> bool:
         """Return whether what an interrupted goal was for is so already."""
-        return continuing.is_done(goal, agent, self._core.action(goal.action))
+        return continuing.is_done(goal, agent, self._core.action)
 
     def resume(self, agent: AgentRecord, *, steps: bool = True) -> None:
         """The steps of a machine's interrupted goals send them anew; what waits at the gate reads its fields anew.
@@ -320,12 +320,22 @@ class Orders:
             if goal.state == "gated" and goal.code not in ("stopped", "held", "lockdown", "control", "clearance"):
                 continue
             cannot = self.cannot(goal, agent)
-            if self.is_done(goal, agent):
+            if goal.stopping:
+                self._goals.go_on(goal.id)
+            elif self.is_done(goal, agent):
                 self._goals.end(goal.id, "succeeded")
             elif cannot:
                 self._goals.end(goal.id, "canceled", "cannot_continue", cannot)
             else:
                 self._goals.again(goal.id)
+
+    def go_on(self, agent_id: str) -> None:
+        """A machine has stopped, and a person has said continue already."""
+        agent = self._core.state.agents[agent_id]
+        if continuing.obstacle(self._core.state, agent, self._core.action) is None:
+            self.resume(agent)
+        elif agent.task:
+            hold(self._core, agent.task, f"operator:{agent_id}")  # a person must say what else
 
     # -- ends ------------------------------------------------------------------------------------------------------
     def ended_by_word(self, task_id: str) -> None:

@@ -181,6 +181,10 @@ class OrderPort(Protocol):
         """A system task that carried out an order ended."""
         ...
 
+    def go_on(self, agent_id: str) -> None:
+        """A machine has stopped after a person said continue."""
+        ...
+
     def no_way_home(self, agent_id: str, why: str) -> None:
         """No legal leg leads home."""
         ...

@@ -47,6 +47,11 @@ ENDED: Final[frozenset[str]] = frozenset(
 IN_FLIGHT: Final[frozenset[str]] = frozenset({"sent", "accepted", "running", "canceling"})
 """Goal states in which the agent has, or may have, the goal. `interrupted` (by a pilot or a stop) waits for a person's word."""
 
+STOPPED: Final = "stopped"
+"""Why a goal is canceled, and then interrupted: an order stands on its machine."""
+GO_ON: Final = "go_on"
+"""The same, but a person said continue before the machine had stopped: then its step sends its next attempt at once."""
+
 Stop = Literal["hold", "return", "land", "cut"]
 """The four stops."""
 
@@ -244,8 +249,11 @@ class TaskRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
 
 
 def family(tasks: Mapping[str, TaskRecord], task_id: str) -> tuple[str, ...]:
-    """Return a task, then those that it requested and that end with it, and theirs: what has not ended."""
-    mine = [child for child in tasks[task_id].children if tasks[child].attached]
+    """Return a task, then those that it requested and that end with it, and theirs: what has not ended.
+
+    A copy of the state may have forgotten children that ended long ago (`show.ledger`).
+    """
+    mine = [child for child in tasks[task_id].children if child in tasks and tasks[child].attached]
     return (task_id, *(one for child in mine for one in family(tasks, child)))
 
 
@@ -317,6 +325,8 @@ class GoalRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
     id: str
     agent: str
     action: str
+    rest_of: str = ""
+    """The action of its step, if this one does what is left of it: the climb of a TakeOff that was broken off in the air."""
     task: str = ""
     owner: str = ""
     """Node key to wake; `!task` = the task's drain, `!question` = the queue of questions, `!none` = nobody."""
@@ -353,6 +363,11 @@ class GoalRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
     def in_flight(self) -> bool:
         """Return whether the agent has, or may have, the goal."""
         return self.state in IN_FLIGHT
+
+    @property
+    def stopping(self) -> bool:
+        """Return whether an order cancels it now: it will be interrupted."""
+        return self.state == "canceling" and self.cancel_why == STOPPED
 
 
 RELEASE: Final = "release:"

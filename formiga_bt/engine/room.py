@@ -13,6 +13,7 @@ when a goal begins to wait, and by the engine's timers.
 from collections.abc import Callable
 
 from formiga_bt.clock import SECOND
+from formiga_bt.engine.climbing import goes_by
 from formiga_bt.engine.core import Core
 from formiga_bt.engine.gateview import GateView
 from formiga_bt.engine.inputs import Alarm
@@ -249,7 +250,7 @@ class Room:
     # -- moves -------------------------------------------------------------------------------------------------------
     def _move(self, agent: AgentRecord, target: Position, order: int) -> bool:
         core = self._core
-        action = self._goes_by(agent)
+        action = goes_by(agent, core.action)
         if agent.goal or agent.landed != "airborne" or not action:
             return False
         number = core.state.counters.get("safety", 0) + 1
@@ -258,11 +259,3 @@ class Room:
             fields={core.action(action).moves_to: target}, safety=True, order=order, at=core.now,
         )  # fmt: skip
         return self._send(move)
-
-    def _goes_by(self, agent: AgentRecord) -> str:
-        for name in agent.actions:
-            spec = self._core.action(name)
-            field = spec.fields.get(spec.moves_to)
-            if field is not None and field.type.name == "position" and not spec.lands:
-                return name
-        return ""

@@ -61,7 +61,7 @@ class DoNode(Leaf):
         fields = {name: expr.run(env) for name, expr in self.step.fields.items()}
         goal = run.goal_id(self.path if self.sent == 1 else f"{self.path}+{self.sent}")
         self.remember(run, DoMem(goal, self.sent))
-        refused = run.order(GoalOrder(goal, agent.id, self.step.action, fields, self.key))
+        refused = run.order(GoalOrder(goal, agent.id, self.step.action, fields, self.key, self.sent))
         if refused is not None:
             self.failure = refused
             return Status.FAILURE

@@ -95,6 +95,8 @@ class GoalOrder(Struct, frozen=True):
     fields: dict[str, Any]
     owner: str
     """Path of the node to wake when the goal changes."""
+    attempt: int = 1
+    """The how-manieth goal of its step it is: each `continue` asks for another one."""
 
 
 class Served(Struct, frozen=True):

@@ -56,6 +56,8 @@ class Ask(Struct, frozen=True, kw_only=True, gc=False):
     target: Place | Position | None = None
     rises_to_m: float | None = None
     starts_rotors: bool = False
+    climbs_on: bool = False
+    """It does what is left of a take-off, straight up from where it hovers: kept apart like a take-off."""
     lands: bool = False
     region: Region | None = None
     """What it explores, at `rises_to_m`."""
@@ -232,5 +234,5 @@ def _way(ask: Ask, traffic: Sequence[Traffic], separation_m: float) -> Verdict:
         ways = ways_into(ask.position, area)
     if not ways and area is None:
         return Go()
-    blocker = first_in_the_way(ask.agent, ask.task, ways, area, traffic, separation_m)
+    blocker = first_in_the_way(ask.agent, ask.task, ways, area, traffic, separation_m, climbs_on=ask.climbs_on)
     return Hold("leg_busy", blocker) if blocker else Go(leg, area)

@@ -142,19 +142,26 @@ def is_vertical(leg: Way) -> bool:
 
 
 def first_in_the_way(
-    agent: str, task: str, ways: Sequence[Way], area: Area | None, traffic: Sequence[Traffic], separation_m: float
+    agent: str,
+    task: str,
+    ways: Sequence[Way],
+    area: Area | None,
+    traffic: Sequence[Traffic],
+    separation_m: float,
+    *,
+    climbs_on: bool = False,
 ) -> str:
     """Return the machine that takes up something within the separation of `ways` and `area`, or "".
 
     Machines of the same task are the author's business, those on the ground are no traffic. A take-off or landing straight up
     or down keeps half the separation: ports and spots may lie closer together than legs may pass. Where it ends in the air it
-    stays, and there it keeps all of it.
+    stays, and there it keeps all of it. `climbs_on`: what is left of a take-off that was broken off in the air counts as one.
     """
     keep_m = separation_m
     stays: tuple[Way, ...] = ()
     if area is None and ways and is_vertical((ways[0][0], ways[-1][1])):
         end = ways[-1][1]
-        if end.up_m <= GROUND_M or ways[0][0].up_m <= GROUND_M:
+        if climbs_on or end.up_m <= GROUND_M or ways[0][0].up_m <= GROUND_M:
             keep_m = separation_m / 2
             stays = ((end, end),) if end.up_m > GROUND_M else ()
     box, low, high = bounds(ways, area)

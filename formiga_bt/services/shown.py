@@ -10,7 +10,7 @@ from formiga_bt.lang.model import Task
 from formiga_bt.services import models as out
 from formiga_bt.services.standing import standing_out
 from formiga_bt.services.view import Line
-from formiga_bt.show.rows import ActionRow
+from formiga_bt.show.rows import ActionRow, rest_words
 from formiga_bt.show.why.places import StepPlaces, running_leaves, title
 
 
@@ -115,7 +115,7 @@ def goal_out(goal: GoalRecord, now: Micros) -> out.GoalOut:
         action=goal.action,
         state=goal.state,
         code=goal.code,
-        text=goal.text,
+        text=goal.text or rest_words(goal),
         progress=goal.progress,
         phase=goal.phase,
         since_s=seconds(now - goal.at),

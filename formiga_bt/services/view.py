@@ -22,7 +22,7 @@ from formiga_bt.engine.state import EngineState
 from formiga_bt.services.feed import Feed
 from formiga_bt.services.standing import wall_us
 from formiga_bt.show.ledger import Bounds, Ledger
-from formiga_bt.show.rows import ActionRow
+from formiga_bt.show.rows import ActionRow, rest_words
 from formiga_bt.show.why.standing import AGAIN, doing, given, lockdown_text
 
 ENDED_KEPT: Final = 2000
@@ -173,7 +173,8 @@ class View:
     def _goal(self, at: Micros, goal: GoalRecord, old: GoalRecord | None) -> None:
         if old is None or (goal.state, goal.code) != (old.state, old.code):
             word = f"{goal.state} {goal.code}".rstrip()
-            text = f"{goal.agent}.{goal.action} {word}" + (f" ({goal.text})" if goal.text else "")
+            said = goal.text or rest_words(goal)
+            text = f"{goal.agent}.{goal.action} {word}" + (f" ({said})" if said else "")
             data = {"goal": goal.id, "action": goal.action, "state": goal.state, "code": goal.code}
             self.feed.add("goal", at, text, task=goal.task, agent=goal.agent, data=data)
 

@@ -12,6 +12,7 @@ from rich.text import Text
 from formiga_bt.clock import Micros
 from formiga_bt.engine.records import AgentRecord, GoalRecord, TaskRecord
 from formiga_bt.engine.state import EngineState
+from formiga_bt.show.rows import rest_words
 from formiga_bt.show.runlog import ActionRow, RunLog
 
 if TYPE_CHECKING:
@@ -188,7 +189,7 @@ def _doing(log: RunLog, task: TaskRecord) -> str:
         return task.code
     goals = [g for g in log.state.goals.values() if g.task == task.id and not g.ended]
     words = [", ".join(task.held)] if task.held else []
-    words += [f"{g.agent}.{g.action}{_waits(g)}" for g in goals]
+    words += [f"{g.agent}.{g.action}{_waits(g) or _rest(g)}" for g in goals]
     return "; ".join(words) or task.section
 
 
@@ -196,6 +197,10 @@ def _waits(goal: GoalRecord) -> str:
     if goal.state == "interrupted":
         return " interrupted"
     return f" waits: {goal.code} {goal.text}".rstrip() if goal.state == "gated" else ""
+
+
+def _rest(goal: GoalRecord) -> str:
+    return f" {rest_words(goal)}" if goal.rest_of else ""
 
 
 def _agents(state: EngineState) -> Table:

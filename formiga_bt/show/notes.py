@@ -11,6 +11,7 @@ from formiga_bt.lang.places import static_path
 from formiga_bt.nodes import memory as m
 from formiga_bt.show.amounts import percent
 from formiga_bt.show.progress import instance_of
+from formiga_bt.show.rows import rest_words
 from formiga_bt.show.why.words import GATE, HOLDS, say, span
 
 MOST: Final = 2
@@ -122,7 +123,7 @@ def goal_words(goal: GoalRecord) -> str:
     if goal.state in ("interrupted", "canceling"):
         return f"{goal.agent} {'stops' if goal.state == 'canceling' else 'was interrupted'}"
     share = percent(goal.progress)
-    more = [goal.phase] if goal.phase else []
+    more = [rest_words(goal) or goal.phase] if goal.rest_of or goal.phase else []
     more += [f"{share * 100:.0f} %"] if share is not None else []
     return " ".join([goal.agent, *more])
 

@@ -78,8 +78,18 @@ def path_of_goal(goal_id: str) -> str:
     return static_path(parts[2])
 
 
+def rest_words(goal: GoalRecord) -> str:
+    """Return what a goal does of its step's action that was broken off, or an empty text."""
+    up = next((value.up_m for value in goal.fields.values() if isinstance(value, Position)), None)
+    if not goal.rest_of or up is None:
+        return ""
+    return f"climbs to {up:.0f} m: what is left of {goal.rest_of}"
+
+
 def where(goal: GoalRecord) -> str:
-    """Return where a goal moves its agent: metres east, north and up of the base station."""
+    """Return where a goal moves its agent: metres east, north and up of the base station, or what it is the rest of."""
+    if goal.rest_of:
+        return rest_words(goal)
     for value in goal.fields.values():
         if isinstance(value, Position):
             return f"to {value.east_m:.0f} E {value.north_m:.0f} N {value.up_m:.0f} up"

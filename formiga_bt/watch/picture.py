@@ -76,7 +76,7 @@ def goal_rows(picture: TaskPicture, glyphs: Glyphs) -> list[Row]:
 
 def _goal(goal: GoalFact, now: int, glyphs: Glyphs) -> Line:
     percent = "" if goal.progress is None else f"{100 * goal.progress:.0f} %"
-    where = f"to {clean(goal.target)}" if goal.target else ""
+    where = clean(goal.target)
     waits = goal.state == "gated"
     said = " ".join(part for part in (goal.phase, goal.code, goal.text) if part)
     return line(

@@ -908,7 +908,7 @@ class NaiveTrees:
             env = self._env(at, {"agent": agent})
             fields = {name: expr.run(env) for name, expr in step.fields.items()}
             goal_id = host.goal_id(at.path if mem["sent"] == 1 else f"{at.path}+{mem['sent']}")
-            refused = host.order(GoalOrder(goal_id, agent.id, step.action, fields, at.key))
+            refused = host.order(GoalOrder(goal_id, agent.id, step.action, fields, at.key, mem["sent"]))
             if refused is not None:
                 return Done(refused)
             mem["goal"] = goal_id

@@ -7,7 +7,7 @@ import math
 from collections.abc import Iterator
 
 from formiga_bt.engine.continuing import cannot as cannot_continue
-from formiga_bt.engine.continuing import is_done
+from formiga_bt.engine.continuing import climbs_to_m, is_done
 from formiga_bt.engine.records import AgentRecord, GoalRecord, TaskRecord
 from formiga_bt.engine.state import EngineState
 from formiga_bt.lang.model import Catalogue
@@ -92,16 +92,23 @@ def _interrupted(state: EngineState, task: TaskRecord, goal: GoalRecord, catalog
     order = state.orders.get(goal.agent)
     if goal.code != "taken_over" and order is not None:
         who = f"by {given(order)}"
-    text = f"{goal.agent}.{goal.action} was interrupted: {who}"
+    text = f"{goal.agent}.{goal.rest_of or goal.action} was interrupted: {who}"
     if goal.section != "steps":
         return Because("interrupted", text, agent=goal.agent)
-    agent, spec = state.agents.get(goal.agent), catalogue.actions.get(goal.action) if catalogue is not None else None
-    if agent is not None and spec is not None and is_done(goal, agent, spec):
+    agent = state.agents.get(goal.agent)
+    if agent is None or catalogue is None or goal.action not in catalogue.actions:
+        return Because("interrupted", f"{text}; `continue` sends it again", agent=goal.agent)
+    action = catalogue.actions.__getitem__
+    if is_done(goal, agent, action):
         return Because("interrupted", f"{text}; it is done already, `continue` goes on after it", agent=goal.agent)
-    cannot = cannot_continue(goal, agent, spec) if agent is not None and spec is not None else ""
+    cannot = cannot_continue(state, goal, agent, action)
     if cannot:
         hint = f"formiga restart {task.id} | formiga abort {task.id}"
         return Because("cannot_continue", f"{text}; it cannot be continued: {cannot}", hint, goal.agent)
+    top = climbs_to_m(goal, agent, action)
+    if top is not None and agent.position is not None:
+        then = f"climbs from {agent.position.up_m:.0f} m to {top:.0f} m"
+        return Because("interrupted", f"{text}; `continue` {then}: what is left of it", agent=goal.agent)
     return Because("interrupted", f"{text}; `continue` sends it again", agent=goal.agent)
 
 

@@ -234,7 +234,15 @@ def close_to() -> FakeSource:
         StepFact(path="steps/steps[1]", status="running", running=1, note="hwd_1 40 %"),
     )
     source.goals = (
-        GoalFact(id="g1", agent="hwd_1", action="GoTo", state="running", progress=0.4, since=AT - 9 * S, target="camp"),
+        GoalFact(
+            id="g1",
+            agent="hwd_1",
+            action="GoTo",
+            state="running",
+            progress=0.4,
+            since=AT - 9 * S,
+            target="to 80 E 20 N 60 up",
+        ),
         GoalFact(id="g2", agent="lwd_1", action="GoTo", state="gated", code="separation", text="hwd_2 is in the way"),
     )
     source.lines = [LineFact(at=AT - 5 * S, text="PickUp-1 starts")]
@@ -251,7 +259,7 @@ def test_a_task_close_by_has_its_tree_with_places_values_goals_and_events() -> N
         assert row.endswith("pick_up.yaml:7")
         assert "├─ ✓ drone.TakeOff" in room.text
         for keys, words in (
-            (["tab"], "hwd_1 GoTo running 40 % 0:09 to camp"),
+            (["tab"], "hwd_1 GoTo running 40 % 0:09 to 80 E 20 N 60 up"),
             ([], "lwd_1 GoTo WAITS"),
             (["tab"], "hwd_1 AIRBORNE 71 %"),
             (["tab"], "height 60 m"),
