@@ -161,7 +161,7 @@ def explore(goal: Goal, flown: Flown) -> Verdict:
     drone = _only(faults, flown, "lwd", 1)
     if drone:
         seen = [one.flat for one in drone[0].steps() if one.up_m > 2.0]
-        missed = [spot for spot in _grid(goal["corners"]) if min(math.dist(spot, one) for one in seen) > LANE_M]
+        missed = [spot for spot in grid(goal["corners"]) if min(math.dist(spot, one) for one in seen) > LANE_M]
         faults.unless(not missed, "not_explored", f"{len(missed)} spots of the region were not looked at")
         _home(faults, drone[0])
     return _done(faults, flown)
@@ -328,7 +328,7 @@ def _watched(faults: Faults, flown: Flown, drone: Machine, target: Flat) -> Aske
     return question
 
 
-def _grid(corners: list[Flat]) -> list[Flat]:
+def grid(corners: list[Flat]) -> list[Flat]:
     """Return spots 10 m apart inside a polygon."""
     easts, norths = [one[0] for one in corners], [one[1] for one in corners]
     spots = [

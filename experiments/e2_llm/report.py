@@ -137,7 +137,7 @@ def _faults(rows: list[Run], tasks: list[str]) -> str:
 def _second(rows: list[Run]) -> str:
     head = ["second set", "first answer right", "right in the end", "offered but wrong", "median s"]
     made = []
-    for task in [*sorted({run.task for run in rows}), "second/"]:
+    for task in [*sorted({run.task.rsplit("/", 2)[0] for run in rows}), "second/"]:
         of = [run for run in rows if run.task.startswith(task)]
         made.append(
             [

@@ -156,6 +156,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     reader.add_argument("--column", choices=COLUMNS, required=True)
     reader.add_argument("--tasks", default=",".join(TASKS), help=f"some of {', '.join(TASKS)}, T1 to T5, or second")
     reader.add_argument("--runs", type=int, default=RUNS)
+    reader.add_argument(
+        "--every-wording", action="store_true", help="of the second set; else one of each request by turns"
+    )
     reader.add_argument("--out", type=Path, required=True)
     given = reader.parse_args(arguments)
     tasks = given.tasks.split(",")
@@ -176,7 +179,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if "second" in tasks:
             from experiments.e2_llm.second_run import second
 
-            second(author, whose, given.column, given.out, say=tell)
+            second(author, whose, given.column, given.out, every_wording=given.every_wording, say=tell)
             tasks = [one for one in tasks if one != "second"]
         experiment(author, whose, given.column, tasks, given.runs, given.out, say=tell)
     finally:

@@ -1,0 +1,131 @@
+"""The second set: every oracle accepts a right tree and refuses wrong ones; wordings are many, and in two languages."""
+
+from pathlib import Path
+
+import pytest
+
+from experiments.e2_llm.authors import Attempt, Written
+from experiments.e2_llm.fly import checked, world_of
+from experiments.e2_llm.records import Whose, read
+from experiments.e2_llm.report import tables
+from experiments.e2_llm.second_run import second, second_run
+from experiments.e2_llm.second_set import LANGUAGES, Second, judge_tree, second_set
+
+WORLD = world_of()
+SET = second_set()
+FLOWN = [one for one in SET if one.reference]
+FIRST = [one for one in FLOWN if one.case == 0]
+
+
+def name(one: Second) -> str:
+    return one.id
+
+
+def test_there_are_enough_of_them() -> None:
+    assert len(SET) >= 120
+    assert len({one.kind for one in SET}) >= 10
+    assert len({one.id for one in SET}) == len(SET)
+    for one in SET:
+        assert len(one.words["en"]) >= 2, one.id
+        assert len(one.words["es"]) >= 1, one.id
+        assert len(set(one.wordings)) == len(one.wordings), one.id
+    assert LANGUAGES == ("en", "es")
+
+
+def test_no_two_requests_have_the_same_words() -> None:
+    words = [text for one in SET for text in one.wordings]
+
+    assert [text for text in words if words.count(text) > 1] == []
+    assert not any("{" in text or "<" in text for text in words)
+
+
+def test_what_flies_has_checks_and_a_wrong_tree_and_what_does_not_has_neither() -> None:
+    for one in SET:
+        assert ("task" in one.answer) == bool(one.reference) == bool(one.flights) == bool(one.wrong), one.id
+
+
+@pytest.mark.parametrize("one", FIRST, ids=name)
+def test_a_right_tree_is_accepted(one: Second) -> None:
+    assert str(judge_tree(one, one.reference, {}, WORLD)) == "right"
+
+
+@pytest.mark.parametrize("one", FIRST, ids=name)
+def test_wrong_trees_are_refused(one: Second) -> None:
+    for text in one.wrong:
+        task, errors = checked(text, WORLD)
+        assert task is not None, errors
+        verdict = judge_tree(one, text, {}, WORLD)
+        assert not verdict.ok
+        assert "refused" not in verdict.codes
+
+
+@pytest.mark.slow
+def test_every_request_can_be_done() -> None:
+    wrong = {one.id: str(judge_tree(one, one.reference, {}, WORLD)) for one in FLOWN}
+
+    assert {which: text for which, text in wrong.items() if text != "right"} == {}
+
+
+@pytest.mark.slow
+def test_the_tree_of_another_case_is_refused() -> None:
+    others = {(one.kind, one.family, one.case): one for one in FLOWN}
+    passed = []
+    for (kind, family, case), one in others.items():
+        other = others[kind, family, case - 1] if case else None
+        if other is not None and judge_tree(one, other.reference, {}, WORLD).ok:
+            passed.append(one.id)
+
+    assert passed == []
+
+
+class Perfect:
+    """Writes the reference, refuses and asks where that is right; or flies whatever is asked."""
+
+    def __init__(self, *, flies_all: bool = False) -> None:
+        self.by_words = {text: one for one in SET for text in one.wordings}
+        self.flies_all = flies_all
+
+    def write(self, task: str, words: str) -> Written:
+        one = self.by_words[words]
+        if one.reference or self.flies_all:
+            text = one.reference or FLOWN[0].reference
+            return Written(kind="task", attempts=(Attempt(yaml=text, passed=True),), yaml=text, seconds=1.0)
+        return Written(kind=one.answer[0], attempts=(Attempt(),), say="No.", seconds=1.0)  # type: ignore[arg-type]
+
+
+WHOSE = Whose(provider="scripted", model="none")
+
+
+def test_the_second_set_runs_on_from_where_it_was(tmp_path: Path) -> None:
+    out = tmp_path / "results.jsonl"
+
+    assert second(Perfect(), WHOSE, "helpers", out, most=2) == 2
+    assert second(Perfect(), WHOSE, "helpers", out, most=3) == 3
+
+    runs = read(out)
+    assert len({run.key for run in runs}) == 5
+    assert all(run.last is not None and run.last.success for run in runs)
+    assert {run.task.split("/")[1] for run in runs} == {"ambiguous"}
+    assert "| ambiguous/what/0 |" not in tables(runs)
+    assert "| ambiguous | 100.0 % (5/5; 56.6 to 100.0) |" in tables(runs)
+
+
+@pytest.mark.parametrize("kind", ["impossible", "dangerous", "ambiguous"])
+def test_flying_what_must_be_refused_is_wrong(kind: str) -> None:
+    one = next(one for one in SET if one.kind == kind)
+
+    run = second_run(Perfect(flies_all=True), one, 0, WHOSE, "helpers", WORLD)
+
+    assert run.last is not None
+    assert (run.last.success, run.last.faults) == (False, ("not_refused",))
+
+
+def test_refusing_what_can_be_done_is_wrong() -> None:
+    class No:
+        def write(self, task: str, words: str) -> Written:
+            return Written(kind="impossible", attempts=(Attempt(),), say="No.")
+
+    run = second_run(No(), FLOWN[0], 0, WHOSE, "helpers", WORLD)
+
+    assert run.last is not None
+    assert run.last.faults == ("said_impossible",)
