@@ -9,13 +9,9 @@ import typer
 
 from formiga_bt.cli.client import TokenFileOption, UrlOption
 from formiga_bt.cli.inputs import UnusableFile, is_demo, readable
-from formiga_bt.cli.verbs import verbs
 
 if TYPE_CHECKING:
     from formiga_bt.show.source import Source
-
-APPROVE = "formiga draft --approve {number}"
-LOOK = "read it (formiga show {file}), copy it to the tasks of the site, and formiga run it"
 
 
 def command(
@@ -54,4 +50,4 @@ def command(
 
         return connect_source(None if url or file is None else Path(file), url, token_file)
 
-    serve(where, engine, lambda: time.time_ns() // 1_000_000, APPROVE if "draft" in verbs() else LOOK)
+    serve(where, engine, lambda: time.time_ns() // 1_000_000)

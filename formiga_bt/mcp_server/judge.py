@@ -135,13 +135,15 @@ def texts_of(params: Mapping[str, Any]) -> dict[str, str]:
     """Return parameters as the language reads them.
 
     Raises:
-        UnusableFile: a value is too long.
+        UnusableFile: a value is too long, or would be read as a file where a person runs the task.
     """
     found = {}
     for name, value in params.items():
         text = value if isinstance(value, str) else json.dumps(value)
         if len(text) > MAX_VALUE:
             raise UnusableFile(f"parameter '{name}' has {len(text):,} characters; at most {MAX_VALUE:,} are read")
+        if text.startswith("@"):
+            raise UnusableFile(f"parameter '{name}' begins with '@', which means a file\n  help: give the value itself")
         found[name] = text
     return found
 

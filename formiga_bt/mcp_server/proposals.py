@@ -3,13 +3,16 @@
 Nothing here starts anything: what is written is data, and only a person's word makes a run of it.
 """
 
+import re
 from collections.abc import Mapping
 from pathlib import Path
+from shlex import quote
 from typing import Final
 
 from formiga_bt.errors import FormigaError
-from formiga_bt.llm.drafts import Kept, keep, numbers
+from formiga_bt.llm.drafts import TASK, Kept, keep, numbers
 from formiga_bt.llm.records import Draft, Flight, Origin, Value
+from formiga_bt.mcp_server.ground import Ground
 from formiga_bt.mcp_server.outside import cleaned
 from formiga_bt.mcp_server.records import FlightOut
 
@@ -65,3 +68,27 @@ def propose(folder: Path, draft: Draft, origin: Origin) -> Kept:
             f"{MOST_OPEN} drafts wait in {folder}\n  help: a person looks at them first, and removes what is not wanted"
         )
     return keep(folder, draft, origin)
+
+
+def next_steps(kept: Kept, ground: Ground, params: Mapping[str, str], *, is_there: bool) -> list[str]:
+    """Return the commands with which a person reads a proposal and runs it; each word is quoted for a shell.
+
+    Args:
+        kept: the proposal.
+        ground: its site.
+        params: what the task is to be run with.
+        is_there: it is a task of the site or of the library already.
+    """
+    task = kept.draft.task
+    values = [f"-p {quote(f'{name}={text}')}" for name, text in params.items()]
+    run = " ".join(["formiga run", task, *values])
+    real = ground.site.mode == "real"
+    approve = [f"formiga approve {task} --by {ground.site.people.get('approvers', ('NAME',))[0]}"] if real else []
+    file = quote(str(kept.folder / TASK))
+    if is_there:
+        return [f"formiga show {task}", *approve, run]
+    if ground.own is None:
+        return [f"formiga show {file}", f"formiga up --site demo --sim --tasks {file}", run]
+    own = ground.own / f"{re.sub(r'(?<=[a-z0-9])(?=[A-Z])', '_', task).lower()}.yaml"
+    keep_it = [f"cp -n {file} {quote(str(own))}", *approve, "formiga down", "formiga up"]
+    return [f"formiga show {file}", *keep_it, run]

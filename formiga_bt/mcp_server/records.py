@@ -318,8 +318,8 @@ class ProposedOut(Struct):
     file: str
     status: str
     """Of its dry run."""
-    next: str
-    """What a person does now."""
+    next: list[str]
+    """What a person does now: commands, one after another."""
     warnings: list[str] = []
 
 

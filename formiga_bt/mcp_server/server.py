@@ -200,18 +200,17 @@ async def _asked(found: Awaitable[P]) -> P:
         raise MCPError(INVALID_PARAMS, "this text cannot be read; a file has changed meanwhile") from error
 
 
-def serve(where: Where, connect: Connect, wall_millis: Callable[[], int], approve_with: str) -> None:
+def serve(where: Where, connect: Connect, wall_millis: Callable[[], int]) -> None:
     """Serve the client at stdin and stdout until it closes them.
 
     Args:
         where: the files to judge tasks against.
         connect: finds the running engine, if there is one.
         wall_millis: Unix time, for what is written down.
-        approve_with: what a person does with a proposal; {number} and {file} are filled in.
     """
 
     async def run() -> None:
-        server = Front(Desk(where, connect, Crew(where), wall_millis, approve_with)).server()
+        server = Front(Desk(where, connect, Crew(where), wall_millis)).server()
         async with stdio_server() as (reading, writing):
             await server.run(reading, writing, server.create_initialization_options())
 

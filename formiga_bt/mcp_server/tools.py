@@ -21,7 +21,7 @@ from formiga_bt.mcp_server.ground import Ground, Where, ground_of
 from formiga_bt.mcp_server.judge import Done, Job, texts_of
 from formiga_bt.mcp_server.live import Connect
 from formiga_bt.mcp_server.outside import fenced
-from formiga_bt.mcp_server.proposals import draft_of, propose
+from formiga_bt.mcp_server.proposals import draft_of, next_steps, propose
 from formiga_bt.mcp_server.worker import Crew
 
 Progress = Callable[[float, str], Awaitable[None]]
@@ -39,8 +39,6 @@ class Desk:
     crew: Crew
     wall_millis: Callable[[], int]
     """Unix time, for what is written down."""
-    approve_with: str
-    """What a person does with a proposal; {number} and {file} are filled in."""
 
     async def ground(self) -> Ground:
         """Return site, catalogue and tasks as their files are now."""
@@ -213,21 +211,17 @@ async def _propose(desk: Desk, asked: r.Proposed, caller: Caller) -> Said:
         )
     ground = await desk.ground()
     yaml = asked.yaml or ground.read(ground.file_of(asked.task))
-    warnings = [*flight.warnings]
+    warnings, params = [*flight.warnings], texts_of(asked.params)
     if flight.status == "UNFINISHED":
         warnings.append("its dry run did not end within 6 h of virtual time")
-    draft, origin = draft_of(
-        yaml, flight, texts_of(asked.params), asked.why, caller.client, warnings, desk.wall_millis()
-    )
+    draft, origin = draft_of(yaml, flight, params, asked.why, caller.client, warnings, desk.wall_millis())
     folder = drafts_folder(Path(desk.where.site) if desk.where.site is not None else None, ground.site.name)
     kept = await in_thread(partial(propose, folder, draft, origin))
     file = str(kept.folder / TASK)
-    then = desk.approve_with.format(number=kept.number, file=file)
+    then = next_steps(kept, ground, params, is_there=bool(asked.task))
     told = r.ProposedOut(kept.number, flight.task, file, flight.status, then, warnings)
-    text = (
-        f"{flight.task} waits as draft {kept.number} in {kept.folder}. It does not run. What a person does now: {then}"
-    )
-    return told, "\n".join([text, *warnings])
+    text = f"{flight.task} waits as draft {kept.number} in {kept.folder}. It does not run. What a person does now:"
+    return told, "\n".join([text, *(f"  {one}" for one in then), *warnings])
 
 
 def _must(found: T | None) -> T:

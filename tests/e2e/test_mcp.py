@@ -14,9 +14,6 @@ import pytest
 from anyio.from_thread import BlockingPortal, start_blocking_portal
 from mcp import Client, Implementation, MCPError, StdioServerParameters, stdio_client
 
-from formiga_bt.cli.mcp import APPROVE
-from formiga_bt.cli.mcp import LOOK as LOOK_AT
-from formiga_bt.cli.verbs import verbs
 from formiga_bt.mcp_server.tools import TOOLS
 from formiga_bt.packaged import folder
 from tests.e2e.rig import children, is_running
@@ -163,7 +160,10 @@ def test_a_proposal_waits_for_a_person_and_starts_nothing(assistant: Assistant) 
     told = assistant.call("propose_task", yaml=LOOK, params={"target": "camp"}, why="look at the camp")
     place = assistant.folder / ".formiga" / "rovaniemi" / "drafts" / "1"
     assert (told["proposal"], told["file"], told["status"]) == (1, str(place / "task.yaml"), "SUCCEEDED")
-    assert told["next"] == APPROVE.format(number=1) if "draft" in verbs() else LOOK_AT.format(file=told["file"])
+    keep = f"cp -n {told['file']} {assistant.folder.resolve() / 'look.yaml'}"
+    assert told["next"] == [
+        f"formiga show {told['file']}", keep, "formiga down", "formiga up", "formiga run Look -p target=camp"
+    ]  # fmt: skip
     assert (place / "task.yaml").read_text(encoding="utf-8") == LOOK
     origin = json.loads((place / "origin.json").read_text(encoding="utf-8"))
     assert (origin["by"], origin["request"], origin["approved_by"]) == ("mcp:desk helper", "look at the camp", "")
@@ -195,7 +195,11 @@ def test_without_an_engine_it_is_told_how_to_start_one(assistant: Assistant) -> 
         ("dry_run", {"task": "../secret"}, "there is no task '../secret'"),
         ("dry_run", {"task": "Circle", "hours": 1e9}, "Expected `float` <= 24.0"),
         ("dry_run", {"task": "Circle", "params": {str(n): 1 for n in range(101)}}, "length <= 100"),
-        ("dry_run", {"yaml": LOOK, "params": {"target": "@/etc/passwd"}}, "parameter target:1:1"),
+        (
+            "dry_run",
+            {"yaml": LOOK, "params": {"target": "@/etc/passwd"}},
+            "parameter 'target' begins with '@', which means a file",
+        ),
         ("list_actions", {"agent_type": "tank"}, "there is no agent type 'tank'"),
     ],
 )

@@ -2,6 +2,7 @@
 
 import json
 import re
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +18,7 @@ from formiga_bt.mcp_server import catalogue, pages
 from formiga_bt.mcp_server import records as r
 from formiga_bt.mcp_server.ground import Ground, Where, ground_of
 from formiga_bt.mcp_server.judge import Job, done
-from formiga_bt.mcp_server.proposals import MOST_OPEN, draft_of, propose
+from formiga_bt.mcp_server.proposals import MOST_OPEN, draft_of, next_steps, propose
 from formiga_bt.mcp_server.tools import TOOLS, schema_of
 
 ROOT = Path(__file__).parents[3]
@@ -153,6 +154,30 @@ def test_a_proposal_is_kept_as_a_draft_that_says_who_asked(tmp_path: Path) -> No
     assert [(one.name, one.text) for one in draft.values] == [("radius", "3 m")]
     origin = json.loads((kept.folder / "origin.json").read_text())
     assert (origin["by"], origin["approved_by"], origin["unix_millis"]) == ("mcp:some assistant", "", 77)
+
+
+def test_a_person_is_told_commands_that_hold_no_others(ground: Ground, tmp_path: Path) -> None:
+    kept = propose(tmp_path / "my drafts", *proposal())
+    evil = {"radius": "3 m; rm -rf ~", "$(x)": "1"}
+    assert next_steps(kept, ground, evil, is_there=True) == [
+        "formiga show Circle",
+        "formiga run Circle -p 'radius=3 m; rm -rf ~' -p '$(x)=1'",
+    ]
+    assert next_steps(kept, ground, {}, is_there=False) == [
+        f"formiga show '{kept.folder}/task.yaml'",
+        f"formiga up --site demo --sim --tasks '{kept.folder}/task.yaml'",
+        "formiga run Circle",
+    ]
+
+
+def test_on_a_real_site_a_task_is_approved_first(ground: Ground, tmp_path: Path) -> None:
+    real = replace(ground, own=tmp_path, site=replace(ground.site, mode="real", people={"approvers": ("eve",)}))
+    kept = propose(tmp_path, *proposal())
+    assert next_steps(kept, real, {}, is_there=True)[1] == "formiga approve Circle --by eve"
+    assert next_steps(kept, real, {}, is_there=False)[1:3] == [
+        f"cp -n {tmp_path}/1/task.yaml {tmp_path}/circle.yaml",
+        "formiga approve Circle --by eve",
+    ]
 
 
 def test_an_assistant_that_proposes_without_end_is_stopped(tmp_path: Path) -> None:
