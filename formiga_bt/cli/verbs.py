@@ -37,7 +37,6 @@ _TABLE = (
     Verb("show", "show", "Draw a task as a tree, also one that runs."),
     Verb("diff", "diff", "Tell what changed between two tasks, as trees."),
     Verb("model", "model", "Show, fetch and choose the language models that write drafts."),
-    Verb("model", "model", "Show, fetch and choose the language models that write drafts."),
     Verb("export", "export", "Write a task as XML of BehaviorTree.CPP."),
     Verb("import", "import_", "Read an XML file of BehaviorTree.CPP as a task."),
     Verb("dryrun", "dryrun", "Run a task against simulated agents in virtual time."),
