@@ -63,7 +63,7 @@ def command(
     named = site or (here if here.is_file() else None)
     path = None if named is None or is_demo(named) else readable(site_file(named))
     world = world_of(path, [readable(one) for one in actions or ()])
-    if run and not (sys.stdin.isatty() and sys.stdout.isatty()):
+    if run and not _is_terminal():
         raise UnusableFile("--run asks a person, and this is no terminal\n  help: -o FILE, then formiga run")
     if go_on and edit is not None:
         raise UnusableFile("--continue changes the newest draft, --edit a file; leave one out")
@@ -105,6 +105,10 @@ def command(
         typer.echo(
             f"next: -o FILE writes it; formiga draft --continue '...' changes it; the file: {_shown(kept.folder)}/task.yaml"
         )
+
+
+def _is_terminal() -> bool:
+    return sys.stdin.isatty() and sys.stdout.isatty()
 
 
 def _form(word: str) -> Literal["short", "full"] | None:
@@ -236,7 +240,7 @@ def _run(
     typer.echo()
     if world.site.mode == "real":
         if out is None:
-            written(made.yaml, file, force=False)
+            _written_anew(made.yaml, file)
         approver = world.site.people.get("approvers", ("NAME",))[0]
         typer.echo(f"{world.site.name} is a real site: an approver reads {file} and approves it")
         show_next(f"formiga approve {file} --by {approver}")
@@ -247,7 +251,7 @@ def _run(
         raise typer.Exit(1)
     before = file.read_text(encoding="utf-8") if file.exists() and out is None else ""
     if out is None and before != made.yaml:
-        written(made.yaml, file, force=False)
+        _written_anew(made.yaml, file)
     approve(kept, approved_by=by, bundle=task.bundle)
     client = connect(site)
     known = {one["task"] for one in client.get("/v1/library")["tasks"]}
@@ -264,8 +268,12 @@ def _run(
 def _task_file(name: str, site: Path | None) -> Path:
     snake = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", name).lower()
     folder = (site.parent if site is not None else Path()) / "trees"
-    folder.mkdir(exist_ok=True)
     return folder / f"{snake}.yaml"
+
+
+def _written_anew(text: str, file: Path) -> None:
+    file.parent.mkdir(exist_ok=True)
+    written(text, file, force=False)
 
 
 def _shown(path: Path) -> str:

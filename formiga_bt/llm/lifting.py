@@ -215,9 +215,14 @@ def _argument_names(text: str) -> Callable[[int], str]:
         if not isinstance(node, ast.Call) or not isinstance(node.func, ast.Name):
             continue
         for keyword in node.keywords:
-            found[lead + keyword.value.col_offset] = keyword.arg or ""
+            found[lead + _start(keyword.value)] = keyword.arg or ""
         forms = STANDARD.forms(node.func.id)
         if forms:
             for arg, given in zip(forms[0].args, node.args, strict=False):
-                found[lead + given.col_offset] = arg.name
+                found[lead + _start(given)] = arg.name
     return lambda at: found.get(at, "")
+
+
+def _start(node: ast.expr) -> int:
+    """Return where a number begins, without its sign."""
+    return node.operand.col_offset if isinstance(node, ast.UnaryOp) else node.col_offset

@@ -58,6 +58,8 @@ def _mend(data: dict[str, Any], problem: Problem) -> str:
         return _wrap(data, problem.path, wrapped[1])
     if code == "E030":
         return _airborne(data, problem)
+    if code == "E034":
+        return _one_by_one(data, problem)
     if code == "W060" and "lib/" in said:
         before = list(data.get("imports", ()))
         data["imports"] = [one for one in before if f"'{one}'" not in said]
@@ -108,6 +110,36 @@ def _airborne(data: dict[str, Any], problem: Problem) -> str:
         steps.insert(index, takeoff)
         return f"{agent} takes off first"
     return ""
+
+
+def _one_by_one(data: dict[str, Any], problem: Problem) -> str:
+    """Put the branches of a `parallel` that command one machine into one: it does them one after another."""
+    at = problem.path.rfind(".parallel[")
+    holder, key = _at(data, f"{problem.path[:at]}.parallel") if at >= 0 else (None, None)
+    branches = holder.get("parallel") if isinstance(holder, dict) and key == "parallel" else None
+    if not isinstance(branches, list):
+        return ""
+    groups: list[tuple[str, list[dict[str, Any]]]] = []
+    for branch in branches:
+        inner = branch["sequence"] if set(branch) == {"sequence"} else [branch]
+        agents = {_agent(step) for step in inner} - {""}
+        same = next((steps for agent, steps in groups if agents == {agent}), None)
+        if same is not None:
+            same += inner
+        else:
+            groups.append((next(iter(agents)) if len(agents) == 1 else "", list(inner)))
+    if len(groups) == len(branches):
+        return ""
+    merged = [steps[0] if len(steps) == 1 else {"sequence": steps} for _, steps in groups]
+    if len(merged) == 1:
+        found = _step_at(data, problem.path[:at])
+        if found is None or set(holder) != {"parallel"}:
+            return ""
+        steps, index = found
+        steps[index : index + 1] = groups[0][1]
+    else:
+        holder["parallel"] = merged
+    return f"{problem.message.split(chr(39))[1]} does one thing after another, for it cannot do two at once"
 
 
 def _agent(step: Mapping[str, Any]) -> str:

@@ -24,6 +24,19 @@ MOST_PROBLEMS: Final = 6
 OPEN, CLOSE = "<request>", "</request>"
 _PLAIN_NAME: Final = re.compile(r"[\w][\w .-]{0,59}")
 
+HINTS: Final[Mapping[str, str]] = {
+    "E010": "places, regions and roles are used by their names",
+    "E020": "declare it under agents, or use a role that is declared",
+    "E030": "LandIn, GoTo and ReturnHome need the air, TakeOff needs the ground",
+    "E034": 'all steps of one drone stand in one branch: {"sequence": [...]}; another drone has its own branch',
+    "place_not_used": "use it as the place of a step",
+    "amount_not_used": "use it as the value of a step",
+    "asked_unasked": "leave the ask out",
+    "not_home": "end with ReturnHome",
+    "not_landed_there": "use FlyAndLand or LandIn with that place",
+}
+"""What helps a model besides what the checker says."""
+
 _HEAD: Final = """\
 You write tasks for a fleet of drones and people. You get a request in words and answer with one JSON object:
 {"plan": "who does what, in one or two sentences", "answer": {"tree": TREE}}
@@ -176,7 +189,7 @@ def repair(asked: Sequence[Message], answer: str, problems: Sequence[Shortfall],
     for problem in problems[:MOST_PROBLEMS]:
         step = step_of(tree, problem.where)
         where = f" in {json.dumps(step, ensure_ascii=False)[:200]}" if step is not None else ""
-        help_ = f" ({problem.help})" if problem.help else ""
+        help_ = "".join(f" ({one})" for one in (problem.help, HINTS.get(problem.code, "")) if one)
         said.append(f"- {problem.text}{help_}{where}")
     text = "That is not right yet:\n" + "\n".join(said) + "\nAnswer with the whole corrected JSON object."
     return [*asked, Message("assistant", answer), Message("user", text)]

@@ -93,7 +93,8 @@ def _said(step: Step, known: Mapping[str, str], depth: int = 0) -> Iterator[tupl
             text = _phrase(ACTIONS.get(step.action, ""), args) or f"{step.who.name}: {step.action} {_list_of(args)}"
         case model.Ask():
             people = ", ".join(who.name for who in step.of)
-            only = f'; it goes on only with "{step.expect.source.split(chr(39))[1]}"' if _one_word(step.expect) else ""
+            word = _one_word(step.expect)
+            only = f'; it goes on only with "{word}"' if word else ""
             text = f'{people} is asked: "{cleaned(source(step.question))}" ({" / ".join(step.options)}){only}'
         case model.Wait():
             text = f"wait {_value(step.duration, known)}"
@@ -123,8 +124,10 @@ def _said(step: Step, known: Mapping[str, str], depth: int = 0) -> Iterator[tupl
         yield from _said(one, known, depth + 1)
 
 
-def _one_word(expect: Expr | None) -> bool:
-    return expect is not None and re.fullmatch(r"result\.answer == '[^']*'", expect.source.strip()) is not None
+def _one_word(expect: Expr | None) -> str:
+    """Return the one answer that is wanted, or ""."""
+    match = re.fullmatch(r"result\.answer == '([^']*)'", expect.source.strip()) if expect is not None else None
+    return match[1] if match is not None else ""
 
 
 def _rounds(step: model.Loop, known: Mapping[str, str]) -> str:

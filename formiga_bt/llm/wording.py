@@ -111,8 +111,13 @@ def read(request: str, site: Site, catalogue: Catalogue) -> Words:
         site: its names are recognised.
         catalogue: its agent types are.
     """
-    names = [*site.places, *site.regions, *site.ports]
-    places = {name: said for name in names if (said := _said(name, request))}
+    left = request
+    places: dict[str, str] = {}
+    for name in sorted([*site.places, *site.regions, *site.ports], key=len, reverse=True):  # `lake_shore` is no `lake`
+        said = _said(name, left)
+        if said:
+            places[name] = said
+            left = left.replace(said, " " * len(said))
     if re.search(r"\b(?:the )?base(?: station)?\b", request, re.IGNORECASE):
         places.setdefault("base", "base")
     agents = {name: said for name in site.agents if (said := _said(name, request))}

@@ -140,6 +140,18 @@ def test_a_return_from_the_ground_takes_off_first() -> None:
     assert found.flight.landed == {"lwd_3": ("camp", "home")}
 
 
+def test_one_drone_in_two_branches_does_one_thing_after_another() -> None:
+    steps = {"parallel": [fly_to("camp"), {"wait": "30 s"}, home()]}
+    found, _ = made(LOOK, tree(steps))
+
+    assert (found.kind, found.rounds[0].mends) == (
+        "task",
+        ("drone does one thing after another, for it cannot do two at once",),
+    )
+    assert found.flight is not None
+    assert found.flight.visited == {"lwd_3": ("base", "camp")}
+
+
 @pytest.mark.parametrize(
     ("answer", "kind", "say"),
     [

@@ -1,0 +1,211 @@
+"""`formiga draft` at a terminal."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from formiga_bt.cli.app import run
+from tests.unit.llm.scripted import Scripted, fly_to, home, tree
+
+LOOK = "A light drone looks at the camp from 40 m for 30 seconds and comes home."
+REAL = "pilots: [{id: ada, max_airborne: 3}]\n"
+GOOD = tree(fly_to("camp"), {"wait": "30 s"}, home(), task="LookAtCamp")
+
+
+@pytest.fixture(autouse=True)
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("COLUMNS", "100")
+    return tmp_path
+
+
+def answers(monkeypatch: pytest.MonkeyPatch, *given: Any) -> Scripted:
+    chat = Scripted(*given)
+    monkeypatch.setattr("formiga_bt.llm.client.open_chat", lambda *_args, **_options: chat)
+    return chat
+
+
+def test_a_person_reads_what_it_would_do(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], here: Path
+) -> None:
+    answers(monkeypatch, GOOD)
+    code = run(["draft", LOOK])
+    said = capsys.readouterr().out
+
+    assert code == 0
+    assert said.startswith(
+        "LookAtCamp: A light drone looks at the camp from 40 m for 30 seconds and comes home.\n\n"
+        "What it will do:\n"
+        "  1. drone flies to camp and hovers 40 m over it\n"
+        "  2. wait 30 s\n"
+        "  3. drone comes home and lands\n\n"
+        "With:\n"
+        '  camp    camp  "camp"\n'
+        '  height  40 m  "40 m"\n'
+        '  pause   30 s  "30 seconds"\n\n'
+        "In the dry run:\n"
+        "  SUCCEEDED after "
+    )
+    assert "call FlyTo(drone: drone, to: camp, height: height)" in said
+    kept = here / ".formiga" / "rovaniemi" / "drafts" / "1"
+    assert sorted(path.name for path in kept.iterdir()) == ["draft.json", "origin.json", "task.yaml"]
+    origin = json.loads((kept / "origin.json").read_text())
+    assert (origin["request"], origin["model"], origin["rounds"], origin["approved_by"]) == (LOOK, "none", 1, "")
+    assert len(origin["prompt_sha256"]) == 64
+
+
+def test_the_file_is_written_and_checks(monkeypatch: pytest.MonkeyPatch, here: Path) -> None:
+    answers(monkeypatch, GOOD)
+
+    assert run(["draft", LOOK, "-o", "look.yaml"]) == 0
+    assert run(["check", "look.yaml", "--strict", "--site", "demo"]) == 0
+    assert run(["fmt", "--check", "look.yaml"]) == 0
+    assert run(["draft", LOOK, "-o", "look.yaml"]) == 2
+
+
+def test_pictures_of_the_dry_run(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    answers(monkeypatch, GOOD)
+
+    assert run(["draft", LOOK, "--map", "--gantt"]) == 0
+    said = capsys.readouterr().out
+    assert "rovaniemi: LookAtCamp" in said
+    assert "lwd_3" in said
+
+
+def test_json_for_programs(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    answers(monkeypatch, tree(fly_to("kamp")), GOOD)
+
+    assert run(["draft", LOOK, "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert (told["kind"], told["task"], len(told["rounds"]), told["flight"]["status"]) == (
+        "task", "LookAtCamp", 2, "SUCCEEDED",
+    )  # fmt: skip
+    assert told["values"][0] == {"name": "camp", "text": "camp", "words": "camp", "assumed": False}
+    assert told["tokens"] == {"prompt": 2000, "completion": 200}
+
+
+@pytest.mark.parametrize(
+    ("answer", "said"),
+    [
+        ({"plan": "", "answer": {"question": "Where?"}}, "A question back:\n  Where?\n"),
+        (
+            {"plan": "", "answer": {"impossible": "No drone paints.", "instead": ""}},
+            "This cannot be done:\n  No drone paints.\n",
+        ),
+        (tree(fly_to("kamp")), "No task came of it that passes:\n  no answer of the model passed."),
+    ],
+)
+def test_what_is_no_task_exits_with_1(
+    answer: Any, said: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], here: Path
+) -> None:
+    answers(monkeypatch, answer)
+
+    assert run(["draft", LOOK, "-o", "x.yaml"]) == 1
+    assert capsys.readouterr().out.startswith(said)
+    assert not (here / "x.yaml").exists()
+
+
+def test_a_follow_up_goes_on_with_the_newest_draft(monkeypatch: pytest.MonkeyPatch, here: Path) -> None:
+    chat = answers(monkeypatch, GOOD, tree(fly_to("camp", "60 m"), {"wait": "30 s"}, home(), task="LookAtCamp"))
+
+    assert run(["draft", LOOK]) == 0
+    assert run(["draft", "fly at 60 m", "--continue", "-o", "higher.yaml"]) == 0
+    assert json.loads(chat.asked[1][2].text) == GOOD
+    assert "default: 60 m" in (here / "higher.yaml").read_text()
+
+
+def test_without_a_draft_there_is_nothing_to_go_on_with(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    answers(monkeypatch, GOOD)
+
+    assert run(["draft", "higher", "--continue"]) == 2
+    assert "there is no draft in" in capsys.readouterr().err
+
+
+def test_a_file_is_edited_in_words(monkeypatch: pytest.MonkeyPatch, here: Path) -> None:
+    answers(monkeypatch, GOOD)
+    assert run(["draft", LOOK, "-o", "look.yaml"]) == 0
+    chat = answers(monkeypatch, tree(fly_to("camp", "25 m"), home(), task="LookAtCamp"))
+
+    assert run(["draft", "fly at 25 m", "--edit", "look.yaml"]) == 0
+    shown = json.loads(chat.asked[0][2].text)
+    assert shown["answer"]["tree"]["steps"] == GOOD["answer"]["tree"]["steps"]
+
+
+def test_nobody_is_asked_where_there_is_no_terminal(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    chat = answers(monkeypatch, GOOD)
+
+    assert run(["draft", LOOK, "--run"]) == 2
+    assert capsys.readouterr().err == (
+        "formiga: --run asks a person, and this is no terminal\n  help: -o FILE, then formiga run\n"
+    )
+    assert chat.asked == []
+
+
+@pytest.fixture
+def terminal(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("formiga_bt.cli.draft._is_terminal", lambda: True)
+
+
+@pytest.mark.usefixtures("terminal")
+def test_only_the_name_of_the_task_starts_it(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], here: Path
+) -> None:
+    answers(monkeypatch, GOOD)
+    monkeypatch.setattr("typer.prompt", lambda *_args, **_options: "yes")
+
+    assert run(["draft", LOOK, "--run"]) == 1
+    assert capsys.readouterr().out.endswith("not started\n")
+    assert not (here / "trees").exists()
+
+
+@pytest.mark.usefixtures("terminal")
+def test_a_real_site_wants_its_approver(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], here: Path
+) -> None:
+    from formiga_bt.packaged import folder
+
+    text = (folder("trees") / "demo-site.yaml").read_text(encoding="utf-8")
+    (here / "site.yaml").write_text(text.replace("mode: simulation", "mode: real") + REAL, encoding="utf-8")
+    answers(monkeypatch, GOOD)
+
+    assert run(["draft", LOOK, "--run"]) == 1
+    told = capsys.readouterr()
+    assert "rovaniemi is a real site: an approver reads" in told.out
+    assert told.err.startswith("next: formiga approve ")
+    assert (here / "trees" / "look_at_camp.yaml").exists()
+
+
+@pytest.mark.usefixtures("terminal")
+def test_an_engine_that_knows_the_file_starts_it(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], here: Path
+) -> None:
+    answers(monkeypatch, GOOD)
+    monkeypatch.setattr("typer.prompt", lambda *_args, **_options: "LookAtCamp")
+    posted: list[Any] = []
+
+    class Engine:
+        tasks: tuple[str, ...] = ()
+
+        def get(self, _path: str) -> Any:
+            return {"tasks": [{"task": name} for name in self.tasks]}
+
+        def post(self, path: str, body: Any, key: str = "") -> Any:
+            posted.append((path, body["task"], body["requester"], bool(key)))
+            return {"id": "LookAtCamp-1"}
+
+    engine = Engine()
+    monkeypatch.setattr("formiga_bt.cli.client.connect", lambda *_args: engine)
+
+    assert run(["draft", LOOK, "--run", "--by", "eve"]) == 1  # written now: the engine cannot know it
+    assert "the engine reads its tasks when it starts" in capsys.readouterr().out
+    engine.tasks = ("LookAtCamp",)
+    assert run(["draft", LOOK, "--run", "--by", "eve"]) == 0
+    assert posted == [("/v1/tasks", "LookAtCamp", "eve", True)]
+    origin = json.loads((here / ".formiga" / "rovaniemi" / "drafts" / "2" / "origin.json").read_text())
+    assert (origin["by"], origin["approved_by"], len(origin["bundle"])) == ("eve", "eve", 64)

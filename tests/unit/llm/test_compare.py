@@ -1,0 +1,109 @@
+"""What a request says for certain is compared with what a task does; what is not certain is not said."""
+
+from functools import cache
+from typing import Any
+
+import pytest
+
+from formiga_bt.llm.envelope import read_answer
+from formiga_bt.llm.judge import judge
+from formiga_bt.llm.vocabulary import verbs_of
+from formiga_bt.llm.wording import read
+from formiga_bt.llm.world import World, world_of
+from tests.unit.llm.scripted import fly_to, home, tree
+
+LAND = {"do": "FlyAndLand", "agent": "drone", "at": "camp"}
+HWD = ({"name": "drone", "type": "hwd"},)
+
+
+@cache
+def world() -> World:
+    return world_of()
+
+
+def found(request: str, answer: Any) -> list[tuple[str, str]]:
+    words = read(request, world().site, world().catalogue)
+    judged = judge(read_answer(answer), words, world(), verbs_of(world()), "short", compared=words)
+    return [(one.code, one.text) for one in judged.shortfalls]
+
+
+@pytest.mark.parametrize(
+    ("request_", "answer", "said"),
+    [
+        (
+            "fly to the lake shore at 40 m",
+            tree(fly_to("camp"), home()),
+            ("place_not_used", 'the request names "lake shore", and the task never goes to lake_shore'),
+        ),
+        (
+            "fly to the camp, 25 metres high",
+            tree(fly_to("camp"), home()),
+            ("amount_not_used", 'the request says "25 metres", and no value of the task is 25 metres'),
+        ),
+        (
+            "lwd_1 flies to the camp",
+            tree(fly_to("camp"), home(), agents=[{"name": "drone", "type": "lwd", "id": "lwd_2"}]),
+            ("agent_not_used", 'the request names "lwd_1", and lwd_1 takes no part in the task'),
+        ),
+        (
+            "two light drones fly to the camp",
+            tree(fly_to("camp"), home()),
+            ("wrong_count", "the request speaks of 2 light drone, the task uses 1"),
+        ),
+        (
+            "a heavy drone flies to the camp",
+            tree(fly_to("camp"), home()),
+            ("type_not_used", "the request asks for a heavy drone (hwd), the task uses none"),
+        ),
+        (
+            "fly to the camp, then the watcher has to confirm",
+            tree(fly_to("camp"), home()),
+            ("nobody_asked", "the request wants somebody to be asked or to confirm, and the task asks nobody"),
+        ),
+        (
+            "a drone flies to the camp and returns home",
+            tree(fly_to("camp"), {"ask": "All good?", "of": ["watchers"]}, home()),
+            ("asked_unasked", "the task puts a question to people, and the request does not want that"),
+        ),
+        (
+            "land at the camp",
+            tree(fly_to("camp"), home()),
+            ("not_landed_there", 'the request wants a landing at "camp", and nobody lands at camp'),
+        ),
+        (
+            "fly to the camp and come back home",
+            tree(LAND),
+            ("not_home", "the request wants a machine to come home, and none stands at its port at the end"),
+        ),
+    ],
+)
+def test_a_shortfall_is_told(request_: str, answer: Any, said: tuple[str, str]) -> None:
+    assert said in found(request_, answer)
+
+
+@pytest.mark.parametrize(
+    ("request_", "answer"),
+    [
+        ("check the lake shore with a drone", tree(fly_to("lake_shore"), home())),
+        ("fly to the camp, but not to the lake shore", tree(fly_to("camp"), home())),
+        ("a heavy drone flies to the camp at 40 metres and comes home", tree(fly_to("camp"), home(), agents=HWD)),
+        ("a drone lands at the camp and stays there", tree(LAND)),
+        ("look at camp from forty meters", tree(fly_to("camp"), home())),
+        ("Kevyt drooni lentää paikkaan camp 40 metrin korkeudella ja palaa kotiin", tree(fly_to("camp"), home())),
+        ("the drone circles the base at a distance of 10 m", tree(
+            {"do": "FlyAlong", "agent": "drone", "way": "circle(base, 10 m)", "height": "20 m"}, home())),
+        ("when the watcher agrees, fly to the camp", tree({"ask": "Go?", "of": ["watcher"]}, fly_to("camp"), home())),
+    ],
+)  # fmt: skip
+def test_what_is_right_is_left_alone(request_: str, answer: Any) -> None:
+    assert found(request_, answer) == []
+
+
+def test_a_task_that_fails_in_the_dry_run_is_told_with_its_reason() -> None:
+    answer = tree(
+        fly_to("camp"), {"ask": "Go?", "of": ["watcher"], "options": ["later", "now"], "go_on": "now"}, home()
+    )
+
+    assert found("ask the watcher at the camp", answer)[0] == (
+        "not_succeeded", "in the dry run the task ended FAILED: expect answered later",
+    )  # fmt: skip
