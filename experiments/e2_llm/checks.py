@@ -21,7 +21,7 @@ A check is a mapping with one key, its name:
 """
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from itertools import combinations, pairwise
 from typing import Any, Final
 
@@ -39,7 +39,7 @@ Where = Mapping[str, tuple[float, float]]
 Check = Callable[[Faults, Flown, Any, Mapping[str, Any]], None]
 
 
-def check(flown: Flown, wanted: list[Mapping[str, Any]], site: Mapping[str, Any]) -> Verdict:
+def check(flown: Flown, wanted: Sequence[Mapping[str, Any]], site: Mapping[str, Any]) -> Verdict:
     """Return what a flight lacks of the checks.
 
     Args:

@@ -25,17 +25,9 @@ def judged(request: Request, text: str, values: dict[str, str] | None = None) ->
 
 @pytest.mark.parametrize("task", TASKS)
 def test_the_shipped_tree_does_what_is_asked(task: str) -> None:
-    runs = {"T5": (0,), "T7": (0, 10, 15)}.get(task, (0, 5, 10, 20))
+    runs = {"T5": (0,), "T7": (0, 15)}.get(task, (0, 10, 20))
     for request in (requests(task, WORLD)[run] for run in runs):
         assert str(judged(request, reference(request))) == "right", request
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("task", TASKS[5:])
-def test_every_request_can_be_done(task: str) -> None:
-    wrong = {one.id: str(judged(one, reference(one))) for one in requests(task, WORLD)}
-
-    assert {name: text for name, text in wrong.items() if text != "right"} == {}
 
 
 PARAMS = "params"

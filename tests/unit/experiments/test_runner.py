@@ -140,7 +140,7 @@ def test_shares_have_wilson_intervals(hits: int, of: int, text: str) -> None:
 def test_the_report_has_the_papers_values_in_its_column_only(tmp_path: Path) -> None:
     out = tmp_path / "results.jsonl"
     for column in ("paper", "helpers"):
-        experiment(Scripted(repairs=True), WHOSE, column, ["T6", "T10+"], 2, out)  # type: ignore[arg-type]
+        experiment(Scripted(repairs=True), WHOSE, column, ["T6"], 2, out)  # type: ignore[arg-type]
     runs = read(out)
 
     text = tables(runs)
@@ -150,9 +150,7 @@ def test_the_report_has_the_papers_values_in_its_column_only(tmp_path: Path) -> 
     assert text.count("## none (scripted), column ") == 2
     assert text.count("93.3 % (28/30; 78.7 to 98.2)") == 1
     assert "100.0 % (2/2; 34.2 to 100.0)" in text
-    assert {path.name for path in figures(runs, tmp_path)} == {
-        f"figure-{number}-scripted-none-{column}.svg" for number in (15, 16) for column in ("paper", "helpers")
-    }
+    assert [path.name for path in figures(runs[:2], tmp_path)] == ["figure-15-scripted-none-paper.svg"]
 
 
 class Told:

@@ -59,23 +59,12 @@ def test_wrong_trees_are_refused(one: Second) -> None:
         assert "refused" not in verdict.codes
 
 
-@pytest.mark.slow
-def test_every_request_can_be_done() -> None:
-    wrong = {one.id: str(judge_tree(one, one.reference, {}, WORLD)) for one in FLOWN}
+@pytest.mark.parametrize("one", [one for one in FLOWN if one.case == 1][::6], ids=name)
+def test_cases_of_a_family_differ_in_what_is_flown(one: Second) -> None:
+    other = next(two for two in FLOWN if (two.kind, two.family, two.case) == (one.kind, one.family, 0))
 
-    assert {which: text for which, text in wrong.items() if text != "right"} == {}
-
-
-@pytest.mark.slow
-def test_the_tree_of_another_case_is_refused() -> None:
-    others = {(one.kind, one.family, one.case): one for one in FLOWN}
-    passed = []
-    for (kind, family, case), one in others.items():
-        other = others[kind, family, case - 1] if case else None
-        if other is not None and judge_tree(one, other.reference, {}, WORLD).ok:
-            passed.append(one.id)
-
-    assert passed == []
+    assert judge_tree(one, one.reference, {}, WORLD).ok
+    assert not judge_tree(one, other.reference, {}, WORLD).ok
 
 
 class Perfect:
