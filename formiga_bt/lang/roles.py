@@ -5,13 +5,14 @@ from collections.abc import Mapping
 from heapq import heappop, heappush
 from typing import Final
 
+from formiga_bt.diagnostics import Mark
 from formiga_bt.lang.body import Body
 from formiga_bt.lang.document import Entry, Mapping_, Node, Scalar
 from formiga_bt.lang.expressions import compile_value
 from formiga_bt.lang.flow import Named
 from formiga_bt.lang.kinds import COUNT, ROLE
 from formiga_bt.lang.members import type_read
-from formiga_bt.lang.model import Expr, Role, Some
+from formiga_bt.lang.model import Expr, Role, Room, Some
 from formiga_bt.lang.own_names import is_free
 from formiga_bt.lang.params import read_agent_types
 from formiga_bt.lang.reading import (
@@ -210,7 +211,27 @@ def _read_role(body: Body, at: Scalar, mapping: Mapping_) -> Role:
         if "if_lost" in keys and read_word(keys["if_lost"].value, problems, "if_lost", ("fail", "rebind")) == "rebind"
         else "fail",
         away="away" in keys and read_flag(keys["away"].value, problems, "away"),
+        room=_room_in(mapping),
     )
+
+
+def _room_in(mapping: Mapping_) -> Room | None:
+    """Return where a further key may stand: before the second one; else, in braces, behind the only value."""
+    if not mapping.entries:
+        return None
+    first, last = mapping.entries[0], mapping.entries[-1]
+    in_braces = (mapping.mark.line, mapping.mark.col) != (first.key.mark.line, first.key.mark.col)
+    at = (mapping.entries[1] if len(mapping.entries) > 1 else first).key.mark
+    if not in_braces:
+        return Room(_empty(at.file, at.line, at.col), after=f"\n{' ' * (at.col - 1)}")
+    if last is first and isinstance(first.value, Scalar) and first.value.mark.end_line:
+        end = first.value.mark
+        return Room(_empty(end.file, end.end_line, end.end_col), before=", ", quoted=True)
+    return Room(_empty(at.file, at.line, at.col), after=", ", quoted=True)
+
+
+def _empty(file: str, line: int, col: int) -> Mark:
+    return Mark(file, line, col, line, col)
 
 
 def _admitted(body: Body, keys: Mapping[str, Entry], key: str, of: Type) -> Expr | None:

@@ -56,7 +56,16 @@ def _check_missing(role: Role, goal: Goal, names: Meanings, optional: frozenset[
     place = "base" if role.away and goal.meaning.roots == frozenset({HOME}) else near_for(goal.meaning, role, names)
     if place:
         what = f"any free {' or '.join(role.types)} may become '{role.name}', however far away it is"
-        problems.add("W088", role.mark, what, f"say where it is needed first: near: ${{{place}}}")
+        word = f"${{{place}}}"
+        fix = role.room.fix("near", word) if role.room is not None and _is_one(goal.meaning, optional, names) else None
+        problems.add("W088", role.mark, what, f"say where it is needed first: near: {word}", fix)
+
+
+def _is_one(meaning: Meaning, optional: frozenset[str], names: Meanings) -> bool:
+    """Return whether a place is always there, and is no list whose length the role might not have."""
+    words = {meaning.word, *(meaning.roots or ())} - {HOME, ""}
+    types = [names[word].type for word in words if word in names]
+    return not words & optional and all(type_ is not None and type_.item is None for type_ in types)
 
 
 def _is_given(expr: Expr | None, optional: frozenset[str]) -> bool:

@@ -90,7 +90,7 @@ def _check_refusal(step: Ask, expect: Expr, problems: Problems) -> None:
 def _check_again(step: Ask, problems: Problems) -> None:
     """Report W091 for a question that is put again as soon as it is answered, or without end."""
     retry = step.retry
-    if retry is None or not retry.attempts.is_const:
+    if retry is None or not retry.attempts.is_const or retry.attempts.const == 1:
         return
     delay = retry.delay.const if retry.delay is not None and retry.delay.is_const else None
     if retry.delay is None or (isinstance(delay, int | float) and delay < AT_ONCE_S):

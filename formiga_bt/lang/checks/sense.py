@@ -9,6 +9,7 @@ from formiga_bt.lang.checks.errands import check_errands
 from formiga_bt.lang.checks.foregone import check_foregone
 from formiga_bt.lang.checks.layers import check_layers
 from formiga_bt.lang.checks.nesting import check_nesting
+from formiga_bt.lang.checks.no_effect import check_no_effect
 from formiga_bt.lang.checks.questions import check_questions
 from formiga_bt.lang.checks.repeats import check_repeats
 from formiga_bt.lang.checks.role_names import check_role_names
@@ -33,6 +34,7 @@ def check_sense(task: Task, catalogue: Catalogue, site: Site | None, problems: P
     check_chosen(task, catalogue, problems)
     check_layers(task, catalogue, problems)
     check_endings(task, catalogue, problems)
+    check_no_effect(task, problems)
     check_foregone(task, catalogue, site, problems)
     with problems.within("agents"):
         check_role_names(task, catalogue, problems)

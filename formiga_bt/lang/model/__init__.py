@@ -6,7 +6,7 @@ and `world` (catalogue and site).
 """
 
 from formiga_bt.lang.model.expr import NOT_CONST, Env, EvalError, Expr, Read, UnknownState, Unset
-from formiga_bt.lang.model.needs import Param, Role, Some
+from formiga_bt.lang.model.needs import Param, Role, Room, Some
 from formiga_bt.lang.model.steps import (
     Ask,
     BreakIf,
@@ -79,6 +79,7 @@ __all__ = [
     "Request",
     "Retry",
     "Role",
+    "Room",
     "Sequence",
     "Set",
     "Site",

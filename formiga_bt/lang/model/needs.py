@@ -1,9 +1,9 @@
 """What a task or a subtree declares before its steps: its params, and the roles of agents that it needs."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
 
-from formiga_bt.diagnostics import Mark
+from formiga_bt.diagnostics import Fix, Mark
 from formiga_bt.lang.model.expr import Expr
 from formiga_bt.lang.types import Type
 
@@ -34,6 +34,24 @@ class Some:
 
 
 @dataclass(frozen=True, slots=True)
+class Room:
+    """Where one more key can be written into a mapping, without touching what stands there."""
+
+    mark: Mark
+    """An empty span."""
+    before: str = ""
+    """What stands between it and the new key, and between the new key and what follows."""
+    after: str = ""
+    quoted: bool = False
+    """In `{ }`, where a value with braces needs quotes."""
+
+    def fix(self, key: str, value: str) -> Fix:
+        """Return the fix that writes a key with its value."""
+        text = f'"{value}"' if self.quoted else value
+        return Fix(self.mark, f"{self.before}{key}: {text}{self.after}")
+
+
+@dataclass(frozen=True, slots=True)
 class Role:
     """A role of a task: which agent (or agents) it needs. Expressions are read once, at admission."""
 
@@ -55,6 +73,8 @@ class Role:
     away: bool = False
     actions: tuple[str, ...] = ()
     """Actions that the task orders of this role (subtrees included)."""
+    room: Room | None = field(default=None, compare=False)
+    """Where a fix may write a key that the role lacks."""
 
     @property
     def is_list(self) -> bool:

@@ -63,6 +63,12 @@ MENDS = [
         "  - do: drone.LandIn\n    with:\n      at: ${above(target, 5 m)}",
         "      at: ${ground(above(target, 5 m))}",
     ),
+    (
+        "W088",
+        "  - with_agents: {scout: {type: lwd}}\n    steps:\n      - call: FlyTo\n        with: "
+        "{drone: '${scout}', to: '${target}', height: 30 m}\n      - call: ReturnHome\n        with: {drone: '${scout}'}",
+        '{scout: {type: lwd, near: "${target}"}}',
+    ),
     ("W070", "  - check: drone.battery > 0.3 %", "  - check: drone.battery > 30 %"),
 ]
 
@@ -99,6 +105,46 @@ def test_what_may_be_meant_in_two_ways_is_left_to_the_author(code: str, steps: s
 
     assert done.text == HEAD + steps + "\n", why
     assert done.left
+
+
+FLIGHT = """\
+steps:
+  - call: FlyTo
+    with: {drone: "${drone}", to: "${target}", height: 30 m}
+  - call: ReturnHome
+    with: {drone: "${drone}"}
+"""
+
+
+@pytest.mark.parametrize(
+    ("role", "mended"),
+    [
+        ("{type: lwd}", '{type: lwd, near: "${target}"}'),
+        ("{any_of: [lwd, hwd]}", '{near: "${target}", any_of: [lwd, hwd]}'),
+        ("{type: lwd, wait: 5 min}", '{type: lwd, near: "${target}", wait: 5 min}'),
+        ("\n    type: lwd  # a small one", "\n    near: ${target}\n    type: lwd  # a small one"),
+        (
+            "\n    type: lwd  # a small one\n    # soon\n    wait: 5 min",
+            "\n    type: lwd  # a small one\n    # soon\n    near: ${target}\n    wait: 5 min",
+        ),
+    ],
+)
+def test_a_role_gets_the_place_that_it_goes_to_first(role: str, mended: str) -> None:
+    head = "formiga: 1\ntask: Example\nimports: [lib/flying.yaml]\nparams: {target: place}\nagents:\n  drone: "
+
+    done = fixed(head + role + "\n" + FLIGHT)
+
+    assert done.text == head + mended + "\n" + FLIGHT
+    assert not done.left
+
+
+def test_a_place_that_may_be_missing_is_not_written_for_a_role() -> None:
+    head = "formiga: 1\ntask: Example\nimports: [lib/flying.yaml]\nparams: {target: {type: place, optional: true}}\n"
+    steps = FLIGHT.replace("  - call: FlyTo", "  - call: FlyTo\n    when: is_set(target)")
+
+    done = fixed(head + "agents:\n  drone: {type: lwd}\n" + steps)
+
+    assert "near" not in done.text
 
 
 def test_names_that_differ_by_a_number_are_not_exchanged() -> None:

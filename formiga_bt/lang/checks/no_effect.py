@@ -1,0 +1,73 @@
+"""W100: what bounds or repeats nothing: a time-out that another one always precedes, one attempt, a wait of 0 s.
+
+Only what is written as a constant, in one body: a subtree may be called from a place with more time, and what tidies up has
+time of its own. `wait: 0 s` of a role is something else (it does not queue), and so is one attempt with a time-out of its own.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from formiga_bt.lang.model import Expr, Retry, Sequence, Step, Task, Wait
+from formiga_bt.lang.reading import Problems
+from formiga_bt.lang.walk import children
+from formiga_bt.units import format_quantity
+
+
+@dataclass(frozen=True, slots=True)
+class _Bound:
+    """What ends a step from outside."""
+
+    seconds: float
+    who: str
+
+
+def check_no_effect(task: Task, problems: Problems) -> None:
+    """Report W100 in all bodies of a task."""
+    with problems.within("steps"):
+        seconds = _seconds(task.timeout)
+        _walk(task.steps, _Bound(seconds, "the task") if seconds is not None else None, problems)
+    sections = (("on_failure", task.on_failure), ("on_abort", task.on_abort), ("finally", task.finally_))
+    for name, steps in sections:
+        with problems.within(name):
+            _walk(steps, None, problems)
+    for subtree in task.subtrees.values():
+        with problems.outermost(subtree.name, "steps"):
+            _walk(subtree.steps, None, problems)
+
+
+def _walk(steps: Iterable[Step], bound: _Bound | None, problems: Problems) -> None:
+    for step in steps:
+        with problems.within(step.title):
+            inner = _narrower(step.timeout, "timeout", bound, f"'{step.title}' (line {step.mark.line})", problems)
+            if step.retry is not None:
+                _check_retry(step.retry, inner, problems)
+            if isinstance(step, Wait) and step.duration.is_const and step.duration.const == 0:
+                problems.add("W100", step.mark, "a wait of 0 s waits for nothing", "say how long, or take it away")
+            last = step.finally_ if isinstance(step, Sequence) else ()
+            _walk(children(step)[: -len(last) or None], inner, problems)
+            _walk(last, None, problems)
+
+
+def _check_retry(retry: Retry, bound: _Bound | None, problems: Problems) -> None:
+    _narrower(retry.attempt_timeout, "attempt_timeout", bound, "", problems)
+    if retry.attempts.is_const and retry.attempts.const == 1 and retry.attempt_timeout is None:
+        what = "attempts counts the first one: with 1 nothing is retried"
+        problems.add("W100", retry.attempts.mark, what, "such as: attempts: 3; or take retry away")
+
+
+def _narrower(expr: Expr | None, key: str, bound: _Bound | None, who: str, problems: Problems) -> _Bound | None:
+    """Return what bounds the inside of a step; report a time-out that is beyond what is around it."""
+    seconds = _seconds(expr)
+    if expr is None or seconds is None:
+        return bound
+    if bound is None or seconds <= bound.seconds:
+        return _Bound(seconds, who)
+    mine, theirs = (format_quantity("duration", one) for one in (seconds, bound.seconds))
+    what = f"{key} is {mine}, but {bound.who} ends after {theirs} at the latest"
+    problems.add("W100", expr.mark, what, f"make it shorter than {theirs}, or take it away")
+    return bound
+
+
+def _seconds(expr: Expr | None) -> float | None:
+    const = expr.const if expr is not None and expr.is_const else None
+    return float(const) if isinstance(const, int | float) else None
