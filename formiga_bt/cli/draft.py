@@ -16,10 +16,13 @@ from formiga_bt.cli.client import user
 from formiga_bt.cli.inputs import UnusableFile, is_demo, readable, site_file, written
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from formiga_bt.lang.model import Task
     from formiga_bt.llm.drafts import Kept
     from formiga_bt.llm.records import Draft
     from formiga_bt.llm.world import World
+    from formiga_bt.show.styled import Text
 
 
 def command(
@@ -77,7 +80,7 @@ def command(
         from formiga_bt.llm.editing import as_answer
 
         _, answer, chosen = as_answer(previous.yaml, world)
-        previous, before = None, (previous.request, answer)
+        before = (previous.request, answer)
     if edit is not None:
         before, chosen = _edited(edit, world, chosen)
     options = Options(form=chosen or "short", candidates=candidates, rounds=rounds)
@@ -168,8 +171,8 @@ def _print(made: "Draft", task: "Task | None", *, draw_map: bool, draw_gantt: bo
     from formiga_bt.llm.summary import in_words
 
     width, plain = columns(None), is_plain(False)
-    for line in in_words(made, task, width=width):
-        typer.echo(line)
+    for said in in_words(made, task, width=width):
+        typer.echo(said)
     flight = made.flight
     if task is None or flight is None or flight.drawing is None:
         return
@@ -189,7 +192,7 @@ def _print(made: "Draft", task: "Task | None", *, draw_map: bool, draw_gantt: bo
         _lines(gantt_text.drawn(flight.timeline, width, ascii_only=plain))
 
 
-def _lines(texts: Any) -> None:
+def _lines(texts: "Iterable[Text]") -> None:
     typer.echo()
     for text in texts:
         typer.echo(text.plain)
@@ -259,7 +262,7 @@ def _run(
         typer.echo(f"{file} is written; the engine reads its tasks when it starts, and does not know this one yet")
         show_next("formiga down", "formiga up", f"formiga run {task.name}")
         raise typer.Exit(1)
-    body = {"task": task.name, "params": {}, "priority": None, "requester": by}
+    body: dict[str, Any] = {"task": task.name, "params": {}, "priority": None, "requester": by}
     task_id = client.post("/v1/tasks", body, key=f"draft-{kept.number}-{kept.origin.unix_millis}")["id"]
     typer.echo(task_id)
     show_next(f"formiga why {task_id}", "formiga tasks", f"formiga abort {task_id}")

@@ -116,9 +116,9 @@ def _one_by_one(data: dict[str, Any], problem: Problem) -> str:
     """Put the branches of a `parallel` that command one machine into one: it does them one after another."""
     at = problem.path.rfind(".parallel[")
     holder, key = _at(data, f"{problem.path[:at]}.parallel") if at >= 0 else (None, None)
-    branches = holder.get("parallel") if isinstance(holder, dict) and key == "parallel" else None
-    if not isinstance(branches, list):
+    if not isinstance(holder, dict) or key != "parallel" or not isinstance(holder["parallel"], list):
         return ""
+    branches = holder["parallel"]
     groups: list[tuple[str, list[dict[str, Any]]]] = []
     for branch in branches:
         inner = branch["sequence"] if set(branch) == {"sequence"} else [branch]

@@ -1,6 +1,7 @@
 """Flies a checked task on the site's simulated fleet in virtual time, and tells what happened: who, where, how it ended."""
 
 import math
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Final
 
@@ -12,7 +13,9 @@ from formiga_bt.llm.world import World
 from formiga_bt.show.facts import Chart, Point, Track
 
 if TYPE_CHECKING:
+    from formiga_bt.engine.records import TaskRecord
     from formiga_bt.rehearsal import Rehearsal
+    from formiga_bt.show.rows import ActionRow
     from formiga_bt.show.runlog import RunLog
 
 LIMIT_S: Final = 6 * 3600.0
@@ -21,6 +24,9 @@ OVER_M: Final = 8.0
 AT_M: Final = 4.0
 """So near to a place a machine stands at it."""
 MOVED_M: Final = 2.0
+_AT: Final = re.compile(r"at (-?\d+) E (-?\d+) N")
+_WRITTEN: Final = re.compile(r"[A-Za-z_]+\[\d+\](?:\.[A-Za-z_]+\[\d+\])*")
+"""A path of steps down to the first call."""
 MOST_STEPS: Final = 200_000
 """Of the engine; a task that takes more is given up."""
 
@@ -91,7 +97,7 @@ def _flight(rehearsal: "Rehearsal", task_id: str, tasks: list[Task], world: Worl
         task=tasks[0].name,
         status=status,
         code=record.code,
-        reason=_reason(record.code, record.reason, log, task_id) if in_time else "it is not over after a long time",
+        reason=_reason(record, log, ways, everywhere, site) if in_time else "it is not over after a long time",
         duration_s=round((end - record.submitted_at) / 1e6, 1),
         agents=agents,
         visited={one: _visited(way, _without_home(spots, one, site)) for one, way in ways.items()},
@@ -109,15 +115,29 @@ def _flight(rehearsal: "Rehearsal", task_id: str, tasks: list[Task], world: Worl
     )
 
 
-def _reason(code: str, reason: str, log: "RunLog", task_id: str) -> str:
-    """Return why a task ended as it did; for one that got no agents, who was refused and why."""
-    if code != "no_agent":
-        return reason
-    verdicts = log.state.explanations.get(task_id, ())
-    served = {v.role for v in verdicts if v.code in ("chosen", "fits")}
-    telling = [v for v in verdicts if v.role not in served and v.code != "wrong_type"]
-    said = [f"{v.role}: {v.agent} {v.code} {v.detail}".strip() for v in telling]
-    return "; ".join([reason, *said[:4]]).strip("; ")
+def _reason(record: "TaskRecord", log: "RunLog", ways: Mapping[str, Sequence[Track]], chart: Chart, site: Site) -> str:
+    """Return why a task ended as it did: who was refused, or which action failed and where the machine was then."""
+    if record.code == "no_agent":
+        verdicts = log.state.explanations.get(record.id, ())
+        served = {v.role for v in verdicts if v.code in ("chosen", "fits")}
+        telling = [v for v in verdicts if v.role not in served and v.code != "wrong_type"]
+        said = [f"{v.role}: {v.agent} {v.code} {v.detail}".strip() for v in telling]
+        return "; ".join([record.reason, *said[:4]]).strip("; ")
+    failed = [row for row in log.rows_of([record.id]) if row.path and row.end is not None and row.state != "succeeded"]
+    if record.status == "FAILED" and failed and failed[-1].end is not None and failed[-1].agent in ways:
+        row = failed[-1]
+        at = _at(ways[row.agent], row.end or 0)
+        over = f" while it was over {_named(row.agent, at, _spots(chart), site)}" if at is not None else ""
+        return f"{record.reason}: {row.agent} was to {row.action} {_goal(row, chart, site)}".rstrip() + over
+    return record.reason
+
+
+def _goal(row: "ActionRow", chart: Chart, site: Site) -> str:
+    """Return where an action was to go, by the name of the place if it has one."""
+    match = _AT.fullmatch(row.detail)
+    if match is None:
+        return row.detail
+    return _named(row.agent, Point(float(match[1]), float(match[2])), _spots(chart), site)
 
 
 def _spots(chart: Chart) -> dict[str, Point]:
@@ -187,7 +207,7 @@ def _at(way: Sequence[Track], time: int) -> Point | None:
     before = [one for one in times if one[0] <= time]
     after = [one for one in times if one[0] > time]
     if not before or not after:
-        return (before or after or [(0, None)])[-1 if before else 0][1]
+        return before[-1][1] if before else after[0][1] if after else None
     (t0, a), (t1, b) = before[-1], after[0]
     part = (time - t0) / (t1 - t0)
     return Point(a.east_m + part * (b.east_m - a.east_m), a.north_m + part * (b.north_m - a.north_m))
@@ -233,8 +253,14 @@ def of_flight(flight: Flight) -> list[Shortfall]:
 
 
 def _where_failed(flight: Flight) -> str:
-    failed = [step.path for step in flight.steps if step.status == "failure"]
-    return max(failed, key=len, default="")
+    """Return the JSON path of the innermost step of the task that failed; those inside a called subtree are its call."""
+    failed = [step.path for step in flight.steps if step.status == "failure" and step.path.startswith("steps/steps[")]
+    found = max((_WRITTEN.match(path.removeprefix("steps/")) for path in failed), key=_length, default=None)
+    return f"$.{found[0]}" if found is not None else ""
+
+
+def _length(match: "re.Match[str] | None") -> int:
+    return len(match[0]) if match is not None else 0
 
 
 def from_diagnostic(path: str, diagnostic: Diagnostic, message: str, help_: str) -> Shortfall:
