@@ -78,6 +78,10 @@ def open_chat(provider: str = "", model: str = "", *, base_url: str = "", adapte
 
 
 def _endpoint(choice: Choice) -> Chat:
+    if choice.adapter:
+        raise LlmError(
+            f"{choice.provider} takes no adapter: that is for a model on this machine\n  help: --provider local"
+        )
     preset = PRESETS.get(choice.provider) or Preset(name=OTHER)
     base_url, model = choice.base_url or preset.base_url, choice.model or preset.model
     if preset.name == "azure":

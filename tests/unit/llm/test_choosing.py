@@ -128,6 +128,11 @@ def test_what_tokens_cost(monkeypatch: pytest.MonkeyPatch) -> None:
             price_of(groq, "m")
 
 
+def test_an_adapter_is_for_local_models_only() -> None:
+    with pytest.raises(LlmError, match="ollama takes no adapter: that is for a model on this machine"):
+        open_chat("ollama", "m", adapter="a.gguf")
+
+
 def test_azure_needs_an_address_and_a_deployment() -> None:
     with pytest.raises(LlmError, match="azure needs the address of your resource, and the name of your deployment"):
         open_chat("azure")
