@@ -22,8 +22,16 @@ from formiga_bt.lang.aliases import by_alias, given_params
 from formiga_bt.lang.document import Entry, Mapping_, Scalar, parse
 from formiga_bt.lang.kinds import Option
 from formiga_bt.lang.model import Task
-from formiga_bt.lang.reading import Problems, did_you_mean, read_keys, read_mapping, read_name, read_text, shorten
-from formiga_bt.lang.site import plain
+from formiga_bt.lang.reading import (
+    Problems,
+    did_you_mean,
+    plain,
+    read_keys,
+    read_mapping,
+    read_name,
+    read_text,
+    shorten,
+)
 from formiga_bt.packaged import folder
 
 PROFILE: Final = (

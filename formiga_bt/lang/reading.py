@@ -8,7 +8,7 @@ import re
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
-from typing import Final
+from typing import Any, Final
 
 from formiga_bt.diagnostics import Diagnostic, Fix, Mark
 from formiga_bt.lang.document import Entry, Listing, Mapping_, Node, Scalar
@@ -256,3 +256,12 @@ def unknown_key(key: Scalar, known: Iterable[str], problems: Problems, owner: st
     fix = fix_word(key, meant) if sure and key.text not in BY_HAND else None
     problems.add("E004", key.mark, f"{owner} has no option '{shorten(key.text)}'{guess}", help_, fix)
     return meant
+
+
+def plain(node: Node) -> Any:
+    """Return a node as dicts, lists and texts: settings that another layer reads."""
+    if isinstance(node, Scalar):
+        return node.text
+    if isinstance(node, Listing):
+        return [plain(item) for item in node.items]
+    return {entry.key.text: plain(entry.value) for entry in node.entries}

@@ -14,6 +14,7 @@ from formiga_bt.lang.model import Param, Task
 from formiga_bt.lang.reading import (
     did_you_mean,
     fix_word,
+    plain,
     quoted_list,
     read_keys,
     read_mapping,
@@ -24,7 +25,6 @@ from formiga_bt.lang.reading import (
 from formiga_bt.lang.scenario.book import Book
 from formiga_bt.lang.scenario.entries import Priority, ScenarioTask
 from formiga_bt.lang.scenario.options import TASK
-from formiga_bt.lang.site import plain
 from formiga_bt.lang.synonyms import surely
 
 

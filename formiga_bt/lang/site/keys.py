@@ -1,0 +1,57 @@
+"""The keys of a site file, in tables that the reader, the schemas and the editor share."""
+
+from typing import Final
+
+from formiga_bt.lang.kinds import ENVELOPE, Option
+
+SITE: Final = (
+    Option("formiga_site", "value", "Version of the site format.", type="int", required=True),
+    Option("name", "name", "The site's name.", required=True),
+    Option("base", "options", "The base station: lat, lng, ground_msl.", required=True),
+    Option("timezone", "word", "Its IANA time zone, such as Europe/Helsinki (UTC)."),
+    Option("ports", "map", "Landing ports: {at, waiting}."),
+    Option("places", "map", "Named places."),
+    Option("regions", "map", "Named regions: lists of places."),
+    Option("fence", "value", "The region that no flight leaves."),
+    Option("no_fly", "value", "Regions that no flight enters."),
+    Option("terrain", "options", "The ground: {flat: true, relief: 5 m} or {file: heights.asc, relief: 2 m}."),
+    Option("layers", "value", "Heights at which drones cross, over the base's ground."),
+    Option("separation", "value", "Least distance between drones of different tasks.", type="distance"),
+    Option("min_spacing", "value", "Least distance between spots that machines use.", type="distance"),
+    Option("envelope", "options", "What the site tightens of the envelope of every machine.", keys=ENVELOPE),
+    Option("on_breach", "map", "What follows a breach of a limit; it ranks above the type's word."),
+    Option(
+        "preflight", "word", "Whether a grant needs preflight checks that are all ok.", values=("required", "shown")
+    ),
+    Option("pilots", "value", "The pilots: {id, max_airborne}; required in mode real."),
+    Option("people", "map", "Site roles and the people who have them."),
+    Option("agents", "map", "The agents: {type, home}."),
+    Option("transports", "map", "How agents are reached."),
+    Option("mode", "word", "Whether unlisted agents are admitted.", values=("simulation", "real")),
+)
+
+BASE: Final = (
+    Option("lat", "value", "Latitude, degrees.", required=True),
+    Option("lng", "value", "Longitude, degrees.", required=True),
+    Option("ground_msl", "value", "Height of its ground over the sea.", type="distance"),
+)
+PORT: Final = (
+    Option("at", "value", "Its place.", required=True),
+    Option("waiting", "value", "Where to wait when it is taken."),
+)
+TERRAIN: Final = (
+    Option("flat", "flag", "Whether the ground is flat."),
+    Option("file", "text", "An ESRI ASCII grid of heights over the sea, in metres east and north of the base."),
+    Option("relief", "value", "How much it may rise or fall, or the file be wrong by.", type="distance"),
+)
+PILOT: Final = (
+    Option("id", "name", "The pilot.", required=True),
+    Option("max_airborne", "value", "Machines in the air at once (1).", type="int"),
+)
+AGENT: Final = (
+    Option("type", "name", "Its type.", required=True),
+    Option("home", "name", "Its own port."),
+)
+
+APPROVERS: Final = "approvers"
+"""The site role of those who approve bundles in mode real; they need be no agents."""
