@@ -53,8 +53,8 @@ def command(
 
     Nothing is started. With --run a person types the task's name at the terminal; on a site in mode real an approver
     approves it first (`formiga approve`). Exit code 0: a task that passes all checks (with --run: it was started). 1: none,
-    but a question, a reason why it cannot be, or what is wrong; or it was not started. 2: the command line, a file or the
-    provider cannot be used.
+    but a question, a reason why it cannot be, or what is wrong; or the model does not answer; or it was not started. 2: the
+    command line or a file cannot be used.
     """
     from formiga_bt.llm.client import open_chat
     from formiga_bt.llm.draft import Options, draft

@@ -111,7 +111,7 @@ class _Drafting:
         self._rounds: list[Round] = []
 
     def run(self) -> Draft:
-        against = impossible(self._words, self._world)
+        against = impossible(self._words, self._world, self._verbs)
         if against is not None:
             return self._done("impossible", say=_sentences(against.why, against.instead))
         asked = self._messages()

@@ -1,9 +1,11 @@
 """What cannot be, for certain, so that no model is asked: too many machines, unknown agents, heights beyond the limit."""
 
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final
 
+from formiga_bt.llm.vocabulary import Verb
 from formiga_bt.llm.wording import Words
 from formiga_bt.llm.world import World
 
@@ -11,6 +13,19 @@ _HIGH: Final = re.compile(r"\s*(?:high|up|above|altitude|of altitude|over|korkeu
 _HEIGHT_OF: Final = re.compile(
     r"\b(?:height|altitude|high|up to|climbs? to|korkeus)\s+(?:of\s+|to\s+|is\s+)?$", re.IGNORECASE
 )
+
+
+DOINGS: Final = (
+    "spray", "paint", "clean", "wash", "shoot", "attack", "drop", "throw", "grab", "weld", "dig", "harvest", "pick berries",
+    "mow", "burn", "sow", "fertilize", "fertilise", "repair", "chase", "photograph", "film", "measure", "push", "pull", "sing",
+    "ruiskuta", "maalaa", "pese", "pudota", "kuvaa",
+)  # fmt: skip
+"""What drones are asked to do and only some can; it is said only if no verb of the catalogue speaks of it."""
+_ORDERED: Final = (
+    r"(?:^|[.!?;:,]\s*|\b(?:and|then|to|will|should|must|shall|can|please|drones?|it|ja|sitten)\s+)"
+    r"(?:please\s+)?({})(?:s|es)?\b"
+)
+"""A doing where it is an order, not where it tells of a place: `fly to where they spray`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,9 +36,18 @@ class Impossible:
     instead: str
 
 
-def impossible(words: Words, world: World) -> Impossible | None:
+def impossible(words: Words, world: World, verbs: Mapping[str, Verb]) -> Impossible | None:
     """Return what stands against a request for certain, or None."""
-    return _too_many(words, world) or _nobody(words, world) or _too_high(words, world)
+    return _too_many(words, world) or _nobody(words, world) or _too_high(words, world) or _cannot(words, verbs)
+
+
+def _cannot(words: Words, verbs: Mapping[str, Verb]) -> Impossible | None:
+    known = " ".join(f"{verb.name} {verb.help} {' '.join(verb.fields)}" for verb in verbs.values()).casefold()
+    for match in re.finditer(_ORDERED.format("|".join(DOINGS)), words.text, re.IGNORECASE):
+        if match[1].casefold() not in known:
+            can = ", ".join(verb.name for verb in verbs.values())
+            return Impossible(f'the request says "{match[1]}", and nothing here can do that; verbs: {can}', "")
+    return None
 
 
 def _too_many(words: Words, world: World) -> Impossible | None:

@@ -173,6 +173,11 @@ def test_a_question_or_a_reason_is_handed_on(answer: Any, kind: str, say: str) -
     ("request_", "say"),
     [
         (
+            "Spray water on the south field.",
+            'the request says "Spray", and nothing here can do that; verbs: ReturnHome, FlyTo, FlyAndLand, FlyAlong, '
+            "TakeOff, GoTo, LandIn, Explore, MiniFinder.",
+        ),
+        (
             "Send five light drones to the camp.",
             "the request speaks of 5 light drones; the site rovaniemi has only 3 light drones. "
             "Possible instead: the same with 3.",
@@ -191,6 +196,16 @@ def test_what_cannot_be_for_certain_is_said_without_a_model(request_: str, say: 
     found, chat = made(request_, GOOD)
 
     assert (found.kind, found.say, chat.asked) == ("impossible", say, [])
+
+
+@pytest.mark.parametrize(
+    "request_",
+    ["Fly to the camp, where they spray the field.", "Look at the paint near the camp.", "Fly 200 m over to the camp"],
+)
+def test_what_may_be_possible_is_left_to_the_model(request_: str) -> None:
+    _, chat = made(request_, GOOD, rounds=0)
+
+    assert len(chat.asked) == 1
 
 
 def test_an_answer_that_was_cut_off_is_none() -> None:
