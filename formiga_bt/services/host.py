@@ -129,7 +129,7 @@ class EngineHost:
         self.source: Source = FoldedSource(
             self.view.ledger, self.site, self._tasks, self._catalogue,
             desk=lambda: tuple(self.orders.desk_people), engine=lambda: self.status, clock=self.driver.now,
-            wall=wall_us, lock=self.view.lock,
+            wall=wall_us, speed=self.driver.speed, lock=self.view.lock,
         )  # fmt: skip
         self.crew = crew.Crew(self.driver, self.view, self.site, self._tasks, self._catalogue)
         for person, kind in self._desk_types.items():

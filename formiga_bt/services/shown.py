@@ -10,6 +10,7 @@ from formiga_bt.lang.model import Task
 from formiga_bt.services import models as out
 from formiga_bt.services.standing import standing_out
 from formiga_bt.services.view import Line
+from formiga_bt.show.lapse import lapses_at
 from formiga_bt.show.rows import ActionRow, rest_words
 from formiga_bt.show.why.places import StepPlaces, running_leaves, title
 
@@ -160,7 +161,7 @@ def agent_out(state: EngineState, agent: AgentRecord, frame: Frame, desk: Collec
 
 def question_out(state: EngineState, question: Question, now: Micros, desk: Collection[str]) -> out.QuestionOut:
     """Return an open question."""
-    asked = question.asked
+    asked, lapse = question.asked, lapses_at(state, question)
     return out.QuestionOut(
         number=question.number,
         task=question.task,
@@ -173,7 +174,7 @@ def question_out(state: EngineState, question: Question, now: Micros, desk: Coll
         here=[person for person in asked if person in desk],
         answers={answer.by: answer.answer for answer in question.answers},
         waiting_s=seconds(now - question.asked_at),
-        lapses_in_s=None if question.expires_at is None else seconds(question.expires_at - now),
+        lapses_in_s=None if lapse is None else seconds(max(0, lapse - now)),
         if_no_answer=question.if_no_answer,
     )
 

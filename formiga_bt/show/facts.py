@@ -236,6 +236,8 @@ class Now(Struct, frozen=True, kw_only=True):
     engine: str = "ok"
     """ok, draining, stopping or failed."""
     mode: str = ""
+    speed: float = 1.0
+    """Engine seconds per wall second; all spans and instants are of the engine's clock."""
     top: Top
     counts: dict[str, int]
     """Tasks by status."""

@@ -13,6 +13,7 @@ from msgspec.structs import replace
 
 from formiga_bt.clock import SECOND, Micros
 from formiga_bt.engine.records import TaskRecord
+from formiga_bt.errors import TaskError
 from formiga_bt.lang.model import Catalogue, Site, Task
 from formiga_bt.lang.places import steps_with_paths
 from formiga_bt.show.amounts import Wording
@@ -32,11 +33,12 @@ from formiga_bt.show.facts import (
     Top,
     Waiting,
 )
+from formiga_bt.show.lapse import lapses_at
 from formiga_bt.show.ledger import Ledger
 from formiga_bt.show.notes import notes
 from formiga_bt.show.records import agent_fact, agents_of, goal_fact, question_fact, task_fact
 from formiga_bt.show.spreads import stats
-from formiga_bt.show.urgency import Index
+from formiga_bt.show.urgency import NEVER, Index
 from formiga_bt.show.why.front import explain, unknown
 from formiga_bt.show.why.standing import lockdown_text
 from formiga_bt.show.why.words import REASONS, say
@@ -58,6 +60,7 @@ class FoldedSource:
         engine: tells how the engine stands: ok, draining, stopping or failed.
         clock: engine time; never before the newest step, which it is without one.
         wall: now on the clock of `AgentRecord.heard_wall`; without one it is not told how long somebody is silent.
+        speed: engine seconds per wall second.
         lock: held while something is read.
     """
 
@@ -72,13 +75,14 @@ class FoldedSource:
         engine: Callable[[], str] = lambda: "ok",
         clock: Callable[[], Micros] = lambda: 0,
         wall: Callable[[], Micros] = lambda: 0,
+        speed: float = 1.0,
         lock: AbstractContextManager[Any] | None = None,
     ) -> None:
         self.ledger = ledger
         self._site = site
         self._tasks = tasks
         self._catalogue = catalogue
-        self._desk, self._engine, self._clock, self._wall = desk, engine, clock, wall
+        self._desk, self._engine, self._clock, self._wall, self._speed = desk, engine, clock, wall, speed
         self._lock: AbstractContextManager[Any] = lock if lock is not None else nullcontext()
         self._words = Wording(site)
         self._drawings: dict[str, tuple[Task, Drawing]] = {}
@@ -99,19 +103,20 @@ class FoldedSource:
             agents = sorted(state.agents.values(), key=lambda one: (one.human, one.order, one.id))
             questions = sorted(
                 (q for group in index.questions.values() for q in group),
-                key=lambda q: (q.expires_at if q.expires_at is not None else 1 << 62, q.order),
+                key=lambda q: (NEVER if (at := lapses_at(state, q)) is None else at, q.order),
             )
             return Now(
                 site=self._site.name,
                 at=index.now,
                 engine=self._engine(),
                 mode=self._site.mode,
+                speed=self._speed,
                 top=self._top(index),
                 counts=counts,
                 tasks=tuple(page),
                 total=total,
                 agents=tuple(agent_fact(state, agent, index.now, wall) for agent in agents),
-                questions=tuple(question_fact(question, desk) for question in questions),
+                questions=tuple(question_fact(state, question, desk) for question in questions),
                 lines=tuple(islice(reversed(self.ledger.lines), LINES))[::-1],
             )
 
@@ -176,13 +181,15 @@ class FoldedSource:
                 steps=tuple(self._steps(task, model, index.now)),
                 values=self._words.scopes(state.scopes.get(task_id) or {"": story.names}, model, index.now),
                 goals=tuple(goal_fact(goal) for goal in index.goals.get(task_id, ())),
-                questions=tuple(question_fact(q, self._desk()) for q in index.questions.get(task_id, ())),
+                questions=tuple(question_fact(state, q, self._desk()) for q in index.questions.get(task_id, ())),
                 agents=tuple(agent_fact(state, agent, index.now, self._wall()) for agent in agents),
                 lines=tuple(story.lines),
             )
 
     def _known(self, task_id: str) -> TaskRecord:
         task = self.ledger.state.tasks.get(task_id)
+        if task is None and task_id in self.ledger.state.agents:
+            raise TaskError("unknown_task", f"'{task_id}' is an agent, and a task is wanted")
         if task is None:
             raise unknown(task_id, self.ledger.state.tasks)
         return task

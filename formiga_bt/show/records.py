@@ -8,6 +8,7 @@ from formiga_bt.engine.state import EngineState
 from formiga_bt.geo import Position
 from formiga_bt.show.amounts import percent
 from formiga_bt.show.facts import AgentFact, GoalFact, Point, QuestionFact, TaskFact
+from formiga_bt.show.lapse import cleared_machine, lapses_at
 from formiga_bt.show.notes import gate_words
 from formiga_bt.show.rows import path_of_goal, where
 from formiga_bt.show.urgency import Index
@@ -95,7 +96,7 @@ def goal_fact(goal: GoalRecord) -> GoalFact:
     )
 
 
-def question_fact(question: Question, desk: Collection[str] = ()) -> QuestionFact:
+def question_fact(state: EngineState, question: Question, desk: Collection[str] = ()) -> QuestionFact:
     """Return an open question; `desk`: who answers at this engine."""
     said = {answer.by for answer in question.answers}
     return QuestionFact(
@@ -107,8 +108,8 @@ def question_fact(question: Question, desk: Collection[str] = ()) -> QuestionFac
         asked=question.asked,
         here=tuple(person for person in question.asked if person in desk and person not in said),
         asked_at=question.asked_at,
-        lapses_at=question.expires_at,
+        lapses_at=lapses_at(state, question),
         if_no_answer=question.if_no_answer,
-        clears=question.id.split("/")[1] if question.kind == "clearance" else question.clears,
+        clears=cleared_machine(question) or question.clears,
         clears_on=("clear",) if question.kind == "clearance" else question.clears_on,
     )

@@ -9,6 +9,7 @@ from typing import Final
 from formiga_bt.clock import Micros
 from formiga_bt.engine.core import task_deadline
 from formiga_bt.engine.records import AgentRecord, GoalRecord, Question, Request, TaskRecord
+from formiga_bt.show.lapse import lapses_at
 from formiga_bt.show.ledger import Ledger
 from formiga_bt.show.notes import goal_words, hold_words
 from formiga_bt.show.why.words import REASONS, say, span
@@ -59,8 +60,9 @@ class Index:
             if found is not None:
                 yield found.at, words
         for question in self.questions.get(task.id, ()):
-            if question.expires_at is not None:
-                yield question.expires_at, f"{question.number} lapses"
+            lapse = lapses_at(self.state, question)
+            if lapse is not None:
+                yield lapse, f"{question.number} lapses"
         for agent in self.agents.get(task.id, ()):
             yield from self._coming_of(agent)
 

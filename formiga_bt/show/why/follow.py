@@ -9,7 +9,8 @@ from typing import Final
 
 from formiga_bt.engine.records import GoalRecord, TaskRecord
 from formiga_bt.show.facts import Because
-from formiga_bt.show.why.goals import goal_line, questions, silence_line
+from formiga_bt.show.lapse import cleared_machine
+from formiga_bt.show.why.goals import goal_line, question_line, questions, silence_line
 from formiga_bt.show.why.going_on import HANDBACK, ways_on, ways_on_of
 from formiga_bt.show.why.scene import Scene, deeper
 from formiga_bt.show.why.standing import doing, given
@@ -29,10 +30,14 @@ def behind_gate(scene: Scene, goal: GoalRecord, seen: Seen = ()) -> Iterator[Bec
     if goal.state == "gated" and goal.code in BLOCKERS and goal.text in scene.state.agents:
         yield from behind_machine(scene, goal.text, (*seen, goal.agent))
     elif goal.state == "gated" and goal.code == "clearance":
-        for question in scene.state.questions.values():
-            if question.reply is None and question.kind == "clearance" and question.clears_on[:1] == (goal.agent,):
-                task = scene.state.tasks.get(question.task)
-                yield from questions(scene, task, name_task=True) if task is not None and task.id != goal.task else ()
+        yield from clearance_asked(scene, goal.agent)
+
+
+def clearance_asked(scene: Scene, agent_id: str) -> Iterator[Because]:
+    """Tell of the question whether people stand clear of a machine."""
+    for question in scene.state.questions.values():
+        if question.reply is None and cleared_machine(question) == agent_id:
+            yield question_line(scene, question, name_task=True)
 
 
 def behind_machine(scene: Scene, agent_id: str, seen: Seen = ()) -> Iterator[Because]:
@@ -102,7 +107,9 @@ def behind_task(scene: Scene, task: TaskRecord, seen: Seen = ()) -> Iterator[Bec
         for cause in task.held:
             word, _, agent = cause.partition(":")
             text = say(HOLDS, f"{word}:" if agent and f"{word}:" in HOLDS else word, agent=agent)
-            yield Because(f"held.{word}", f"{task.id} is HELD: {text}", hint, agent)
+            asks = list(clearance_asked(scene, agent)) if word == "clearance" else []
+            yield Because(f"held.{word}", f"{task.id} is HELD: {text}", "" if asks else hint, agent)
+            yield from deeper(asks)
         return
     asked = list(questions(scene, task, name_task=True))
     if asked:

@@ -53,14 +53,14 @@ def explain(
     agent = state.agents.get(of)
     if agent is not None:
         return f"{agent.id} {agent.pool}", why_machine(scene, agent)
-    raise unknown(of, [*state.tasks, *state.agents])
+    raise unknown(of, [*state.tasks, *state.agents], "task or agent")
 
 
-def unknown(of: str, known: Iterable[str], code: str = "unknown_task") -> TaskError:
-    """Return the error for an id that is not there, with those that look alike."""
+def unknown(of: str, known: Iterable[str], kind: str = "task", code: str = "unknown_task") -> TaskError:
+    """Return the error for an id of a kind that is not there, with those that look alike."""
     near = nearest(of, list(known))
     tail = f"; did you mean {' or '.join(near)}?" if near else ""
-    return TaskError(code, f"there is no task or agent '{shortened(of)}' (any more){tail}")
+    return TaskError(code, f"there is no {kind} '{shortened(of)}' (any more){tail}")
 
 
 def why_task(scene: Scene, task: TaskRecord) -> list[Because]:

@@ -4,6 +4,7 @@ from collections.abc import Iterator
 
 from formiga_bt.engine.records import AgentRecord, GoalRecord, Question, TaskRecord
 from formiga_bt.show.facts import Because
+from formiga_bt.show.lapse import lapses_at
 from formiga_bt.show.why.scene import Scene
 from formiga_bt.show.why.words import GATE, say, span
 
@@ -69,9 +70,10 @@ def question_line(scene: Scene, question: Question, *, name_task: bool = False) 
     escalates = scene.state.deadlines.get(f"escalate|{question.id}")
     if escalates is not None and question.tier + 1 < len(question.tiers):
         text += f"; in {span(escalates.at - scene.now)} {', '.join(question.tiers[question.tier + 1])} is asked too"
-    if question.expires_at is not None:
+    lapse = lapses_at(scene.state, question)
+    if lapse is not None:
         then = f", then: {question.if_no_answer}" if question.if_no_answer else ", then its step fails"
-        text += f"; lapses in {span(question.expires_at - scene.now)}{then}"
+        text += f"; lapses in {span(lapse - scene.now)}{then}"
     here = [p for p in question.asked if p in scene.desk and not any(answer.by == p for answer in question.answers)]
     hint = f"formiga answer {question.number} {'|'.join(question.options)}" if here else ""
     if len(here) > 1:

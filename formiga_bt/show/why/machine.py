@@ -31,7 +31,8 @@ def why_machine(scene: Scene, agent: AgentRecord) -> list[Because]:
     for goal in state.goals.values():
         if goal.agent == agent.id and goal.action != "Confirm" and (goal.state == "gated" or goal.in_flight):
             lines += [goal_line(scene, goal), *deeper(behind_gate(scene, goal))]
-    lines += _task(scene, agent)
+    told = {line.text for line in lines if line.code == "question"}
+    lines += [line for line in _task(scene, agent) if line.text not in told]
     if agent.human:
         return lines or [Because("free", f"{agent.id} is asked nothing")]
     return lines or [

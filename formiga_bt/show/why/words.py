@@ -99,7 +99,7 @@ REASONS: Final[Mapping[str, str]] = {
     "zip_length": "lists that belong together have different lengths",
     "agent_busy": "an agent had another order of this task",
     "agent_lost": "an agent was not heard of for too long",
-    "taken_over": "a pilot took a machine over",
+    "taken_over": "a pilot, or a machine's own failsafe, took over",
     "cancel_unconfirmed": "an agent never confirmed that it stopped",
     "in_doubt": "it is unknown whether an order was carried out, and it may not be repeated",
     "goal_expired": "an order reached its agent too late",

@@ -201,7 +201,7 @@ def test_a_machine_that_a_pilot_took_is_handed_back(start: Start) -> None:
 
         assert service.ends(task_id)["code"] == "taken_over"
         first = service.get(f"/v1/tasks/{task_id}/why")["because"][0]["text"]
-        assert first == "FAILED (taken_over): a pilot took a machine over"
+        assert first == "FAILED (taken_over): a pilot, or a machine's own failsafe, took over"
 
 
 # -- why -----------------------------------------------------------------------------------------------------------------

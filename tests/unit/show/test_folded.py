@@ -177,6 +177,20 @@ def test_what_a_task_does_is_said_in_few_words() -> None:
     assert (asked.number, asked.here, asked.options) == ("Q4", ("eve",), ("yes", "no"))
 
 
+def test_a_machine_that_waits_for_people_to_stand_clear_gives_up_when_its_own_patience_ends() -> None:
+    board = Board()
+    asked = Question(
+        id="clear/c1/1", number="Q1", task="T-1", priority="medium", kind="clearance", text="Clear?", options=("clear",),
+        tiers=(("eve",),), asked_at=SECOND, expires_at=300 * SECOND,
+    )  # fmt: skip
+    board(task(1, held=("clearance:c1",)), ch.QuestionPut(asked), due("clear|c1", 45))
+
+    now = board.source.now()
+    assert [(one.lapses_at, one.clears) for one in now.questions] == [(45 * SECOND, "c1")]
+    assert (now.tasks[0].urgent_at, now.tasks[0].urgent) == (45 * SECOND, "Q1 lapses")
+    assert board.source.task("T-1").questions[0].lapses_at == 45 * SECOND
+
+
 def test_the_top_line_says_what_a_person_must_see_first() -> None:
     board = Board()
     airborne = AgentRecord(id="c1", type="cart", landed="airborne", liveness="ALIVE", control="pilot", taken=True)
@@ -304,6 +318,12 @@ def test_an_id_that_is_not_there_is_told_with_those_that_look_alike(flown: tuple
         with pytest.raises(TaskError, match="did you mean PickUp-1") as raised:
             ask("PickUp-11")
         assert raised.value.code == "unknown_task"
+
+
+def test_an_agent_where_a_task_is_wanted_is_told_as_one(flown: tuple[FoldedSource, str]) -> None:
+    source, _ = flown
+    with pytest.raises(TaskError, match="'hwd_1' is an agent, and a task is wanted"):
+        source.chart(["hwd_1"])
 
 
 def test_failures_and_what_was_taken_back_are_counted_apart() -> None:

@@ -4,7 +4,8 @@ from typing import Any
 
 import pytest
 
-from formiga_bt.engine.records import GoalRecord
+from formiga_bt.clock import SECOND
+from formiga_bt.engine.records import Deadline, GoalRecord, Question
 from formiga_bt.engine.state import EngineState
 from formiga_bt.show.why.front import explain
 from tests.unit.services.fakes import NOW, machine, order, task
@@ -60,3 +61,24 @@ def test_its_order_its_gate_and_its_task(state: EngineState) -> None:
 def test_what_keeps_it(state: EngineState, fields: dict[str, Any], code: str, text: str) -> None:
     state.agents["hwd_1"] = machine("hwd_1", **{"task": "", **fields})
     assert told(state)[0][:2] == (code, text)
+
+
+def test_what_waits_for_people_to_stand_clear_tells_its_question_once_with_the_time_that_is_left(
+    state: EngineState,
+) -> None:
+    state.tasks["PickUp-3"] = task("PickUp-3", "hwd_1", held=("clearance:hwd_1",))
+    state.goals["g"] = GoalRecord(
+        id="g", agent="hwd_1", action="LandIn", task="PickUp-3", section="steps", state="gated", code="clearance"
+    )
+    state.questions["clear/hwd_1/1"] = Question(
+        id="clear/hwd_1/1", number="Q1", task="PickUp-3", priority="medium", kind="clearance", text="Clear?",
+        options=("clear", "wait"), tiers=(("eve",),), asked_at=NOW, expires_at=NOW + 300 * SECOND,
+        if_no_answer="hwd_1 does not land here",
+    )  # fmt: skip
+    state.deadlines["clear|hwd_1"] = Deadline(NOW + 80 * SECOND, 1)
+
+    lines = told(state)
+
+    assert [code for code, _, _ in lines] == ["gate.clearance", "question", "task", "held.clearance"]
+    assert "lapses in 80 s, then: hwd_1 does not land here" in lines[1][1]
+    assert not any("formiga continue" in hint for _, _, hint in lines)  # it would be refused

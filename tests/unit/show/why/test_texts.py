@@ -135,7 +135,7 @@ def test_who_must_say_that_people_stand_clear_and_what_happens_if_nobody_does() 
         """
         PickUp-1 ACTIVE HELD
           HELD: a person must say that people stand clear of hwd_1
-          Q1 waits for an answer of picker_1, watcher_1 since 58 s; lapses in 4 min, then: hwd_1 does not land here: \
+          Q1 waits for an answer of picker_1, watcher_1 since 58 s; lapses in 15 min, then: hwd_1 does not land here: \
 hwd_1 is about to land here: do people stand 15 m clear?
               -> formiga answer Q1 clear|wait|refuse
           hwd_1.LandIn waits for a person to say that people stand 15 m clear (since 58 s), at trees/pick_up.yaml:26
