@@ -18,6 +18,8 @@ BESIDE: Final = 150
 WITH_AGENTS, WITH_EVENTS = 22, 36
 """Lines from which agents, and events, stand below them."""
 GUTTER: Final = 2
+LEAST: Final = 6
+"""Lines that tasks have at least; what they do not need, agents and events get."""
 """Columns of the pointer."""
 
 
@@ -34,7 +36,9 @@ class Board(Container):
         self.needs = Pane(palette, glyphs, name="needs", title="NEEDS YOU", empty="nothing needs you")
         self.tasks = Pane(palette, glyphs, name="tasks", title="TASKS", empty="no tasks")
         self.agents = Pane(palette, glyphs, name="agents", title="AGENTS", empty="no agents")
-        self.events = Pane(palette, glyphs, name="events", title="EVENTS", empty="nothing has happened yet")
+        self.events = Pane(
+            palette, glyphs, name="events", title="EVENTS", empty="nothing has happened yet", is_log=True
+        )
         self.panes = (self.needs, self.tasks, self.agents, self.events)
         self.active = self.tasks
         self._main = Container(id="main")
@@ -73,6 +77,9 @@ class Board(Container):
         self.agents.display = self.agents.display or below is self.agents
         self.events.display = beside or height >= WITH_EVENTS or below is self.events
         self._side.display = self.agents.display or self.events.display
+        room, need = self._main.size.height, 3 + self.tasks.total
+        few = not beside and self._side.display and 0 < need < room * 3 // 5
+        self.tasks.styles.height = max(LEAST, need) if few else "3fr"
 
     def fill(
         self, now: Now, urgent: Sequence[TaskFact], *, base: int, find: str, over: bool, is_news: bool = True
@@ -89,13 +96,16 @@ class Board(Container):
         self.needs.show(found)
         width = (self.tasks.size.width or self.app.size.width) - GUTTER
         title = "TASKS" + (" and ended ones" if over else "") + (f" with '{find}'" if find else "")
+        failed = now.counts.get("FAILED", 0)
+        if failed and not over and not find:
+            title += f"  {failed} FAILED (o: ended ones)"
         rows = task_rows(now.tasks, now.at, width, self._glyphs)
         self.tasks.empty = f"no task has '{find}'; Esc shows all" if find else "no tasks"
         self.tasks.show(
             rows, title=title, head=tasks_head(width, now.tasks), base=base, total=now.total, is_news=is_news
         )
         width = (self.agents.size.width or self.app.size.width) - GUTTER
-        self.agents.show(agent_rows(now.agents, width, self._glyphs), head=agents_head(width))
+        self.agents.show(agent_rows(now.agents, width, self._glyphs), head=agents_head(width, now.agents))
         width = (self.events.size.width or self.app.size.width) - GUTTER
         self.events.show(line_rows(now.lines, now.at, width))
         if not self._shown_once:

@@ -28,7 +28,9 @@ class Closeup(Container):
         self.goals = Pane(palette, glyphs, name="goals", title="GOALS", empty="no goal is in flight")
         self.crew = Pane(palette, glyphs, name="crew", title="ITS AGENTS", empty="it has no agents")
         self.values = Pane(palette, glyphs, name="values", title="VALUES", empty="no values")
-        self.story = Pane(palette, glyphs, name="story", title="ITS EVENTS", empty="nothing has happened yet")
+        self.story = Pane(
+            palette, glyphs, name="story", title="ITS EVENTS", empty="nothing has happened yet", is_log=True
+        )
         self.panes = (self.steps, self.goals, self.crew, self.values, self.story, self.why)
         self.active = self.steps
         self._main = Container(id="close_main")
@@ -98,7 +100,7 @@ class Closeup(Container):
             self.steps.choose(running_row(rows, picture))
         self.goals.show(Rows.of(goal_rows(picture, self._glyphs)))
         width = self._width(self.crew)
-        self.crew.show(agent_rows(picture.agents, width, self._glyphs), head=agents_head(width))
+        self.crew.show(agent_rows(picture.agents, width, self._glyphs), head=agents_head(width, picture.agents))
         self.values.show(Rows.of(value_rows(picture, self._width(self.values), self._glyphs)))
         self.story.show(line_rows(picture.lines, picture.at, self._width(self.story)))
 

@@ -8,7 +8,7 @@ from formiga_bt.watch.ordering import Ordering
 from formiga_bt.watch.palette import Palette
 from formiga_bt.watch.pane import Lines
 from formiga_bt.watch.text import Line, Piece, clean, line, wrap
-from formiga_bt.watch.top import Link, top_lines
+from formiga_bt.watch.top import Link, about, top_lines
 
 
 class Frame:
@@ -43,7 +43,7 @@ class Frame:
             gone: a row that was chosen, and is no longer there.
         """
         width, height = size
-        _put(self.top, top_lines(now, link, width, clean(now.site) if now is not None else ""))
+        _put(self.top, top_lines(now, link, width, about(now) if now is not None else ""))
         _put(self.reply, self._said(width)[: max(3, height // 3)])
         _put(self.foot, [self._keys(link, find, gone)])
 

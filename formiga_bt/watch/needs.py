@@ -34,8 +34,9 @@ def needs(now: Now, tasks: Sequence[TaskFact], width: int, glyphs: Glyphs) -> Ro
         if _needs_somebody(agent):
             found.append(((1, far, number), f"agent:{agent.id}", partial(_agent, agent, width)))
     asked = {question.number for question in now.questions}
+    handed = {f"hand {agent.id} back" for agent in now.agents if agent.taken and agent.control == "engine"}
     for number, task in enumerate(tasks):
-        if task.needs and task.needs not in asked and not task.is_over:
+        if task.needs and task.needs not in asked and task.needs not in handed and not task.is_over:
             found.append(((2, far, number), f"task:{task.id}", partial(_task, task, width)))
     alarms = [one for one in now.lines if one.severity == "alarm" and now.at - one.at <= ALARM_US]
     for number, alarm in enumerate(reversed(alarms)):
@@ -107,7 +108,7 @@ def _needs_somebody(agent: AgentFact) -> bool:
 
 def _agent(agent: AgentFact, width: int) -> tuple[Line, ...]:
     if agent.taken and agent.control == "engine":
-        words = f"HAND BACK {agent.id}: its pilot gave it back"
+        words = f"HAND BACK {agent.id}: it was taken over, and given back"
         keys = "   ".join(f"{number} {how}" for number, how in enumerate(HANDBACKS, 1))
         return _told(words, width, "warn", line(" " * INDENT, Piece(keys, "warn")))
     if agent.taken:

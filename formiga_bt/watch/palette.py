@@ -9,7 +9,7 @@ from typing import Final
 from rich.segment import Segment
 from rich.style import Style
 
-from formiga_bt.watch.text import Line, Tone, width_of
+from formiga_bt.watch.text import ASCII, FULL, Line, Tone, width_of
 
 COLOURS: Final[Mapping[Tone, str]] = {
     "plain": "", "dim": "dim", "bold": "bold", "title": "bold", "kind": "cyan", "agent": "green", "good": "green",
@@ -50,13 +50,18 @@ class Palette:
                 break
             taken = width_of(text)
             if taken > room:
-                text = _cut(text, room)
+                text = self._short(text, room)
                 taken = width_of(text)
             found.append(Segment(text, styles[piece.tone]))
             used += taken
         if used < width:
             found.append(Segment(" " * (width - used), styles[fill]))
         return found
+
+    def _short(self, text: str, room: int) -> str:
+        if width_of(text.rstrip()) <= room:
+            return _cut(text, room)
+        return _cut(text, room - 1) + (ASCII if self._ascii else FULL).cut
 
 
 def _cut(text: str, room: int) -> str:

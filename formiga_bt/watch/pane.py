@@ -48,14 +48,18 @@ class Pane(Lines):
         selection: which row is chosen.
         title: what stands above the rows.
         empty: what is said where there are no rows.
+        is_log: the newest is on top; who looks at that goes on seeing what is newest.
     """
 
-    def __init__(self, palette: Palette, glyphs: Glyphs, *, name: str, title: str, empty: str = "") -> None:
+    def __init__(
+        self, palette: Palette, glyphs: Glyphs, *, name: str, title: str, empty: str = "", is_log: bool = False
+    ) -> None:
         super().__init__(palette, name=name)
         self.selection = Selection()
         self.title = title
         self.head = ""
         self.empty = empty
+        self.is_log = is_log
         self.is_active = False
         self.rows = Rows.of(())
         self.first = 0
@@ -87,6 +91,7 @@ class Pane(Lines):
             total: so many there are in all.
             is_news: False: the same rows as before, laid out anew.
         """
+        at_newest = self.is_log and self.selection.index == 0 and self.first == 0
         was_in_view = bool(self.selection.id) and self.first <= self.selection.index < self.first + self.page
         offset, top = self.selection.index - self.first, self.base + self.first
         if not self.selection.id:
@@ -95,6 +100,8 @@ class Pane(Lines):
         self.title = title or self.title
         self.head = head
         self.selection.see(rows.ids)
+        if at_newest:
+            self.selection.choose(0)
         goes = is_news and self.goto is not None
         if is_news and self.goto is not None:
             place = min(self.goto, self.total - 1) - base
@@ -104,7 +111,9 @@ class Pane(Lines):
                 self.selection.choose(place)
                 self.goto = None
         self.first = top - base
-        if was_in_view and self.selection.id:
+        if at_newest:
+            self.first = 0
+        elif was_in_view and self.selection.id:
             self.first = self.selection.index - offset
         self._settle()
         if (was_in_view or goes) and self.selection.id:

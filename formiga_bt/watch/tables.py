@@ -70,32 +70,45 @@ def _task(task: TaskFact, now: int, widths: tuple[int, int, int], glyphs: Glyphs
     return line(*pieces, clean(says))
 
 
-def agents_head(width: int) -> str:
+def agents_head(width: int, agents: tuple[AgentFact, ...]) -> str:
     """Return the head of the table of agents."""
-    cells = [fit("AGENT", 12), fit("STATE", 16), fit("BATTERY", 7)]
+    ids, tasks, actions = _agent_widths(agents)
+    cells = [fit("AGENT", ids), fit("STATE", 16), fit("BATTERY", 7)]
     if width >= WIDE:
         cells[1:1] = [fit("TYPE", 8)]
     if width >= NARROW:
-        cells += [fit("TASK", 16), fit("ACTION", 12)]
+        cells += [fit("TASK", tasks), fit("ACTION", actions)]
     return " ".join([*cells, "ORDER, TROUBLE"])
 
 
 def agent_rows(agents: tuple[AgentFact, ...], width: int, glyphs: Glyphs) -> Rows:
     """Return a row for each agent."""
-    return Rows([a.id for a in agents], lambda place: _row(agents[place].id, _agent(agents[place], width, glyphs)))
+    widths = _agent_widths(agents)
+    return Rows(
+        [a.id for a in agents], lambda place: _row(agents[place].id, _agent(agents[place], width, widths, glyphs))
+    )
 
 
-def _agent(agent: AgentFact, width: int, glyphs: Glyphs) -> Line:
+def _agent_widths(agents: tuple[AgentFact, ...]) -> tuple[int, int, int]:
+    """Return the columns of ids, tasks and actions: what the longest takes, so that trouble has the rest."""
+    ids = max([8, *(width_of(agent.id) for agent in agents)])
+    tasks = max([8, *(width_of(agent.task) for agent in agents)])
+    actions = max([8, *(width_of(agent.action) for agent in agents)])
+    return min(ids, 12), min(tasks, 16), min(actions, 12)
+
+
+def _agent(agent: AgentFact, width: int, widths: tuple[int, int, int], glyphs: Glyphs) -> Line:
+    ids, tasks, actions = widths
     state, tone = _state(agent)
     battery = "" if agent.battery is None or agent.human else f"{agent.battery:.0f} %"
-    pieces = [Piece(fit(clean(agent.id), 12, glyphs) + " ", "agent")]
+    pieces = [Piece(fit(clean(agent.id), ids, glyphs) + " ", "agent")]
     if width >= WIDE:
         pieces.append(Piece(fit(clean(agent.type), 8, glyphs) + " ", "dim"))
     pieces.append(Piece(fit(state, 16, glyphs) + " ", tone))
     pieces.append(Piece(fit(battery, 7, glyphs) + " "))
     if width >= NARROW:
-        pieces.append(Piece(fit(clean(agent.task), 16, glyphs) + " "))
-        pieces.append(Piece(fit(clean(agent.action), 12, glyphs) + " ", "kind"))
+        pieces.append(Piece(fit(clean(agent.task), tasks, glyphs) + " "))
+        pieces.append(Piece(fit(clean(agent.action), actions, glyphs) + " ", "kind"))
     return line(*pieces, Piece(clean(_trouble(agent)), "warn"))
 
 
@@ -108,7 +121,7 @@ def _state(agent: AgentFact) -> tuple[str, Tone]:
     if agent.liveness and agent.liveness != "ALIVE":
         return clean(agent.liveness), "alarm"
     if agent.human:
-        return clean(agent.word or agent.pool), "plain"
+        return "asked" if agent.word == "EXECUTING ACTION" else "here", "plain"
     if agent.landed == "airborne":
         return "AIRBORNE", "good"
     return clean(agent.pool or agent.landed), "warn" if agent.pool == "PARKED_AWAY" else "plain"

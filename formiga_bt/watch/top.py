@@ -50,6 +50,11 @@ def parts(now: Now | None, link: Link) -> list[Piece]:
     return found
 
 
+def about(now: Now) -> str:
+    """Return the site's name, and how fast its clock goes where that is not real time."""
+    return clean(now.site) if now.speed == 1.0 else f"{clean(now.site)}, clock x{now.speed:g}"
+
+
 def _lockdown(top: Top) -> str:
     words = clean(top.lockdown)
     return words if words.upper().startswith("LOCKDOWN") else f"LOCKDOWN {words}"

@@ -74,6 +74,8 @@ class FakeSource:
         self.lines: list[LineFact] = []
         self.steps: tuple[StepFact, ...] = ()
         self.goals: tuple[GoalFact, ...] = ()
+        self.counts: dict[str, int] = {}
+        self.speed = 1.0
         self.gone = ""
         """Why it does not answer."""
         self.asked: list[tuple[int, int, str, bool]] = []
@@ -84,7 +86,8 @@ class FakeSource:
         self.asked.append((first, count, find, over))
         fit = [t for t in self.tasks if find in t.id and (over or not t.is_over)]
         return Now(
-            site="meadow", at=self.at, top=self.top, counts={}, tasks=tuple(fit[first : first + count]), total=len(fit),
+            site="meadow", at=self.at, top=self.top, counts=self.counts, speed=self.speed,
+            tasks=tuple(fit[first : first + count]), total=len(fit),
             agents=tuple(self.agents), questions=tuple(self.questions), lines=tuple(self.lines),
         )  # fmt: skip
 

@@ -26,7 +26,7 @@ def test_what_needs_a_person_is_on_top_with_its_numbered_answers() -> None:
             "      Is the box loaded?",
             "      1 loaded   2 not_yet",
             "      lapses in 4:19, then: the task fails",
-            "  HAND BACK lwd_3: its pilot gave it back",
+            "  HAND BACK lwd_3: it was taken over, and given back",
             "      1 continue   2 return   3 end",
             "  ALARM 0:30 ago: hwd_9 is lost",
         ]
@@ -437,3 +437,75 @@ def test_nothing_is_drawn_again_where_nothing_changed(monkeypatch: pytest.Monkey
         assert [[region.height for region in regions] for regions in drawn] == [[1]]  # type: ignore[attr-defined]
 
     watching(look)
+
+
+def test_the_newest_event_stays_on_top_until_one_is_chosen() -> None:
+    source = FakeSource()
+    source.lines = [LineFact(at=AT - n * S, text=f"event {n}") for n in range(40, 0, -1)]
+
+    async def look(room: Room) -> None:
+        await room.press("v")
+        assert room.shows("▶ 0:01 ago event 1 ")
+        source.lines.append(LineFact(at=AT, text="the newest"))
+        await room.poll()
+        assert room.shows("▶ 0:00 ago the newest")
+        await room.press("down", "down")
+        source.lines.append(LineFact(at=AT, text="another one"))
+        await room.poll()
+        assert room.shows("▶ 0:02 ago event 2 ")
+
+    watching(look, source, size=(80, 24))
+
+
+def test_few_tasks_leave_their_room_to_the_agents() -> None:
+    source = FakeSource()
+    source.agents = [agent(f"hwd_{n}") for n in range(1, 13)]
+
+    async def look(room: Room) -> None:
+        assert all(room.shows(f"hwd_{n} ") for n in range(1, 13))
+        source.tasks = many(40)
+        await room.poll()
+        await room.poll()
+        assert room.shows("PickUp-9 ")
+
+    watching(look, source, size=(100, 34))
+
+
+def test_what_is_cut_at_the_edge_has_a_mark_and_failures_are_told() -> None:
+    source = FakeSource()
+    source.tasks = [task(1, doing="a long way of words " * 9)]
+    source.counts = {"FAILED": 2}
+
+    async def look(room: Room) -> None:
+        row = next(text for text in room.lines if "PickUp-1" in text)
+        assert row.endswith("…")
+        assert room.shows("TASKS 2 FAILED (o: ended ones)")
+
+    watching(look, source)
+
+
+def test_a_machine_to_hand_back_is_told_once_and_people_as_here_or_asked() -> None:
+    source = FakeSource()
+    source.agents = [agent("hwd_1", task="PickUp-1", taken=True), agent("eve", human=True, word="EXECUTING ACTION")]
+    source.agents.append(agent("bob", human=True, word="STANDBY"))
+    source.tasks = [task(1, held=("take-over:hwd_1",), needs="hand hwd_1 back")]
+
+    async def look(room: Room) -> None:
+        assert (
+            room.text.count("hwd_1 back") + room.text.count("HAND BACK hwd_1") == 2
+        )  # its own line, and its task's row
+        assert not room.shows("HELD PickUp-1: hand hwd_1 back")
+        assert room.shows("eve asked")
+        assert room.shows("bob here")
+
+    watching(look, source)
+
+
+def test_the_speed_of_the_clock_is_said_where_it_is_not_that_of_the_wall() -> None:
+    source = FakeSource()
+    source.speed = 20.0
+
+    async def look(room: Room) -> None:
+        assert room.lines[0].endswith("meadow, clock x20")
+
+    watching(look, source)
