@@ -4,7 +4,18 @@ from typing import Annotated, Any
 
 import typer
 
-from formiga_bt.cli.client import JsonOption, SiteOption, connect, print_json, print_table, segment, show_next, user
+from formiga_bt.cli.client import (
+    JsonOption,
+    SiteOption,
+    TokenFileOption,
+    UrlOption,
+    connect,
+    print_json,
+    print_table,
+    segment,
+    show_next,
+    user,
+)
 from formiga_bt.cli.inputs import UnusableFile
 
 ORDERS = ("clear", "handback")
@@ -17,6 +28,8 @@ def command(
     agent: Annotated[str, typer.Argument(help="The agent of the order.", metavar="[ID]")] = "",
     as_json: JsonOption = False,
     site: SiteOption = None,
+    url: UrlOption = "",
+    token_file: TokenFileOption = None,
 ) -> None:
     """List machines and people, or order `clear ID`.
 
@@ -25,7 +38,7 @@ def command(
     """
     if order and (order not in ORDERS or not agent):
         raise UnusableFile(f"say `formiga agents`, or one of: {', '.join(f'formiga agents {o} ID' for o in ORDERS)}")
-    client = connect(site)
+    client = connect(site, url, token_file)
     if order:
         reply = client.post(f"/v1/agents/{segment(agent)}/{order}", {"by": user()})
         if as_json:

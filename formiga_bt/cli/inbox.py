@@ -4,16 +4,18 @@ from typing import Annotated, Any
 
 import typer
 
-from formiga_bt.cli.client import JsonOption, SiteOption, connect, print_json, show_next
+from formiga_bt.cli.client import JsonOption, SiteOption, TokenFileOption, UrlOption, connect, print_json, show_next
 
 
 def command(
     person: Annotated[str, typer.Option("--of", help="Only what this person is asked.", metavar="PERSON")] = "",
     as_json: JsonOption = False,
     site: SiteOption = None,
+    url: UrlOption = "",
+    token_file: TokenFileOption = None,
 ) -> None:
     """List open questions, oldest first, with their options and who may answer."""
-    found = connect(site).get("/v1/inbox", person=person)
+    found = connect(site, url, token_file).get("/v1/inbox", person=person)
     if as_json:
         print_json(found)
         return

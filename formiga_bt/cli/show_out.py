@@ -125,5 +125,6 @@ def with_sources(drawing: "Drawing") -> "Drawing":
 def title_of(picture: "TaskPicture") -> str:
     """Return how a task stands, in one line."""
     task = picture.task
-    facts = [f"{task.id} {task.status}", *task.held, task.doing or f"{task.code} {task.reason}".strip()]
+    held = " HELD" if task.held and not task.is_over else ""
+    facts = [f"{task.id} {task.status}{held}", *task.held, task.doing or f"{task.code} {task.reason}".strip()]
     return "  ".join(fact for fact in facts if fact)

@@ -5,7 +5,16 @@ from typing import Annotated, Any
 
 import typer
 
-from formiga_bt.cli.client import JsonOption, SiteOption, connect, print_json, print_table, show_next
+from formiga_bt.cli.client import (
+    JsonOption,
+    SiteOption,
+    TokenFileOption,
+    UrlOption,
+    connect,
+    print_json,
+    print_table,
+    show_next,
+)
 
 
 def command(
@@ -16,9 +25,11 @@ def command(
     library: Annotated[bool, typer.Option("--library", help="List what can be requested instead.")] = False,
     as_json: JsonOption = False,
     site: SiteOption = None,
+    url: UrlOption = "",
+    token_file: TokenFileOption = None,
 ) -> None:
     """List tasks, newest first: id, status, agents, what became of it."""
-    client = connect(site)
+    client = connect(site, url, token_file)
     if library:
         _library(client.get("/v1/library"), as_json)
         return

@@ -27,9 +27,12 @@ def command(
     What explains a line stands below it. Of an agent: who has it, which order stands on it, what it waits for, its task.
     Example: formiga why hwd_1
     """
+    from formiga_bt.cli.inputs import UnusableFile
     from formiga_bt.cli.remote import connect_source
     from formiga_bt.show.why import text
 
+    if not task:
+        raise UnusableFile("why what? The id is empty; formiga tasks and formiga agents list them")
     source = connect_source(site, url, token_file)
     if as_json:
         print_json(_as_json(source.client, task))

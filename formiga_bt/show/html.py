@@ -6,7 +6,7 @@ It reads without JavaScript. All that comes from task files is escaped, and the 
 import base64
 import hashlib
 from collections.abc import Iterator, Mapping
-from html import escape
+from html import escape as as_html
 from importlib.resources import files
 from pathlib import PurePath
 
@@ -14,6 +14,7 @@ from formiga_bt.show.drawing import is_step
 from formiga_bt.show.facts import Box, Drawing, Spot, StepFact
 from formiga_bt.show.marks import MARKS, mark_of, note_of
 from formiga_bt.show.outline import BADGES
+from formiga_bt.show.terminal import safe
 
 TINTS = 8
 """So many colours of roles has the style."""
@@ -130,7 +131,9 @@ class _Page:
         for file, at in self._files.items():
             yield f'<h2 title="{escape(file)}">{escape(PurePath(file).name)}</h2>'
             lines = self._drawing.sources[file].removesuffix("\n").split("\n")
-            rows = "".join(f'<span id="f{at}-{n}">{escape(text) or " "}</span>' for n, text in enumerate(lines, 1))
+            rows = "".join(
+                f'<span id="f{at}-{n}">{escape(text, tabs=True) or " "}</span>' for n, text in enumerate(lines, 1)
+            )
             yield f"<pre>{rows}</pre>"
         yield "</aside>"
 
@@ -146,3 +149,8 @@ def _part(name: str) -> str:
 def _digest(script: str) -> str:
     """Return what a browser knows the page's own script by."""
     return "sha256-" + base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
+
+
+def escape(text: str, *, tabs: bool = False) -> str:
+    """Return a text for a page; signs that are not seen are spelled: one of them could turn round how the rest is read."""
+    return as_html("\t".join(safe(part) for part in text.split("\t")) if tabs else safe(text))

@@ -222,8 +222,9 @@ def _groups(timeline: Timeline, start: Micros, end: Micros, least: float, now: M
 def _title(task: TaskFact, now: Micros) -> str:
     held = " HELD" if task.held and not task.is_over else ""
     code = f" ({task.code})" if task.code else ""
-    word = "after" if task.is_over else "since"
-    return f"{task.id}  {task.status}{held}{code} {word} {lasted((task.ended_at or now) - task.submitted_at)}"
+    took = lasted((task.ended_at or now) - task.submitted_at)
+    words = f" after {took}" if task.is_over else f", requested {took} ago"
+    return f"{task.id}  {task.status}{held}{code}{words}"
 
 
 def _rows(

@@ -80,7 +80,7 @@ def task(name: str, **more: Any) -> dict[str, Any]:
 def paper(monkeypatch: pytest.MonkeyPatch) -> Paper:
     made = Paper()
     for name in VERBS:
-        monkeypatch.setattr(import_module(f"formiga_bt.cli.{name}"), "connect", lambda _site: made)
+        monkeypatch.setattr(import_module(f"formiga_bt.cli.{name}"), "connect", lambda *_: made)
     monkeypatch.setenv("USER", "eve")
     return made
 

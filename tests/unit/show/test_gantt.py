@@ -75,7 +75,7 @@ def test_what_runs_goes_on_until_now() -> None:
 
     text = plain(drawn(running, 60, ascii_only=True))
 
-    assert "PickUp-1  ACTIVE since 30 s" in text
+    assert "PickUp-1  ACTIVE, requested 30 s ago" in text
     assert text.splitlines()[1].endswith("---->")
     assert text.splitlines()[3].endswith("now")
     assert "> runs" in text

@@ -339,3 +339,16 @@ def test_two_thousand_steps_are_drawn_at_once() -> None:
     start = time.process_time()
     draw(tree, {}, width=90)
     assert time.process_time() - start < 0.3
+
+
+def test_signs_that_turn_words_round_are_spelled_on_a_page() -> None:
+    label = (Span("say \u202e dnal ot raelC\x1b[2J", "plain"),)
+    box = Box(path="steps/steps[0]", kind="notify", label=label, spot=Spot("a.yaml", 1, 1))
+    section = Box(path="steps/", kind="section", label=(Span("steps", "title"),), children=(box,))
+    drawing = Drawing(task="T", spot=Spot("a.yaml", 1, 1), sections=(section,), sources={"a.yaml": "\tx: \u202ey\n"})
+
+    page = html_of(drawing, None, "")
+
+    assert "say \\u202e dnal ot raelC\\x1b[2J" in page
+    assert "\tx: \\u202ey" in page
+    assert "\u202e" not in page
