@@ -33,7 +33,12 @@ def compare(words: Words, task: Task, text: str, flight: Flight, world: World) -
         flight: its dry run; empty status = it was not flown.
         world: the site.
     """
-    found = [*_places(words, text), *_amounts(words, text), *_agents(words, task, flight, world)]
+    found = [
+        *_places(words, text),
+        *_amounts(words, text),
+        *_misused(words, task),
+        *_agents(words, task, flight, world),
+    ]
     if flight.status == "SUCCEEDED":
         found += [*_people(words, flight, world), *_ends(words, flight)]
     return found
@@ -65,6 +70,41 @@ def _amounts(words: Words, text: str) -> Iterator[Shortfall]:
             yield Shortfall(
                 "amount_not_used", f'the request says "{amount.words}", and no value of the task is {amount.words}'
             )
+
+
+def _misused(words: Words, task: Task) -> Iterator[Shortfall]:
+    """Find amounts that the request says are a radius or a gap, and that the task uses as something else only."""
+    for amount in words.amounts:
+        if amount.type != "distance":
+            continue
+        at = words.text.find(amount.words)
+        before, after = words.text[:at].casefold(), words.text[at + len(amount.words) :].casefold()
+        uses = [name for name, si in _params(task) if abs(si - amount.si) < 1e-6]
+        if not uses:
+            continue
+        if re.match(r"\W*(?:apart|from each other|from one another)\b", after) and all(map(_is_height, uses)):
+            yield Shortfall(
+                "amount_misused",
+                f'the request says "{amount.words} apart", and the task uses {amount.words} as a height only',
+            )
+        is_radius = (
+            re.search(r"\bradius(?:\s+of)?\s*$", before) is not None or re.match(r"\W*radius\b", after) is not None
+        )
+        if is_radius and not any(name.startswith("radius") for name in uses):
+            yield Shortfall(
+                "amount_misused",
+                f"the request wants a radius of {amount.words}, and the task uses it as {', '.join(uses)}",
+            )
+
+
+def _is_height(name: str) -> bool:
+    return name.startswith(("height", "altitude"))
+
+
+def _params(task: Task) -> Iterator[tuple[str, float]]:
+    for param in task.params.values():
+        if param.type.name == "distance" and param.default is not None and param.default.is_const:
+            yield param.name, float(param.default.const)
 
 
 def _agents(words: Words, task: Task, flight: Flight, world: World) -> Iterator[Shortfall]:

@@ -232,6 +232,10 @@ class _Drafting:
             return self._done("failed", say=_sentences("the model gave no usable answer: " + problem))
         answer, judged = best
         flies = judged.task is not None and not judged.errors
+        words = self._words
+        if not flies and self._before is None and not (words.places or words.agents or words.amounts):
+            names = ", ".join(["base", *self._world.site.places][:12])
+            return self._done("question", plan=answer.plan, say=f"Where shall who go? Places of this site: {names}.")
         say = ""
         if not flies:
             wrong = [one.text for one in judged.shortfalls if one.severity == "error"]

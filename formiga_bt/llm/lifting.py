@@ -22,6 +22,7 @@ _NAME: Final = re.compile(r"(?<![\w.'])[A-Za-z_]\w*(?![\w'(])")
 _PAIR: Final = re.compile(r"(-?\d{1,2}\.\d+)\s*,\s*(-?\d{1,3}\.\d+)")
 _QUANTITIES: Final = ("distance", "duration", "speed", "angle", "mass", "percent")
 _NO_NAMES: Final = frozenset({"base", "site", "task", "now", "error", "result", "not", "and", "or", "in", "if", "else"})
+_HEIGHTS: Final = ("height", "altitude")
 _NICER: Final = {"to": "target", "at": "target", "wait": "pause", "near": "near", "dist": "distance", "p": "target"}
 
 
@@ -160,10 +161,17 @@ class Lifter:
                 return self._lift(word, type_, {"lit": word}, word, self.words.places.get(word, ""))
         return word
 
+    def _same(self, base: str, type_: str, text: str, words: str) -> Lifted | None:
+        """Return the height that already has these words of the request, if they stand there once."""
+        if base not in _HEIGHTS or not words or self.words.text.count(words) != 1:
+            return None
+        alike = (one for one in self._found.values() if one.name in _HEIGHTS and (one.type, one.text) == (type_, text))
+        return next(alike, None)
+
     def _lift(self, key: str, type_: str, default: Any, text: str, words: str) -> str:
         base = _NICER.get(key, key) if key in _NICER else key
         base = re.sub(r"\W", "_", base) or type_
-        known = self._found.get((base, type_, text))
+        known = self._found.get((base, type_, text)) or self._same(base, type_, text, words)
         if known is not None:
             return known.name
         used = {one.name for one in self._found.values()} | self.taken | self.local | set(_NO_NAMES)

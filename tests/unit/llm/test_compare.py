@@ -66,6 +66,16 @@ def found(request: str, answer: Any) -> list[tuple[str, str]]:
             ("asked_unasked", "the task puts a question to people, and the request does not want that"),
         ),
         (
+            "hover over the camp in a circle with a radius of 40 m",
+            tree(fly_to("camp"), home()),
+            ("amount_misused", "the request wants a radius of 40 m, and the task uses it as height"),
+        ),
+        (
+            "hover at the camp, 40 m apart",
+            tree(fly_to("camp"), home()),
+            ("amount_misused", 'the request says "40 m apart", and the task uses 40 m as a height only'),
+        ),
+        (
             "land at the camp",
             tree(fly_to("camp"), home()),
             ("not_landed_there", 'the request wants a landing at "camp", and nobody lands at camp'),

@@ -208,6 +208,15 @@ def test_what_may_be_possible_is_left_to_the_model(request_: str) -> None:
     assert len(chat.asked) == 1
 
 
+def test_a_request_without_a_place_of_which_nothing_comes_is_asked_about() -> None:
+    found, _ = made("Have a look from above.", tree({"do": "Dance", "agent": "drone"}), rounds=0)
+
+    assert (found.kind, found.say) == (
+        "question",
+        "Where shall who go? Places of this site: base, camp, north_field, east_field, south_field, west_field, lake_shore.",
+    )
+
+
 def test_an_answer_that_was_cut_off_is_none() -> None:
     cut = Reply(text=json.dumps(GOOD), data=GOOD, finish="length")
     found, chat = made(LOOK, cut, GOOD)

@@ -73,6 +73,16 @@ def test_words_of_the_request_are_found_whatever_their_unit() -> None:
     assert [one.words for one in made.values()] == ["three metres", "90 seconds", "1.5 km", ""]
 
 
+def test_words_that_stand_once_in_the_request_are_one_param() -> None:
+    once, twice = lifter("circle of 10 m, land 10 m north"), lifter("at 60 m")
+    for made, text in ((once, "10 m"), (twice, "60 m")):
+        made.value(text, "distance", "height")
+        made.value(text, "distance", "altitude")
+
+    assert [one.name for one in once.values()] == ["height", "altitude"]
+    assert [one.name for one in twice.values()] == ["height"]
+
+
 def test_texts_in_conditions_stay_as_they_are() -> None:
     assert lifter().expression("reply.answer == 'camp' and drone.battery > 40 %") == (
         "reply.answer == 'camp' and drone.battery > percent"
