@@ -74,7 +74,7 @@ def test_the_full_form_cannot_cut_motors_either() -> None:
     answer = {"plan": "", "answer": {"tree": {
         "formiga": 1, "task": "Cut", "agents": [{"name": "drone", "type": "hwd", "near": {"expr": "base"}}],
         "steps": [{"action": "CutMotors", "agent": "drone"}]}, "run": []}}  # fmt: skip
-    found, _ = made("Stop the motors", answer, form="full")
+    found, _ = made("Stop the motors at the camp", answer, form="full")
 
     assert (found.kind, found.yaml) == ("failed", found.yaml)
     assert found.shortfalls
@@ -86,7 +86,7 @@ def test_the_full_form_cannot_read_other_files(path: str) -> None:
         "formiga": 1, "task": "Leak", "imports": [path, "lib/flying.yaml"],
         "agents": [{"name": "drone", "type": "hwd", "near": {"expr": "base"}}],
         "steps": [{"call": "FetchHome", "with": [{"name": "drone", "value": {"expr": "drone"}}]}]}, "run": []}}  # fmt: skip
-    found, _ = made("Bring a heavy drone home", answer, form="full")
+    found, _ = made("Bring a heavy drone home from the camp", answer, form="full")
 
     assert found.kind == "failed"
     assert "import" in [one.code for one in found.shortfalls]
@@ -96,7 +96,7 @@ def test_a_tree_cannot_start_other_tasks() -> None:
     answer = {"plan": "", "answer": {"tree": {
         "formiga": 1, "task": "Chain",
         "steps": [{"request": "MoveTask", "wait": True}]}, "run": []}}  # fmt: skip
-    found, _ = made("Start MoveTask", answer, form="full")
+    found, _ = made("Start MoveTask at the camp", answer, form="full")
 
     assert found.kind == "failed"
 
