@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Final
 
-from formiga_bt.lang.tokens import ExprSyntax, Parsed, Token, parse_expression
+from formiga_bt.lang.expr.tokens import ExprSyntax, Parsed, Token, parse_expression
 
 _BINARY: Final[Mapping[type, str]] = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/"}
 _COMPARE: Final[Mapping[type, str]] = {

@@ -11,9 +11,9 @@ from formiga_bt.bridges.scripts import Assigned, Names, NoScript, from_script, n
 from formiga_bt.bridges.values_out import plain
 from formiga_bt.diagnostics import Mark
 from formiga_bt.lang.document import parse
-from formiga_bt.lang.helpers import STANDARD
+from formiga_bt.lang.expr.helpers import STANDARD
+from formiga_bt.lang.expr.tokens import WORDS
 from formiga_bt.lang.own_names import BUILT_IN
-from formiga_bt.lang.tokens import WORDS
 from formiga_bt.units import format_quantity, parse_quantity
 
 _POINTER: Final = re.compile(r"\{\s*@?([^{}:,\s]+)\s*\}")

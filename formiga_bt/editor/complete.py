@@ -14,13 +14,13 @@ from formiga_bt.editor.phrase import phrase, type_of
 from formiga_bt.editor.project import Document, Project
 from formiga_bt.editor.view import View, look
 from formiga_bt.editor.wording import field_line, param_line, type_words
-from formiga_bt.lang.helpers import STANDARD
+from formiga_bt.lang.expr.helpers import STANDARD
+from formiga_bt.lang.expr.scope import fields_of
+from formiga_bt.lang.expr.typing_rules import fits
 from formiga_bt.lang.kinds import KINDS, MODIFIERS, Kind, Option
 from formiga_bt.lang.model import AgentType
 from formiga_bt.lang.params import SIMPLE
-from formiga_bt.lang.scope import fields_of
 from formiga_bt.lang.types import ANY, Type
-from formiga_bt.lang.typing_rules import fits
 from formiga_bt.units import LIKELY, UNITS
 
 What = Literal["kind", "option", "field", "name", "helper", "value", "unit", "action", "subtree", "file"]

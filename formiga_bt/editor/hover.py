@@ -22,10 +22,10 @@ from formiga_bt.editor.wording import (
     param_line,
     typed,
 )
-from formiga_bt.lang.helpers import STANDARD, Helper
+from formiga_bt.lang.expr.helpers import STANDARD, Helper
+from formiga_bt.lang.expr.scope import Scope, fields_of
+from formiga_bt.lang.expr.tokens import rough_tokens
 from formiga_bt.lang.kinds import KINDS
-from formiga_bt.lang.scope import Scope, fields_of
-from formiga_bt.lang.tokens import rough_tokens
 from formiga_bt.lang.types import ANY
 
 BUILT_INS: Final[Mapping[str, str]] = {

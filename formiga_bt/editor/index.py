@@ -13,9 +13,9 @@ from typing import Final, Literal
 from formiga_bt.diagnostics import Mark
 from formiga_bt.editor.grammar import FileKind, Names, Slot, Steps, Value, Walk, kind_of, scalar_behind
 from formiga_bt.lang.document import Entry, Listing, Mapping_, Node, Scalar
-from formiga_bt.lang.interpolation import holes
+from formiga_bt.lang.expr.interpolation import holes
+from formiga_bt.lang.expr.tokens import Token, rough_tokens
 from formiga_bt.lang.kinds import Option
-from formiga_bt.lang.tokens import Token, rough_tokens
 
 SUBTREES: Final = "#subtrees"
 """The space of the names of subtrees; any other space is a body: "" = the task, else the subtree of that name."""

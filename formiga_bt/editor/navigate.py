@@ -14,7 +14,7 @@ from formiga_bt.editor.index import SUBTREES, Occurrence
 from formiga_bt.editor.phrase import word_at
 from formiga_bt.editor.project import Document, Project
 from formiga_bt.editor.view import View, look
-from formiga_bt.lang.helpers import STANDARD
+from formiga_bt.lang.expr.helpers import STANDARD
 from formiga_bt.lang.own_names import BUILT_IN
 from formiga_bt.lang.reading import IDENTIFIER
 

@@ -8,9 +8,9 @@ from typing import Literal
 
 from formiga_bt.diagnostics import Mark
 from formiga_bt.lang.document import Scalar
+from formiga_bt.lang.expr.scope import Scope
+from formiga_bt.lang.expr.tokens import Token, rough_tokens
 from formiga_bt.lang.expressions import compile_expr
-from formiga_bt.lang.scope import Scope
-from formiga_bt.lang.tokens import Token, rough_tokens
 from formiga_bt.lang.types import ANY, Type
 
 

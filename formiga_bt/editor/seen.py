@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from formiga_bt.diagnostics import Mark
 from formiga_bt.editor.where import Where
-from formiga_bt.lang.scope import Scope
+from formiga_bt.lang.expr.scope import Scope
 
 
 @dataclass(frozen=True, slots=True)

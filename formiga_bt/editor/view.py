@@ -12,10 +12,10 @@ from formiga_bt.editor.phrase import hole_around
 from formiga_bt.editor.project import Document, Project, Signature
 from formiga_bt.editor.where import Where, where
 from formiga_bt.lang import records
+from formiga_bt.lang.expr.scope import Scope
 from formiga_bt.lang.kinds import Option
 from formiga_bt.lang.model import ActionSpec, Catalogue, Param, Site
 from formiga_bt.lang.params import SIMPLE
-from formiga_bt.lang.scope import Scope
 from formiga_bt.lang.types import ANY, INT, TEXT, Type
 
 

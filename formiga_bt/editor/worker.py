@@ -24,8 +24,8 @@ from formiga_bt.diagnostics import Diagnostic
 from formiga_bt.editor.checks import Checked, check
 from formiga_bt.editor.project import Document, Project
 from formiga_bt.editor.seen import Seen
+from formiga_bt.lang.expr.scope import Scope
 from formiga_bt.lang.model import Catalogue, Site
-from formiga_bt.lang.scope import Scope
 from formiga_bt.lang.types import Type
 
 _START: Final = (

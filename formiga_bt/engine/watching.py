@@ -5,7 +5,7 @@ from typing import Final
 from formiga_bt.engine.core import Core
 from formiga_bt.engine.env import TaskEnv, with_extensions
 from formiga_bt.engine.state import members_key, name_key
-from formiga_bt.lang.members import type_read
+from formiga_bt.lang.expr.members import type_read
 from formiga_bt.lang.model import Expr, Unset
 from formiga_bt.lang.types import AgentRef
 

@@ -14,11 +14,11 @@ from formiga_bt.diagnostics import Diagnostic, Mark
 from formiga_bt.geo import Frame, Place
 from formiga_bt.lang.aliases import by_alias, degrees_of
 from formiga_bt.lang.document import parse
+from formiga_bt.lang.expr.scope import OUTSIDE
 from formiga_bt.lang.expressions import Scope, compile_value
 from formiga_bt.lang.fence import leaves
 from formiga_bt.lang.ground import ground_up_m
 from formiga_bt.lang.model import EvalError, Expr, Param, Site, Task, UnknownState, Unset
-from formiga_bt.lang.scope import OUTSIDE
 from formiga_bt.lang.types import DURATION, AgentRef, Type, Value
 
 _LAT_LNG: Final = re.compile(r"\s*(-?\d+(?:\.\d+)?)\s*,\s*(-?\d+(?:\.\d+)?)\s*")

@@ -13,10 +13,10 @@ from typing import Any, Final
 
 from formiga_bt.diagnostics import Diagnostic, Fix, Mark
 from formiga_bt.lang.document import Node, Scalar
+from formiga_bt.lang.expr.helpers import STANDARD
+from formiga_bt.lang.expr.interpolation import holes
 from formiga_bt.lang.expressions import Scope, compile_bare, compile_cond, compile_expr, compile_value
 from formiga_bt.lang.flow import Around, Flow, Named
-from formiga_bt.lang.helpers import STANDARD
-from formiga_bt.lang.interpolation import holes
 from formiga_bt.lang.model import Expr
 from formiga_bt.lang.outside import warn_outside
 from formiga_bt.lang.own_names import BUILT_IN

@@ -8,16 +8,16 @@ units, habits of other languages), `checker` on `operands` on `parts` (names, ty
 import re
 
 from formiga_bt.diagnostics import Diagnostic, Fix
-from formiga_bt.lang.compiling import compile_expr, poison
 from formiga_bt.lang.document import Node, Scalar
-from formiga_bt.lang.interpolation import holes
+from formiga_bt.lang.expr.compiling import compile_expr, poison
+from formiga_bt.lang.expr.interpolation import holes
+from formiga_bt.lang.expr.parts import facts
+from formiga_bt.lang.expr.scope import Scope
+from formiga_bt.lang.expr.tokens import ExprSyntax, parse_expression
+from formiga_bt.lang.expr.typing_rules import fits
+from formiga_bt.lang.expr.values import read_value
 from formiga_bt.lang.model import Expr
-from formiga_bt.lang.parts import facts
-from formiga_bt.lang.scope import Scope
-from formiga_bt.lang.tokens import ExprSyntax, parse_expression
 from formiga_bt.lang.types import BOOL, Type
-from formiga_bt.lang.typing_rules import fits
-from formiga_bt.lang.values import read_value
 
 __all__ = [
     "Scope",

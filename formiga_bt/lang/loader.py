@@ -19,6 +19,7 @@ from formiga_bt.lang.checks.whole import check_task
 from formiga_bt.lang.document import Entry, Node
 from formiga_bt.lang.envelope import check_task as check_tightens
 from formiga_bt.lang.envelope import read_envelope
+from formiga_bt.lang.expr.scope import Scope
 from formiga_bt.lang.files import Shelf, Unit, read_file
 from formiga_bt.lang.flow import Flow, Named
 from formiga_bt.lang.model import Catalogue, Role, Site, Step, Subtree, Task
@@ -27,7 +28,6 @@ from formiga_bt.lang.params import read_params
 from formiga_bt.lang.reading import Problems, read_flag, read_text, read_word, shorten
 from formiga_bt.lang.records import ABORT, ERROR
 from formiga_bt.lang.roles import read_roles, read_vars
-from formiga_bt.lang.scope import Scope
 from formiga_bt.lang.site import load_site
 from formiga_bt.lang.steps.step import read_bound, read_steps
 from formiga_bt.lang.subtrees import Subtrees

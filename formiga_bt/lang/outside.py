@@ -3,11 +3,11 @@
 from formiga_bt.geo import Place, Position
 from formiga_bt.lang.binding import run_outside
 from formiga_bt.lang.document import Node
+from formiga_bt.lang.expr.scope import OUTSIDE
 from formiga_bt.lang.far import warn_far, warn_metres
 from formiga_bt.lang.fence import enters, leaves
 from formiga_bt.lang.model import Expr, Site
 from formiga_bt.lang.reading import Problems
-from formiga_bt.lang.scope import OUTSIDE
 
 
 def warn_outside(expr: Expr, node: Node, site: Site | None, problems: Problems) -> None:

@@ -3,7 +3,7 @@
 from typing import Final
 
 from formiga_bt.lang.document import Scalar
-from formiga_bt.lang.helpers import STANDARD
+from formiga_bt.lang.expr.helpers import STANDARD
 from formiga_bt.lang.reading import Problems
 
 BUILT_IN: Final = frozenset({"base", "task", "now", "site", "error", "abort", "result", "agent"})

@@ -7,6 +7,7 @@ from formiga_bt.diagnostics import Diagnostic, Mark
 from formiga_bt.lang.aliases import check_params
 from formiga_bt.lang.binding import below_zero
 from formiga_bt.lang.document import Entry, Mapping_, Node, Scalar
+from formiga_bt.lang.expr.scope import BUILT_INS, OUTSIDE
 from formiga_bt.lang.expressions import Scope, compile_value
 from formiga_bt.lang.kinds import PARAM
 from formiga_bt.lang.model import AgentType, Expr, Param
@@ -24,7 +25,6 @@ from formiga_bt.lang.reading import (
     read_text,
     read_words,
 )
-from formiga_bt.lang.scope import BUILT_INS, OUTSIDE
 from formiga_bt.lang.synonyms import surely
 from formiga_bt.lang.types import ANY, Type, list_of
 from formiga_bt.lang.world import World

@@ -8,10 +8,10 @@ from typing import Final
 from formiga_bt.diagnostics import Mark
 from formiga_bt.lang.body import Body
 from formiga_bt.lang.document import Entry, Mapping_, Node, Scalar
+from formiga_bt.lang.expr.members import type_read
 from formiga_bt.lang.expressions import compile_value
 from formiga_bt.lang.flow import Named
 from formiga_bt.lang.kinds import COUNT, ROLE
-from formiga_bt.lang.members import type_read
 from formiga_bt.lang.model import Expr, Role, Room, Some
 from formiga_bt.lang.own_names import is_free
 from formiga_bt.lang.params import read_agent_types

@@ -5,9 +5,9 @@ from dataclasses import dataclass, field
 
 from formiga_bt.diagnostics import Mark
 from formiga_bt.lang.document import Scalar
+from formiga_bt.lang.expr.scope import Scope
 from formiga_bt.lang.model import Catalogue, Param, Site, Subtree
 from formiga_bt.lang.neighbours import Neighbours
-from formiga_bt.lang.scope import Scope
 from formiga_bt.lang.types import Type
 
 

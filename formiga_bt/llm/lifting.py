@@ -10,7 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Final
 
-from formiga_bt.lang.helpers import STANDARD
+from formiga_bt.lang.expr.helpers import STANDARD
 from formiga_bt.lang.model import Site
 from formiga_bt.llm.records import Value
 from formiga_bt.llm.wording import Words

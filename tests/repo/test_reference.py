@@ -14,11 +14,11 @@ from formiga_bt.heights import parse_heights
 from formiga_bt.lang import kinds
 from formiga_bt.lang.actions import ACTION
 from formiga_bt.lang.catalogue import TYPE
-from formiga_bt.lang.helpers import REQUIRED, STANDARD, Helper
+from formiga_bt.lang.expr.helpers import REQUIRED, STANDARD, Helper
+from formiga_bt.lang.expr.scope import AGENT_FIELDS, PLACE_FIELDS, POSITION_FIELDS, TASK_FIELDS
 from formiga_bt.lang.kinds import ENVELOPE, KINDS, Option
 from formiga_bt.lang.loader import load_catalogue, load_task_text
 from formiga_bt.lang.model import ActionSpec, Catalogue, FieldSpec
-from formiga_bt.lang.scope import AGENT_FIELDS, PLACE_FIELDS, POSITION_FIELDS, TASK_FIELDS
 from formiga_bt.lang.site import SITE, load_site_text
 from formiga_bt.lang.types import Type
 from formiga_bt.units import LIKELY, UNITS, format_quantity

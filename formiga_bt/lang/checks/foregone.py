@@ -12,11 +12,11 @@ from typing import Any, Final
 
 from formiga_bt.diagnostics import Mark
 from formiga_bt.lang.checks.repeats import bodies, parts_of
+from formiga_bt.lang.expr.interpolation import holes
+from formiga_bt.lang.expr.tokens import ExprSyntax, Parsed, parse_expression
 from formiga_bt.lang.far import FAR_M
-from formiga_bt.lang.interpolation import holes
 from formiga_bt.lang.model import Ask, Call, Catalogue, Do, Expr, Param, Request, Sequence, Site, Step, Subtree, Task
 from formiga_bt.lang.reading import Problems
-from formiga_bt.lang.tokens import ExprSyntax, Parsed, parse_expression
 from formiga_bt.units import format_quantity
 
 _TWO_PLACES: Final = ("zigzag", "line", "toward", "distance", "bearing", "midpoint")

@@ -9,6 +9,7 @@ from formiga_bt.diagnostics import Mark
 from formiga_bt.geo import Place, Position
 from formiga_bt.lang.binding import SiteEnv, below_zero, outside, run_outside
 from formiga_bt.lang.document import Entry, Mapping_, Node, Scalar
+from formiga_bt.lang.expr.scope import OUTSIDE
 from formiga_bt.lang.expressions import Scope, compile_value
 from formiga_bt.lang.model import Catalogue, Param, Site
 from formiga_bt.lang.reading import (
@@ -24,7 +25,6 @@ from formiga_bt.lang.reading import (
     read_word,
     shorten,
 )
-from formiga_bt.lang.scope import OUTSIDE
 from formiga_bt.lang.synonyms import surely
 from formiga_bt.lang.types import PLACE, AgentRef
 

@@ -9,6 +9,7 @@ from typing import Any, Final
 from formiga_bt.diagnostics import Fix
 from formiga_bt.lang.body import Body
 from formiga_bt.lang.document import Node, Scalar
+from formiga_bt.lang.expr.typing_rules import in_words
 from formiga_bt.lang.expressions import narrows, narrows_when_false
 from formiga_bt.lang.flow import Around, Flow, join
 from formiga_bt.lang.model import Expr, Step
@@ -16,7 +17,6 @@ from formiga_bt.lang.reading import what_is
 from formiga_bt.lang.steps.blocks import Readers
 from formiga_bt.lang.steps.parts import Keys, Part
 from formiga_bt.lang.types import ANY, DURATION, INT
-from formiga_bt.lang.typing_rules import in_words
 from formiga_bt.lang.written import saves
 from formiga_bt.units import parse_quantity
 

@@ -9,6 +9,7 @@ from typing import Final
 from formiga_bt.diagnostics import Fix
 from formiga_bt.lang.body import Body
 from formiga_bt.lang.document import Entry, Mapping_
+from formiga_bt.lang.expr.typing_rules import in_words
 from formiga_bt.lang.flow import Flow, join
 from formiga_bt.lang.model import Case, Expr, Step
 from formiga_bt.lang.reading import read_mapping, shorten
@@ -16,7 +17,6 @@ from formiga_bt.lang.steps.blocks import Readers
 from formiga_bt.lang.steps.parts import Keys, Part
 from formiga_bt.lang.synonyms import is_sure, nearest
 from formiga_bt.lang.types import Type
-from formiga_bt.lang.typing_rules import in_words
 from formiga_bt.units import LARGEST
 
 _SWITCHED: Final = ("enum", "text", "int")

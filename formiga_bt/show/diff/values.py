@@ -10,9 +10,9 @@ from typing import Any, Final
 
 from formiga_bt.diagnostics import Mark
 from formiga_bt.lang.document import Listing, Mapping_, Node, Scalar, parse
-from formiga_bt.lang.interpolation import holes
+from formiga_bt.lang.expr.interpolation import holes
+from formiga_bt.lang.expr.tokens import ExprSyntax, Token, parse_expression
 from formiga_bt.lang.model import Expr
-from formiga_bt.lang.tokens import ExprSyntax, Token, parse_expression
 from formiga_bt.lang.types import AgentRef
 from formiga_bt.units import format_quantity, parse_quantity
 

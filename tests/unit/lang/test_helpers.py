@@ -7,8 +7,8 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from formiga_bt.geo import Place, Position, Region, horizontal_m
-from formiga_bt.lang import region_shapes, shapes
-from formiga_bt.lang.helpers import REQUIRED, STANDARD
+from formiga_bt.lang.expr import region_shapes, shapes
+from formiga_bt.lang.expr.helpers import REQUIRED, STANDARD
 from formiga_bt.lang.model import EvalError
 
 metres = st.floats(-5000, 5000).map(lambda x: round(x, 3))

@@ -9,13 +9,12 @@ from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import Final
 
-from formiga_bt.lang.calls import Bound, bind
-from formiga_bt.lang.daytime import TODAY
-from formiga_bt.lang.fleet_calls import type_of, why_no_type
-from formiga_bt.lang.members import FLEET, fleet, read_of, type_read
-from formiga_bt.lang.model import Read
-from formiga_bt.lang.operands import Operands
-from formiga_bt.lang.operators import (
+from formiga_bt.lang.expr.calls import Bound, bind
+from formiga_bt.lang.expr.daytime import TODAY
+from formiga_bt.lang.expr.fleet_calls import type_of, why_no_type
+from formiga_bt.lang.expr.members import FLEET, fleet, read_of, type_read
+from formiga_bt.lang.expr.operands import Operands
+from formiga_bt.lang.expr.operators import (
     agent_field_code,
     any_field_code,
     call_code,
@@ -24,12 +23,13 @@ from formiga_bt.lang.operators import (
     point_field_code,
     record_field_code,
 )
-from formiga_bt.lang.parts import poisoned, reads_of
-from formiga_bt.lang.scope import BUILT_INS, Scope, fields_of
-from formiga_bt.lang.tokens import Parsed
-from formiga_bt.lang.typed import Mismatch, Problems, Run, Typed, closest, constant, did_you_mean, sure_of
+from formiga_bt.lang.expr.parts import poisoned, reads_of
+from formiga_bt.lang.expr.scope import BUILT_INS, Scope, fields_of
+from formiga_bt.lang.expr.tokens import Parsed
+from formiga_bt.lang.expr.typed import Mismatch, Problems, Run, Typed, closest, constant, did_you_mean, sure_of
+from formiga_bt.lang.expr.typing_rules import in_words, literal
+from formiga_bt.lang.model import Read
 from formiga_bt.lang.types import ANY, BOOL, INT, NUMBER, Type
-from formiga_bt.lang.typing_rules import in_words, literal
 
 _FIELD_CODE: Final[Mapping[str, Callable[[Run, str], Run]]] = MappingProxyType(
     {

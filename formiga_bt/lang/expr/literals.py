@@ -13,14 +13,14 @@ from typing import Any, Final
 from formiga_bt.clock import micros
 from formiga_bt.diagnostics import Diagnostic, Fix
 from formiga_bt.geo import Place
-from formiga_bt.lang.compiling import compile_expr, poison
-from formiga_bt.lang.daytime import TODAY, time_of_day, today
 from formiga_bt.lang.document import Node, Scalar
+from formiga_bt.lang.expr.compiling import compile_expr, poison
+from formiga_bt.lang.expr.daytime import TODAY, time_of_day, today
+from formiga_bt.lang.expr.scope import BUILT_INS, Scope
+from formiga_bt.lang.expr.typed import closest, constant, did_you_mean, sure_of, unit_choices
+from formiga_bt.lang.expr.typing_rules import QUANTITIES, fits, in_words
 from formiga_bt.lang.model import Env, EvalError, Expr, Read
-from formiga_bt.lang.scope import BUILT_INS, Scope
-from formiga_bt.lang.typed import closest, constant, did_you_mean, sure_of, unit_choices
 from formiga_bt.lang.types import BOOL, INT, NUMBER, POSITION, TEXT, AgentRef, Type
-from formiga_bt.lang.typing_rules import QUANTITIES, fits, in_words
 from formiga_bt.units import LARGEST, LIKELY, UNITS, parse_quantity
 
 Result = tuple[Expr, list[Diagnostic]]

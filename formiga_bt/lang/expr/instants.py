@@ -12,12 +12,12 @@ from collections.abc import Callable, Iterable, Iterator
 from typing import Any, Final
 
 from formiga_bt.clock import SECOND, Micros
-from formiga_bt.lang.daytime import TODAY, next_midnight
-from formiga_bt.lang.members import type_read
+from formiga_bt.lang.expr.daytime import TODAY, next_midnight
+from formiga_bt.lang.expr.members import type_read
+from formiga_bt.lang.expr.parts import NOW, Compared, Parts
+from formiga_bt.lang.expr.tokens import Parsed
+from formiga_bt.lang.expr.typed import Run
 from formiga_bt.lang.model import Env, EvalError, Read, UnknownState, Unset
-from formiga_bt.lang.parts import NOW, Compared, Parts
-from formiga_bt.lang.tokens import Parsed
-from formiga_bt.lang.typed import Run
 from formiga_bt.lang.types import AgentRef, Value
 
 _CONSTANT_FIELDS: Final = frozenset({"", "id", "type"})

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any, Final
 
-from formiga_bt.lang import daytime, members, region_shapes, shapes
+from formiga_bt.lang.expr import daytime, members, region_shapes, shapes
 from formiga_bt.lang.model import EvalError
 from formiga_bt.lang.types import (
     ANGLE,

@@ -9,15 +9,15 @@ from typing import Any, Final
 
 from formiga_bt.diagnostics import Diagnostic
 from formiga_bt.geo import Frame, Place, Position, Region, mm
-from formiga_bt.lang.compiling import compile_expr, poison
 from formiga_bt.lang.document import Entry, Listing, Mapping_, Node, Scalar
-from formiga_bt.lang.interpolation import holes, joined, shown
-from formiga_bt.lang.literals import EXAMPLES, Result, due, literal_expr, read_literal, refuse
+from formiga_bt.lang.expr.compiling import compile_expr, poison
+from formiga_bt.lang.expr.interpolation import holes, joined, shown
+from formiga_bt.lang.expr.literals import EXAMPLES, Result, due, literal_expr, read_literal, refuse
+from formiga_bt.lang.expr.scope import Scope
+from formiga_bt.lang.expr.typed import did_you_mean
+from formiga_bt.lang.expr.typing_rules import fits, in_words, join
 from formiga_bt.lang.model import Env, Expr, Read
-from formiga_bt.lang.scope import Scope
-from formiga_bt.lang.typed import did_you_mean
 from formiga_bt.lang.types import ANY, DISTANCE, NUMBER, PLACE, POSITION, TEXT, Type, list_of
-from formiga_bt.lang.typing_rules import fits, in_words, join
 
 
 def read_value(node: Node, scope: Scope, expected: Type, *, what: str = "", optional: bool = False) -> Result:

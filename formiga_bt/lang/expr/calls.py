@@ -7,11 +7,11 @@ refusal is that of the form which came furthest.
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from formiga_bt.lang.helpers import REQUIRED, Arg, Helper
-from formiga_bt.lang.scope import Scope
-from formiga_bt.lang.typed import Mismatch, Typed, constant, did_you_mean, is_measure, mismatch
+from formiga_bt.lang.expr.helpers import REQUIRED, Arg, Helper
+from formiga_bt.lang.expr.scope import Scope
+from formiga_bt.lang.expr.typed import Mismatch, Typed, constant, did_you_mean, is_measure, mismatch
+from formiga_bt.lang.expr.typing_rules import POINTS, QUANTITIES, fits, in_words, join
 from formiga_bt.lang.types import ANY, Type
-from formiga_bt.lang.typing_rules import POINTS, QUANTITIES, fits, in_words, join
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,7 +8,7 @@ from collections.abc import Collection, Mapping
 from types import MappingProxyType
 from typing import Final
 
-from formiga_bt.lang.helpers import STANDARD, Helpers
+from formiga_bt.lang.expr.helpers import STANDARD, Helpers
 from formiga_bt.lang.model import AgentType, Site
 from formiga_bt.lang.types import (
     ANY,

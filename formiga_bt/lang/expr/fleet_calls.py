@@ -5,8 +5,8 @@ Called by the checker.
 
 import ast
 
-from formiga_bt.lang.scope import Scope
-from formiga_bt.lang.typed import Mismatch, closest, sure_of
+from formiga_bt.lang.expr.scope import Scope
+from formiga_bt.lang.expr.typed import Mismatch, closest, sure_of
 from formiga_bt.lang.types import Type, list_of
 
 

@@ -6,16 +6,16 @@ Below `values` and `literals`, which need it for what stands in `${}`; `expressi
 from typing import Any
 
 from formiga_bt.diagnostics import Diagnostic
-from formiga_bt.lang.checker import Checker
 from formiga_bt.lang.document import Node, Scalar
-from formiga_bt.lang.instants import deadlines
+from formiga_bt.lang.expr.checker import Checker
+from formiga_bt.lang.expr.instants import deadlines
+from formiga_bt.lang.expr.operators import guarded
+from formiga_bt.lang.expr.scope import Scope
+from formiga_bt.lang.expr.tokens import ExprSyntax, parse_expression
+from formiga_bt.lang.expr.typed import Mismatch, Problems, Run, Typed, mismatch, never
+from formiga_bt.lang.expr.typing_rules import fits, in_words, widen
 from formiga_bt.lang.model import Expr
-from formiga_bt.lang.operators import guarded
-from formiga_bt.lang.scope import Scope
-from formiga_bt.lang.tokens import ExprSyntax, parse_expression
-from formiga_bt.lang.typed import Mismatch, Problems, Run, Typed, mismatch, never
 from formiga_bt.lang.types import ANY, BOOL, Type
-from formiga_bt.lang.typing_rules import fits, in_words, widen
 
 
 def poison(node: Node, source: str = "", reads: Any = ()) -> Expr:

@@ -6,12 +6,12 @@ The middle layer of the expression checker, between `parts` and `checker`.
 import ast
 from itertools import pairwise
 
+from formiga_bt.lang.expr.operators import SYMBOLS, all_code, any_code, arithmetic_code, compare_code
+from formiga_bt.lang.expr.parts import NOW, Compared, Parts, facts, reads_of
+from formiga_bt.lang.expr.typed import Mismatch, Run, Typed, closest, is_measure, mismatch, sure_of, unit_choices
+from formiga_bt.lang.expr.typing_rules import QUANTITIES, arithmetic, comparable, in_words, is_truth, join, never_equal
 from formiga_bt.lang.model import Read
-from formiga_bt.lang.operators import SYMBOLS, all_code, any_code, arithmetic_code, compare_code
-from formiga_bt.lang.parts import NOW, Compared, Parts, facts, reads_of
-from formiga_bt.lang.typed import Mismatch, Run, Typed, closest, is_measure, mismatch, sure_of, unit_choices
 from formiga_bt.lang.types import ANY, BOOL, Type, list_of
-from formiga_bt.lang.typing_rules import QUANTITIES, arithmetic, comparable, in_words, is_truth, join, never_equal
 
 
 class Operands(Parts):

@@ -10,10 +10,10 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any, Final
 
+from formiga_bt.lang.expr.scope import Scope
+from formiga_bt.lang.expr.tokens import Parsed
+from formiga_bt.lang.expr.typed import Mismatch, Problems, Run, Typed, constant, never
 from formiga_bt.lang.model import EvalError, Read
-from formiga_bt.lang.scope import Scope
-from formiga_bt.lang.tokens import Parsed
-from formiga_bt.lang.typed import Mismatch, Problems, Run, Typed, constant, never
 from formiga_bt.lang.types import ANY, Type
 
 Names = frozenset[str]
