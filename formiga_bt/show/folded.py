@@ -94,7 +94,7 @@ class FoldedSource:
     def now(self, *, first: int = 0, count: int = 100, find: str = "", over: bool = False) -> Now:
         """Return the site at its instant; see `Source.now`."""
         with self._lock:
-            state, index = self.ledger.state, Index(self.ledger, self._at())
+            state, index = self.ledger.state, Index(self.ledger, self._at(), self._speed)
             counts: dict[str, int] = {}
             for task in state.tasks.values():
                 counts[task.status] = counts.get(task.status, 0) + 1
@@ -168,7 +168,7 @@ class FoldedSource:
     def task(self, task_id: str) -> TaskPicture:
         """Return one task with its tree."""
         with self._lock:
-            state, index = self.ledger.state, Index(self.ledger, self._at())
+            state, index = self.ledger.state, Index(self.ledger, self._at(), self._speed)
             task = self._known(task_id)
             story = self.ledger.story(task_id)
             model = self._tasks.get(task.name)
@@ -232,7 +232,7 @@ class FoldedSource:
     def timeline(self, tasks: Sequence[str] = ()) -> Timeline:
         """Return the actions and waits of some tasks, or of all."""
         with self._lock:
-            state, index = self.ledger.state, Index(self.ledger, self._at())
+            state, index = self.ledger.state, Index(self.ledger, self._at(), self._speed)
             shown = [self._known(one) for one in dict.fromkeys(tasks)] if tasks else list(state.tasks.values())
             wanted = {task.id for task in shown}
             stories = [self.ledger.story(task.id) for task in shown]

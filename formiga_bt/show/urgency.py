@@ -29,11 +29,11 @@ MOST: Final = 2
 
 
 class Index:
-    """The records of a ledger by task, looked at at engine time `now`."""
+    """The records of a ledger by task, looked at at engine time `now`; `speed`: engine seconds per wall second."""
 
-    def __init__(self, ledger: Ledger, now: Micros) -> None:
+    def __init__(self, ledger: Ledger, now: Micros, speed: float = 1.0) -> None:
         state = ledger.state
-        self.ledger, self.state, self.now = ledger, state, now
+        self.ledger, self.state, self.now, self.speed = ledger, state, now, speed
         self.questions: dict[str, list[Question]] = {}
         for question in state.questions.values():
             if question.reply is None:
@@ -78,7 +78,7 @@ class Index:
             key = f"live|{agent.id}"
             after, since = wall.get(key), self.ledger.wall_set.get(key)
             if after is not None and since is not None:
-                yield since + after, f"{agent.id} counts as lost"
+                yield since + round(after * self.speed), f"{agent.id} counts as lost"
 
     def needs(self, task: TaskRecord) -> str:
         """Return the question that waits for a person, or another reason why one must act; "" if none."""

@@ -5,7 +5,7 @@ from typing import Final, Literal
 from msgspec import Struct
 
 from formiga_bt.show.facts import Now
-from formiga_bt.watch.needs import choices, find_question
+from formiga_bt.watch.needs import choices, find_question, name_of
 from formiga_bt.watch.orders import Kind, Order, Verb
 
 ORDERS: Final[dict[str, Verb]] = {"h": "hold", "r": "return", "l": "land", "c": "continue"}
@@ -53,7 +53,11 @@ def order_of(character: str, aim: Aim, now: Now) -> Order | str:
     if not character or character not in {*ORDERS, *FOR_MACHINES, *NUMBERS, ABORT}:
         return ""
     if not aim.id:
-        return f"{aim.gone} is no longer here: choose again; nothing was sent" if aim.gone else "choose a row first"
+        return (
+            f"{name_of(aim.gone)} is no longer here: choose again; nothing was sent"
+            if aim.gone
+            else "choose a row first"
+        )
     if character in NUMBERS:
         return _numbered(int(character), aim, now)
     kind, target = aim.target(now)

@@ -4,6 +4,7 @@ from textual.app import ComposeResult
 from textual.widget import Widget
 
 from formiga_bt.show.facts import Now
+from formiga_bt.watch.needs import name_of
 from formiga_bt.watch.ordering import Ordering
 from formiga_bt.watch.palette import Palette
 from formiga_bt.watch.pane import Lines
@@ -65,7 +66,8 @@ class Frame:
         keys = f"?:help  {looks}" if is_off else f"?:help  {orders} A:abort x:cut !:lockdown  {looks}"
         if gone:
             return line(
-                Piece(f" {clean(gone)} is no longer here; choose again ", "warn_bar"), Piece(f"  {keys}", "dim")
+                Piece(f" {clean(name_of(gone))} is no longer here; choose again ", "warn_bar"),
+                Piece(f"  {keys}", "dim"),
             )
         return line(Piece(f" {keys}" + ("  READ ONLY" if is_off else ""), "dim"))
 

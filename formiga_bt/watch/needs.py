@@ -60,6 +60,12 @@ def choices(row_id: str, now: Now) -> list[Order]:
     return [Order(verb="clear", kind="agent", target=agent.id)] if agent.quarantine else []
 
 
+def name_of(row_id: str) -> str:
+    """Return what people call the thing of a row: `hwd_1` of `agent:hwd_1`, an event by its words."""
+    kind, _, name = row_id.partition(":")
+    return name if kind in ("agent", "task") or kind.isdigit() else "the alarm" if kind == "alarm" else row_id
+
+
 def find_question(number: str, now: Now) -> QuestionFact | None:
     """Return an open question by its number."""
     return next((question for question in now.questions if question.number == number), None)

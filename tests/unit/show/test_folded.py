@@ -320,6 +320,15 @@ def test_an_id_that_is_not_there_is_told_with_those_that_look_alike(flown: tuple
         assert raised.value.code == "unknown_task"
 
 
+def test_a_silence_of_wall_time_ends_sooner_on_a_fast_clock() -> None:
+    board = Board()
+    board.source = FoldedSource(board.ledger, SITE, {}, CATALOGUE, speed=20.0)
+    silent = AgentRecord(id="c1", type="cart", task="T-1", liveness="SUSPECT")
+    board(task(1, roles={"cart": ("c1",)}), ch.AgentPut(silent), ch.WallTimerSet("live|c1", 27 * SECOND))
+
+    assert board.source.now().tasks[0].urgent_at == (1 + 27 * 20) * SECOND
+
+
 def test_an_agent_where_a_task_is_wanted_is_told_as_one(flown: tuple[FoldedSource, str]) -> None:
     source, _ = flown
     with pytest.raises(TaskError, match="'hwd_1' is an agent, and a task is wanted"):

@@ -509,3 +509,16 @@ def test_the_speed_of_the_clock_is_said_where_it_is_not_that_of_the_wall() -> No
         assert room.lines[0].endswith("meadow, clock x20")
 
     watching(look, source)
+
+
+def test_what_needed_a_person_and_is_gone_is_called_by_its_name() -> None:
+    source = FakeSource()
+    source.agents = [agent("hwd_1", taken=True), agent("hwd_2")]
+
+    async def look(room: Room) -> None:
+        await room.press("n", "home")
+        source.agents = [agent("hwd_1"), agent("hwd_2", taken=True)]
+        await room.poll()
+        assert room.lines[-1].startswith(" hwd_1 is no longer here; choose again")
+
+    watching(look, source)
