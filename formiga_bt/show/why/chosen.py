@@ -26,7 +26,7 @@ def chosen(scene: Scene, task: TaskRecord) -> Iterator[Because]:
         if picked:
             yield _choice(scene, role, picked, [v for v in of_role if v.code == "fits"])
             for line in refusals(scene, refused):  # of that instant: what helped then need not help now
-                yield replace(line, text=f"passed over: {line.text}", hint="", depth=1)
+                yield replace(line, text=f"passed over then: {line.text}", hint="", depth=1)
         elif task.status != "SUCCEEDED":
             fit = ", ".join(v.agent for v in of_role if v.code == "fits")
             yield Because("role_open", f"{role}: " + (f"only {fit} fitted" if fit else "nobody fitted"), role=role)

@@ -165,7 +165,7 @@ def test_a_wait_says_for_how_long_still_and_a_choice_who_was_passed_over(field: 
         Hover-2 ACTIVE
           hwd_2 does TakeOff since 2 s (climbing), at try.yaml:5
           drone = hwd_2, the only one that fitted
-            passed over: hwd_1 is busy with Hover-1
+            passed over then: hwd_1 is busy with Hover-1
         """
     )
 
