@@ -156,6 +156,13 @@ def _people(words: Words, flight: Flight, world: World) -> Iterator[Shortfall]:
         yield Shortfall(
             "nobody_asked", "the request wants somebody to be asked or to confirm, and the task asks nobody"
         )
+    for type_ in world.catalogue.types.values():
+        asked = {world.site.agents[one].type for one in flight.asked if one in world.site.agents}
+        pattern = rf"\bask(?:s|ed)?\s+(?:the\s+|a\s+)?{re.escape(type_.label or type_.name)}\b"
+        if type_.human and asked and type_.name not in asked and re.search(pattern, words.text.casefold()):
+            yield Shortfall(
+                "wrong_person", f"the request wants a {type_.name} to be asked, and the task asks {', '.join(asked)}"
+            )
     people = {t.name for t in world.catalogue.types.values() if t.human}
     named = types_said(words.text, world.catalogue) & people
     by_id = {a for a in words.agents if world.catalogue.types[world.site.agents[a].type].human}

@@ -70,13 +70,13 @@ def judge(
     """
     assert answer.tree is not None
     try:
-        data, notes, values = _data(answer, words, world, verbs, form)
+        data, notes, values, added = _data(answer, words, world, verbs, form)
     except ShortError as error:
         return Judged(None, "", (), (Shortfall("form", str(error), error.path),))
     fixed = mended(data, world)
     problems = [from_diagnostic(p.path, p.diagnostic, p.message, p.help) for p in fixed.loaded.problems]
     problems += _foreign_imports(fixed.data, verbs)
-    mends = tuple(fixed.done)
+    mends = (*added, *fixed.done)
     if fixed.loaded.task is None or any(p.severity == "error" for p in problems):
         return Judged(None, fixed.loaded.yaml, values, tuple(problems), None, mends)
     values = (*values, *_more_values(fixed.data, values, words))
@@ -100,14 +100,14 @@ def judge(
 
 def _data(
     answer: Answer, words: Words, world: World, verbs: Mapping[str, Verb], form: Form
-) -> tuple[dict[str, Any], Mapping[str, str], tuple[Value, ...]]:
+) -> tuple[dict[str, Any], Mapping[str, str], tuple[Value, ...], tuple[str, ...]]:
     description = " ".join(words.text.split("\n")[0].split())[:MOST_DESCRIPTION].replace("${", "{")
     assert answer.tree is not None
     if form == "short":
         lifter = Lifter(words, world.site)
         made = expanded(answer.tree, world, verbs, lifter)
         head = {"task": made.data.pop("task"), "version": made.data.pop("version"), "description": description}
-        return head | made.data, made.notes, lifter.values()
+        return head | made.data, made.notes, lifter.values(), tuple(made.added)
     data = {key: value for key, value in answer.tree.items() if value is not None}
     head = {"task": data.pop("task", "Drafted"), "description": data.pop("description", description)}
     claimed = {one["name"]: one["words"] for one in answer.run}
@@ -119,7 +119,7 @@ def _data(
             said = words.holds(claimed.get(param["name"], "")) or _said(words, text)
             values.append(Value(param["name"], text, said))
             notes[f"$.params[{index}]"] = f'"{said}"' if said else ASSUMED
-    return head | data, notes, tuple(values)
+    return head | data, notes, tuple(values), ()
 
 
 def _plain(default: Any) -> str:

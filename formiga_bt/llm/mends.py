@@ -34,7 +34,7 @@ def mended(data: Mapping[str, Any], world: World) -> Mended:
     done: list[str] = []
     loaded = _load(now, world)
     for _ in range(MOST):
-        step = next((said for p in loaded.problems if (said := _mend(now, p))), "")
+        step = next((said for p in loaded.problems if (said := _mend(now, p, world))), "")
         if not step:
             break
         done.append(step)
@@ -46,13 +46,15 @@ def _load(data: Mapping[str, Any], world: World) -> LoadedJson:
     return load_task_json(dict(data), catalogue=world.catalogue, site=world.site, library=world.folders)
 
 
-def _mend(data: dict[str, Any], problem: Problem) -> str:
+def _mend(data: dict[str, Any], problem: Problem, world: World) -> str:
     """Mend one problem in place; return what was done, "" = nothing."""
     code, said = problem.diagnostic.code, problem.message
     match = _AIRBORNE.match(said)
     if code == "E031" and match is not None and "steps" in data:
         _import(data)
         data["steps"].append(_call("ReturnHome", match[1]))
+        if not _load(data, world).task:  # on some way it stands on the ground by then
+            data["steps"][-1]["when"] = f"{match[1]}.airborne"
         return f"{match[1]} comes home at the end: a task may not leave it in the air"
     if code == "E066" and (wrapped := re.search(r"say (above\(.+), 60 m\)$", said)):
         return _wrap(data, problem.path, wrapped[1])

@@ -78,6 +78,7 @@ class _Expander:
             role = _object(role, f"$.agents[{index}]")
             name = _text(role.get("name"), f"$.agents[{index}].name")
             self._roles[self._lift.renamed(name)] = role
+        self._pin()
         self._lift.taken |= set(self._roles)
         steps = self.steps(tree.get("steps"), "$.steps")
         roles = [self._role(name, role, index) for index, (name, role) in enumerate(self._roles.items())]
@@ -91,6 +92,18 @@ class _Expander:
         data |= {"agents": roles} if roles else {}
         data["steps"] = steps
         return Expanded(data, {f"$.params[{i}]": note for i, note in notes.items()}, self._added)
+
+    def _pin(self) -> None:
+        """Give an agent that the request names by its id to the one role that it can have."""
+        agents = self._world.site.agents
+        taken = {role.get("id") for role in self._roles.values()}
+        named = [one for one in self._lift.words.agents if one not in taken]
+        for type_ in {agents[one].type for one in named}:
+            ids = [one for one in named if agents[one].type == type_]
+            free = [name for name, role in self._roles.items() if role.get("type") == type_]
+            if len(ids) == len(free) == 1 and not self._roles[free[0]].get("id"):
+                self._roles[free[0]] = {**self._roles[free[0]], "id": ids[0]}
+                self._added.append(f"{free[0]} is {ids[0]}, as the request says")
 
     def _role(self, name: str, role: Mapping[str, Any], index: int) -> dict[str, Any]:
         path = f"$.agents[{index}]"

@@ -76,6 +76,11 @@ def found(request: str, answer: Any) -> list[tuple[str, str]]:
             ("amount_misused", 'the request says "40 m apart", and the task uses 40 m as a height only'),
         ),
         (
+            "fly to the camp and ask the watcher whether all is well",
+            tree(fly_to("camp"), {"ask": "All well?", "of": ["picker"]}, home()),
+            ("wrong_person", "the request wants a watcher to be asked, and the task asks picker"),
+        ),
+        (
             "land at the camp",
             tree(fly_to("camp"), home()),
             ("not_landed_there", 'the request wants a landing at "camp", and nobody lands at camp'),

@@ -122,6 +122,16 @@ def test_a_drone_left_in_the_air_comes_home_without_asking_the_model() -> None:
     assert "# Added: drone comes home at the end: a task may not leave it in the air\n" in found.yaml
 
 
+def test_a_drone_that_may_be_home_already_flies_there_once() -> None:
+    ask = {"ask": "Home?", "of": ["watcher"], "save_as": "reply"}
+    branch = {"if": "reply.answer == 'yes'", "then": [home()], "else": [{"notify": "It stays."}]}
+    found, _ = made("Ask the watcher at the camp whether it may go home.", tree(fly_to("camp"), ask, branch))
+
+    assert found.kind == "task"
+    assert found.flight is not None
+    assert found.flight.landed == {"lwd_3": ("home",)}
+
+
 def test_a_place_where_a_position_is_due_is_flown_over() -> None:
     found, _ = made(
         LOOK, tree(fly_to("camp"), {"do": "GoTo", "agent": "drone", "to": "camp"}, {"wait": "30 s"}, home())
@@ -138,6 +148,17 @@ def test_a_return_from_the_ground_takes_off_first() -> None:
     assert (found.kind, found.rounds[0].mends) == ("task", ("drone takes off to come home",))
     assert found.flight is not None
     assert found.flight.landed == {"lwd_3": ("camp", "home")}
+
+
+def test_an_agent_that_the_request_names_gets_the_one_role_that_it_can_have() -> None:
+    found, chat = made("lwd_1 goes to the camp at 40 m and returns home", tree(fly_to("camp"), home()))
+
+    assert (found.kind, len(chat.asked), found.rounds[0].mends) == (
+        "task",
+        1,
+        ("drone is lwd_1, as the request says",),
+    )
+    assert "    id: lwd_1\n" in found.yaml
 
 
 def test_one_drone_in_two_branches_does_one_thing_after_another() -> None:
