@@ -58,7 +58,7 @@ def parts_of(value: Any) -> tuple[str, ...]:
 @cache
 def _parts(kind: Hashable) -> tuple[str, ...]:
     """Return the names of what a class of the model says, its places left out."""
-    return tuple(part.name for part in fields(cast("Any", kind)) if part.name not in _PLACES)
+    return tuple(part.name for part in fields(cast("Any", kind)) if part.compare and part.name not in _PLACES)
 
 
 def same(one: Any, other: Any) -> bool:

@@ -5,7 +5,7 @@ from dataclasses import fields, is_dataclass
 from typing import Any
 
 from formiga_bt.diagnostics import Mark
-from formiga_bt.lang.model import Expr, Subtree, Task
+from formiga_bt.lang.model import Expr, Room, Subtree, Task
 from formiga_bt.lang.types import Type
 
 LEFT_OUT = {"bundle", "files", "subtrees"}
@@ -19,7 +19,7 @@ def said(value: Any) -> Any:
         return (str(value.type), what)
     if isinstance(value, Type):
         return str(value)
-    if isinstance(value, Mark):
+    if isinstance(value, Mark | Room):
         return None
     if is_dataclass(value) and not isinstance(value, type):
         left = LEFT_OUT if isinstance(value, Task) else set()
