@@ -11,8 +11,9 @@ from typing import Any, Final
 from formiga_bt.bridges.conditions_in import Ports, named
 from formiga_bt.bridges.elements import Element, XmlRefused, parse
 from formiga_bt.bridges.findings import Findings
+from formiga_bt.bridges.leaves_in import Step
 from formiga_bt.bridges.scripts import assigned_names
-from formiga_bt.bridges.steps_in import Step, StepReader
+from formiga_bt.bridges.steps_in import StepReader
 from formiga_bt.bridges.table import our_name
 from formiga_bt.bridges.values_in import Scope, as_param, camel, clean, unfold, words
 from formiga_bt.bridges.yaml_text import TODO, Flow, document, one_line

@@ -4,38 +4,34 @@ A step is a mapping as `yaml_text` writes it. Helper nodes that our exporter mad
 are read for what they do. What has no counterpart is reported and stands as a TODO.
 
 Long on purpose: one method for each node of BT.CPP and of ours (`_node_<name>`) and each helper node (`_fold_<marker>`), all in
-one class because nodes nest in any way.
+one class because nodes nest in any way. Those that hold no others are in `leaves_in`.
 """
 
 import re
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Final
 
-from formiga_bt.bridges.conditions_in import ConditionReader, Ports, named, negated
+from formiga_bt.bridges.conditions_in import Ports, named, negated
 from formiga_bt.bridges.elements import Element
-from formiga_bt.bridges.table import BTCPP, OWN, our_name
-from formiga_bt.bridges.values_in import Scope, clean, snake, unfold, words
+from formiga_bt.bridges.leaves_in import LeafReader, Step
+from formiga_bt.bridges.table import BTCPP, OWN
+from formiga_bt.bridges.values_in import Scope, unfold
 from formiga_bt.bridges.yaml_text import TODO, one_line
-
-Step = dict[str, Any]
 
 _RANK: Final[Mapping[str, int]] = {"retry": 1, "timeout": 2, "ignore_failure": 3, "when": 4}
 _PLACE: Final = re.compile(r"\s*\[[^\[\]]*:\d+\]$")
-_SILENT: Final = frozenset({"name", "ID", "_description", "_skipIf", "_uid", "_fullpath", "_autoremap"})
 _FEW: Final = 1000
 """Attempts that stand for `num_attempts="-1"`."""
 
 
-class StepReader:
+class StepReader(LeafReader):
     """Reads the nodes of one tree."""
 
     def __init__(
         self, scope: Scope, models: Mapping[str, Ports], call: "Callable[[Element, StepReader], Step]", *, is_task: bool
     ) -> None:
-        self.scope, self.models, self.call, self.is_task = scope, models, call, is_task
-        self.conditions = ConditionReader(scope, models)
-        self.vars: dict[str, Any] = {}
-        self.needs_robot = False
+        super().__init__(scope, models, is_task=is_task)
+        self.call = call
 
     # -- lists and modifiers ------------------------------------------------------------------------------------------
     def body(self, element: Element) -> list[Step]:
@@ -47,9 +43,6 @@ class StepReader:
         """Return the steps of nodes; those that do nothing are left out, but an empty list gets a TODO."""
         found = [step for element in elements for step in [self.step(element)] if step is not None]
         return found or [self._todo(["nothing is done here"])]
-
-    def _todo(self, texts: list[str]) -> Step:
-        return {TODO: texts, "notify": "TODO: " + one_line(texts[0])}
 
     def step(self, element: Element) -> Step | None:
         """Return the step of a node with its modifiers; None = it does nothing."""
@@ -320,109 +313,12 @@ class StepReader:
         said = self.scope.report("X07", element, "TryCatch becomes a fallback")
         return {TODO: [said], "fallback": self.steps(element.children)}
 
-    def _node_alwayssuccess(self, _element: Element) -> None:
-        return None
-
-    def _node_alwaysfailure(self, element: Element) -> Step:
-        step: Step = {"fail": unfold(element.get("_formiga_fail")) or element.get("name") or "It always fails here."}
-        return step | ({"code": element.get("_formiga_code")} if element.get("_formiga_code") else {})
-
-    def _node_sleep(self, element: Element) -> Step:
-        return {"wait": self.scope.amount(element, "msec", "wait")}
-
-    def _node_script(self, element: Element) -> Step:
-        pairs = self.scope.assignments(element)
-        if not pairs:
-            return self._todo([f"the script '{one_line(element.get('code'))}' has no counterpart"])
-        if not self.is_task:
-            said = self.scope.report("X02", element, "a subtree has no variables of its own", "use returns")
-            return self._todo([said])
-        for name, value in pairs:
-            self._declare(element, name, value)
-        if len(dict(pairs)) < len(pairs):
-            return {"sequence": [{"set": {name: value}} for name, value in pairs]}
-        return {"set": dict(pairs)}
-
-    _node_evaluate = _node_setblackboard = _node_script
-
-    def _declare(self, element: Element, name: str, value: Any) -> None:
-        if name in self.vars:
-            return
-        constant = not (isinstance(value, str) and "${" in value)
-        self.vars[name] = value if constant else "0"
-        if not constant:
-            self.scope.report("X04", element, f"'{name}' needs a first value of its type", "give it one in vars")
-
-    def _node_unsetblackboard(self, element: Element) -> Step:
-        return self._todo([self.scope.report("X02", element, "nothing is ever unset here")])
-
     def _node_subtree(self, element: Element) -> Step:
         return self.call(element, self)
 
     _node_subtreeplus = _node_subtree
 
     # -- our own nodes ------------------------------------------------------------------------------------------------
-    def _node_ask(self, element: Element) -> Step:
-        step: Step = {"ask": self.scope.value(element.get("question"), element), "of": words(element.get("of"))}
-        if words(element.get("options")) != ["yes", "no"]:
-            step["options"] = words(element.get("options"))
-        if element.get("policy"):
-            step["policy"] = element.get("policy")
-        if element.get("clears"):
-            step["clears"] = {"role": element.get("clears"), "on": words(element.get("clears_on"))}
-        for key in ("escalate_after", "if_no_answer"):
-            if element.get(key):
-                step[key] = self.scope.value(element.get(key), element)
-        return self._saved(element, step)
-
-    def _saved(self, element: Element, step: Step) -> Step:
-        saved = self.outputs(element)
-        if saved and saved != "result":
-            step["save_as"] = saved
-        self.scope.saved = saved
-        return step
-
-    def outputs(self, element: Element) -> str:
-        """Return the name under which a node's outputs are saved, and learn their entries."""
-        known = self.models.get(element.tag)
-        ports = known.outputs if known is not None else set()
-        own = OWN.get(element.tag)
-        ports = ports | {port for port, way in own.ports.items() if way == "output"} if own is not None else ports
-        entries = {p: self.scope.pointer(element.get(p)) for p in ports if self.scope.pointer(element.get(p))}
-        if not entries:
-            return ""
-        bases = {e.removesuffix(f"_{p.removesuffix('_result')}") for p, e in entries.items()}
-        fits = all(e.endswith(f"_{p.removesuffix('_result')}") for p, e in entries.items())
-        base = bases.pop() if fits and len(bases) == 1 else f"{snake(element.tag)}_result"
-        for port, entry in entries.items():
-            self.scope.fields[entry] = f"{base}.{port.removesuffix('_result') if fits else clean(port)}"
-        self.scope.known.add(base)
-        return base
-
-    def _node_notify(self, element: Element) -> Step:
-        step: Step = {"notify": self.scope.value(element.get("text"), element)}
-        if element.get("to"):
-            step["to"] = words(element.get("to"))
-        return step | ({"severity": element.get("severity")} if element.get("severity") else {})
-
-    def _node_release(self, element: Element) -> Step:
-        return {"release": self.scope.pointer(element.get("agent"))}
-
-    def _node_waituntil(self, element: Element) -> Step:
-        return {"wait_until": element.get("cond")}
-
-    def _node_waitfor(self, element: Element) -> Step:
-        agent, saved = self.scope.pointer(element.get("agent")), self.scope.pointer(element.get("value"))
-        step: Step = {"wait_for": f"{agent}.{element.get('event')}"}
-        if element.get("since"):
-            step["since"] = element.get("since")
-        if saved:
-            self.scope.known.add(saved)
-            step["save_as"] = saved
-        return step
-
-    def _node_breakif(self, element: Element) -> Step:
-        return {"break_if": element.get("cond")}
 
     def _node_when(self, element: Element) -> Step:
         return modified(self._child(element), "when", element.get("cond"))
@@ -460,26 +356,9 @@ class StepReader:
         )
         return inner | {"finally": self.body(last)}
 
-    def roles(self, element: Element) -> dict[str, Any]:
-        """Return the roles that an `Agents` or `WithAgents` claims."""
-        found: dict[str, Any] = {}
-        for key, text in element.attrs.items():
-            port, sep, option = key.rpartition("__")
-            if not sep or key.startswith("_"):
-                continue
-            many = option in ("any_of", "capabilities")
-            role = found.setdefault(our_name(port), {})
-            role[option] = words(text) if many else self.scope.value(text, element)
-        self.scope.known |= set(found)
-        self.scope.agents |= {name for name, role in found.items() if "count" not in role}
-        return found
-
     def _node_withagents(self, element: Element) -> Step:
         roles = self.roles(element)
         return {"with_agents": roles, "steps": [s for child in element.children for s in self.body(child)]}
-
-    def _node_agents(self, element: Element) -> Step:
-        return self._todo([self.scope.report("X02", element, "agents are named in the file's head", "move them there")])
 
     # -- helper nodes of our exporter ---------------------------------------------------------------------------------
     def _fold_expect(self, element: Element) -> Step:
@@ -543,35 +422,6 @@ class StepReader:
             said = self.scope.report("X02", element, f"{element.tag} is not known: its children are run in order")
             return {TODO: [said], "sequence": self.steps(element.children)}
         return self._action(element)
-
-    def _action(self, element: Element) -> Step:
-        agent = self.scope.pointer(element.get("agent"))
-        if not agent:
-            agent = "robot"
-            if not self.needs_robot:
-                said = f"{element.tag} names no agent, as perhaps others: 'robot' gets their orders"
-                self.scope.report("X05", element, said)
-            self.needs_robot = True
-            self.scope.agents.add(agent)
-            self.scope.known.add(agent)
-        known = self.models.get(element.tag)
-        outputs = known.outputs if known is not None else set()
-        saved = self.outputs(element)
-        fields = {
-            our_name(key): self.scope.value(text, element)
-            for key, text in element.attrs.items()
-            if key not in outputs and key not in _SILENT and key[0] != "_" and (key != "agent" or agent == "robot")
-        }
-        action = clean(element.tag)
-        if element.tag.startswith("Do") and (element.tag[2:] in BTCPP or element.tag[2:] in OWN):
-            action = element.tag[2:]
-        step: Step = {"do": f"{agent}.{action}"}
-        if fields:
-            step["with"] = fields
-        if saved and saved != "result":
-            step["save_as"] = saved
-        self.scope.saved = saved
-        return step
 
 
 def modified(step: Step, key: str, value: Any) -> Step:
