@@ -108,6 +108,7 @@ class Clearances:
         number = core.count("clearance")
         core.emit(ch.ClearancePut(agent_id, _with(record, n=number, state="asked")))
         goal = core.state.goals[record.goal]
+        patience = core.state.deadlines[f"clear|{agent_id}"]
         verb = "start here" if core.action(goal.action).starts_rotors else "land here"
         first = self._task_people(record.task)
         watchers = tuple(p for p in self._people.of_role("watchers") if p not in first)
@@ -126,7 +127,7 @@ class Clearances:
                 tiers=tiers or ((),),
                 policy="any",
                 escalate_us=ESCALATE_US,
-                expires_at=core.now + ANSWER_US,
+                expires_at=patience.at,
                 if_no_answer=f"{agent_id} does not {verb}",
                 clears="",
                 clears_on=(),

@@ -75,6 +75,8 @@ def test_in_the_air_it_waits_until_its_reserve_is_near_then_fails_and_recovers(f
     rehearsal.run_for(600)
     assert rehearsal.task(task).status == "ACTIVE"
     assert rehearsal.task(task).held == ("clearance:hwd_1",)
+    asked = next(q for q in rehearsal.engine.state.questions.values() if q.kind == "clearance")
+    assert asked.expires_at == rehearsal.engine.state.deadlines["clear|hwd_1"].at  # what people's apps count down to
 
     assert rehearsal.run_until_ended(task)
     assert (rehearsal.task(task).status, rehearsal.task(task).code) == ("FAILED", "no_clearance")
