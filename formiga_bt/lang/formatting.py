@@ -132,6 +132,8 @@ class _Writer:
         node = one.node
         if isinstance(node, Scalar) or not self._is_flow(node) or self._layout.has_comment_inside(node):
             return False
+        if any(_has_after(child) for child in one.children):
+            return False
         if path and (path[-1] in _STEPS or (path[-1] == "-" and path[-2:-1] and path[-2] in _STEPS)):
             return False
         if "cases" in path[-2:] or _has_steps(node) or _has_gap(node):
@@ -231,6 +233,11 @@ def _has_gap(node: Node) -> bool:
     if isinstance(node, Scalar):
         return not node.text and not node.quoted
     return any(map(_has_gap, _inside(node)))
+
+
+def _has_after(one: Element) -> bool:
+    """Return whether a comment belongs behind an element or one inside it."""
+    return bool(one.after) or any(_has_after(child) for child in one.children)
 
 
 def _has_steps(node: Node) -> bool:

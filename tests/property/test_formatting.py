@@ -111,3 +111,9 @@ def test_a_mutated_text_with_comments_keeps_its_words_and_comments(text: str, se
             lines.append(" " * dice.randint(0, 8) + f"# over {number}" if dice.random() < 0.7 else "")
         lines.append(line + f" # at {number}" if dice.random() < 0.1 else line)
     formatted("\n".join(lines))
+
+
+def test_a_comment_deeper_than_a_mapping_in_braces_is_kept() -> None:
+    done = formatted("task: Slip\nparams:\n  b: {type: enum}\n      # over\n  c: text\n")
+
+    assert done == "task: Slip\nparams:\n  b:\n    type: enum\n    # over\n  c: text\n"
