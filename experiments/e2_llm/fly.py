@@ -80,7 +80,7 @@ def place_of(world: World, name: str) -> tuple[float, float]:
     return (where.east_m, where.north_m)
 
 
-class _Tape(Referee):
+class Tape(Referee):
     """A referee that keeps every motion."""
 
     def __init__(self) -> None:
@@ -88,6 +88,7 @@ class _Tape(Referee):
         self.motions: dict[str, list[Segment]] = {}
 
     def moved(self, agent: str, segment: Segment, kind: MotionKind) -> None:
+        """Keep it, and look for crashes."""
         super().moved(agent, segment, kind)
         kept = self.motions.setdefault(agent, [])
         while kept and kept[-1].t0 >= segment.t0:
@@ -172,10 +173,10 @@ def fly(
 
 
 def _flown(task: Task, values: Mapping[str, Any], world: World, scene: Scene) -> Flown:
-    tape, questions, log = _Tape(), _Questions(), RunLog()
+    tape, questions, log = Tape(), _Questions(), RunLog()
     rehearsal = Rehearsal(simulated(world.site), world.catalogue, [task], ())
     fleet = SimFleet(rehearsal.scheduler, rehearsal.hub, recorder=tape)
-    specs = _specs(world, scene)
+    specs = specs_of(world, scene)
     try:
         for spec in specs:
             fleet.add(spec)
@@ -225,7 +226,8 @@ def _flown(task: Task, values: Mapping[str, Any], world: World, scene: Scene) ->
         rehearsal.close()
 
 
-def _specs(world: World, scene: Scene) -> list[Any]:
+def specs_of(world: World, scene: Scene) -> list[Any]:
+    """Return the agents of a scene."""
     import msgspec
 
     scripts: dict[str, list[dict[str, Any]]] = {
