@@ -313,6 +313,8 @@ def _named(view: View, option: Option | None) -> Iterator[Item]:
             yield from _role_and(view, _events)
         case "release" | "role":
             yield from _agents(view, site_roles=False)
+        case "list":
+            yield from _words(view, SIMPLE, "value", "type of the items")
         case "type" if view.slot.section in ("params", "subtrees", "actions"):
             yield from _words(view, (*SIMPLE, "enum"), "value", "type")
         case "type" | "any_of" | "of" | "extends":

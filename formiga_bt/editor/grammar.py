@@ -79,6 +79,9 @@ _PARAMS: Final = Names("params", Table("param", PARAM))
 _ROLES: Final = Names("agents", Table("role", ROLE))
 _SUBTREES: Final = Names("subtrees", Table("subtree", SUBTREE))
 _PLACE: Final = Value(Option("place", "value", "", type="place"))
+_TYPE: Final = Option("type", "name", "The type.")
+_LIST_TYPE: Final = Table("list type", (Option("list", "name", "The type of its items: the value is a list."),))
+"""What may stand in place of a type's name: `{list: place}`."""
 
 _INSIDE: Final[Mapping[tuple[str, str], Schema]] = MappingProxyType(
     {
@@ -90,6 +93,8 @@ _INSIDE: Final[Mapping[tuple[str, str], Schema]] = MappingProxyType(
         ("subtree", "params"): _PARAMS,
         ("catalogue", "types"): Names("types", Table("type", TYPE)),
         ("catalogue", "actions"): Names("actions", Table("action", ACTION)),
+        ("param", "type"): _LIST_TYPE,
+        ("field", "type"): _LIST_TYPE,
         ("action", "fields"): Names("fields", Table("field", FIELD)),
         ("action", "result"): Names("fields", Table("field", FIELD)),
         ("site", "base"): Table("base", site.BASE),
@@ -220,6 +225,8 @@ def scalar_behind(schema: Schema | None) -> Schema | None:
     """Return what a scalar is that stands where a mapping may: a param in its short form is its type."""
     if isinstance(schema, Table) and schema.owner in ("param", "field"):
         return Value(next(option for option in schema.options if option.name == "type"))
+    if schema is _LIST_TYPE:
+        return Value(_TYPE)
     return schema
 
 
