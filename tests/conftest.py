@@ -1,9 +1,16 @@
-"""Shared by all tests: with FORMIGA_EXTERNAL set, a test marked `external` that skips itself fails instead."""
+"""Shared by all tests: with FORMIGA_EXTERNAL set, a test marked `external` that skips itself fails instead.
+
+How slowly Hypothesis draws on a busy machine is no fault of what is tested.
+"""
 
 import os
 from collections.abc import Generator
 
 import pytest
+from hypothesis import HealthCheck, settings
+
+settings.register_profile("formiga", deadline=None, suppress_health_check=[HealthCheck.too_slow])
+settings.load_profile("formiga")
 
 
 @pytest.hookimpl(wrapper=True)
