@@ -81,10 +81,15 @@ class GateView:
             region=region,
             clearance=self.clearances.given(agent.id) if agent.id in core.state.clearances else None,
             cleared=self.clearances.place(agent.id) if agent.id in core.state.clearances else None,
+            asked=self._is_asked(goal),
             ports=tuple(near),
             home=home.at if home else None,
             exempt_clearance=spec.cuts or (task is not None and task.stop in ("land", "cut")),
         )
+
+    def _is_asked(self, goal: GoalRecord) -> bool:
+        record = self._core.state.clearances.get(goal.agent)
+        return record is not None and record.goal == goal.id and record.state in ("asked", "waiting")
 
     def _carries_out(self, goal: GoalRecord, order: StandingOrder) -> bool:
         """Return whether a goal is an order's own: of its system task, of the recover that does it, or its `cut`."""

@@ -4,7 +4,8 @@ Pure functions over a small view of the site and fleet. The engine acts on the v
 takes up in the air; `Hold` = wait, with a code and for whom; `Refuse` = never.
 
 In this order: who is in command, link, stops and lockdown, one goal at a time, task held; the envelope; one machine on a spot
-and its own port free; clearance of people away from ports; ways kept apart. Codes are listed in docs/reasons.md.
+and its own port free; ways kept apart; clearance of people away from ports, who are asked once the way is free. Codes are
+listed in docs/reasons.md.
 """
 
 from collections.abc import Callable, Sequence
@@ -64,6 +65,8 @@ class Ask(Struct, frozen=True, kw_only=True, gc=False):
     clearance: Clearance | None = None
     cleared: Place | None = None
     """The spot that the clearance is for."""
+    asked: bool = False
+    """People are being asked for it."""
     ports: tuple[Place, ...] = ()
     """Ports near the target and the position, for a goal that lands or starts rotors."""
     home: Place | None = None
@@ -130,7 +133,16 @@ def judge(
     breach = limits()
     if breach is not None:
         return Refuse(breach.code, breach.text)
-    return _spot(ask, traffic, min_spacing_m) or _clear(ask, now) or _way(ask, traffic, separation_m)
+    return _spot(ask, traffic, min_spacing_m) or _clear_way(ask, traffic, now, separation_m)
+
+
+def _clear_way(ask: Ask, traffic: Sequence[Traffic], now: Micros, separation_m: float) -> Verdict:
+    # A word counts for 60 s: asked for while the way is taken, it would be asked for again and again.
+    clear = _clear(ask, now)
+    if clear is not None and ask.asked:
+        return clear
+    way = _way(ask, traffic, separation_m)
+    return clear if clear is not None and isinstance(way, Go) else way
 
 
 def _person(ask: Ask) -> Verdict:

@@ -5,7 +5,7 @@ from typing import Any
 import pytest
 
 from formiga_bt.engine.inputs import Operator, SendGoal
-from formiga_bt.geo import Place
+from formiga_bt.geo import Place, Position
 from formiga_bt.lang.types import AgentRef
 from formiga_bt.rehearsal import Rehearsal
 from formiga_bt.testing import alarms, effects, packaged_world, task_of
@@ -160,6 +160,25 @@ def test_a_word_that_was_not_used_within_a_minute_is_asked_for_again(fly: Fly) -
     assert len(rehearsal.sim["watcher_1"].person.asked) == 2
     for goal in starts(rehearsal):
         assert goal.clearance is not None
+
+
+def test_nobody_is_asked_again_and_again_while_the_way_down_is_taken(fly: Fly) -> None:
+    field = packaged_world()[0].places["north_field"]
+    rehearsal = fly(change={"lwd_1": {"at": Position(field.east_m, field.north_m, 30.0)}})
+    watcher = rehearsal.sim["watcher_1"].person
+    task = pick_up(rehearsal)
+    rehearsal.run_for(400)
+
+    assert [(g.code, g.text) for g in rehearsal.engine.state.goals.values() if g.state == "gated"] == [
+        ("leg_busy", "lwd_1")
+    ]
+    assert (rehearsal.task(task).held, [one for one in watcher.asked if "land here" in str(one)]) == ((), [])
+
+    moved = move(rehearsal)
+
+    assert rehearsal.run_until_ended(task, moved, limit_s=1800)
+    assert rehearsal.task(task).status == "SUCCEEDED"
+    assert len([one for one in watcher.asked if "land here" in str(one)]) == 1
 
 
 def test_an_abort_withdraws_the_question(fly: Fly) -> None:

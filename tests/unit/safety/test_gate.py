@@ -124,6 +124,22 @@ def test_a_word_counts_only_near_the_spot_that_it_was_given_for(off_m: float, go
     assert isinstance(verdict(start), Go) is goes
 
 
+def test_nobody_is_asked_before_the_way_is_free() -> None:
+    landing = ask(lands=True, target=Place(0.0, 50.0))
+    start = ask(starts_rotors=True, landed="grounded", position=Position(0.0, 50.0, 0.0), rises_to_m=60.0)
+    over_it = other(position=Position(0.0, 50.0, 30.0))
+
+    for request in (landing, start):
+        assert verdict(request, over_it) == Hold("leg_busy", "d2")
+        assert verdict(request) == Hold("clearance")
+
+
+def test_who_is_asked_already_is_not_called_off_when_the_way_is_taken_meanwhile() -> None:
+    landing = ask(lands=True, target=Place(0.0, 50.0), asked=True)
+
+    assert verdict(landing, other(position=Position(0.0, 50.0, 30.0))) == Hold("clearance")
+
+
 def test_a_word_for_no_known_spot_does_not_count() -> None:
     assert verdict(ask(lands=True, target=Place(0.0, 50.0), clearance=Clearance("ann", NOW))) == Hold("clearance")
 
