@@ -15,7 +15,7 @@ import sys
 import tempfile
 from collections import Counter
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 from random import Random
@@ -28,6 +28,8 @@ from formiga_bt.casework.mocks import Mocks
 from formiga_bt.casework.reading import load_cases_text
 from formiga_bt.diagnostics import Diagnostic
 from formiga_bt.engine.inputs import SendGoal
+from formiga_bt.engine.records import AgentRecord
+from formiga_bt.engine.state import EngineState
 from formiga_bt.lang import loader
 from formiga_bt.lang.files import Shelf, read_file
 from formiga_bt.lang.model import Catalogue, Site, Task
@@ -36,6 +38,7 @@ from formiga_bt.lang.reading import Problems
 from formiga_bt.lang.scenario import Scenario, ScenarioTask
 from formiga_bt.lang.world import World
 from formiga_bt.packaged import folder
+from formiga_bt.show.why.front import explain
 from formiga_bt.simulation import VirtualRun
 from tests.mutation.operators import OPERATORS, other_count
 from tests.property.sound import CHILD, good_task
@@ -98,6 +101,9 @@ MAY_END: Final[Mapping[str, tuple[str, ...]]] = {
     "refused": ("rejected", "failed", "request:rejected"),
     "lost": ("agent_lost", "failed", "no_agent", "request:agent_lost", "requires"),
 }
+BLOCKED: Final = ("leg_busy", "spot_busy", "request:leg_busy", "request:spot_busy")
+"""How a task may end that came where a quarantined machine may be."""
+NOBODYS: Final = "in the air, and nobody answers for it"
 """How a good task may end in the others besides SUCCEEDED. `requires`: a `finally` could not bring the machine home."""
 
 
@@ -109,7 +115,11 @@ class Ended:
     code: str
     reason: str
     aloft: bool = False
-    """The engine had to bring a machine home."""
+    """The engine had to bring a machine home: at the end, as the task did not, or after it failed."""
+    blocked: bool = False
+    """What it ended by, or waits for, is a quarantined machine."""
+    nobodys: str = ""
+    """A machine in the air with no task, no order and no quarantine."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -212,9 +222,24 @@ def run(task: Task, index: int) -> Ended:
             return Ended("refused", "", str(played.played.refused))
         sent = (effect for step in played.steps for effect in step.effects if isinstance(effect, SendGoal))
         aloft = any("/recover:" in effect.goal_id for effect in sent)
-        return Ended(record.status if in_time else "no end", record.code, record.reason, aloft)
+        state = played.rehearsal.engine.state
+        away = [one.id for one in state.agents.values() if one.pool == "QUARANTINED"]
+        left = (one.id for one in state.agents.values() if _is_nobodys(one, state))
+        end = Ended(record.status, record.code, record.reason, aloft, nobodys=next(left, ""))
+        if in_time:
+            return replace(end, blocked=any(f"{one} was in the way" in record.reason for one in away))
+        waits = [goal for goal in state.goals.values() if not goal.ended]
+        found = explain(state, scenario.tasks, record.id, played.rehearsal.now, catalogue=cases().catalogue)[1]
+        why = "; ".join(f"{one.code}: {one.text}" for one in found if one.code != "chosen")
+        return replace(end, status="no end", reason=why, blocked=bool(waits) and all(one.text in away for one in waits))
     finally:
         played.close()
+
+
+def _is_nobodys(agent: AgentRecord, state: EngineState) -> bool:
+    task = state.tasks.get(agent.task)
+    held = (task is not None and not task.ended) or agent.id in state.orders or agent.pool == "QUARANTINED"
+    return not agent.human and agent.landed != "grounded" and not held
 
 
 def judge(seed: int, *, change: bool = False) -> Judged | None:
@@ -247,11 +272,19 @@ def why_not(task: Task) -> str:
     """Return in which scenario a task shows that it is not good, and how; "" = in none."""
     for index, case in enumerate(cases().cases):
         ended = run(task, index)
-        if ended.aloft and case.name in CALM:
-            return f"{case.name}: left in the air"
-        if ended.status != "SUCCEEDED" and ended.code not in MAY_END.get(case.name, ()):
+        if ended.nobodys:
+            return f"{case.name}: {ended.nobodys} is {NOBODYS}"
+        if ended.status != "SUCCEEDED" and not _may_end(case.name, ended):
             return f"{case.name}: {ended.status} {ended.code} {ended.reason}"
+        if ended.aloft and case.name in CALM:
+            return f"{case.name}: it leaves a machine in the air, which the engine brings home"
     return ""
+
+
+def _may_end(scenario: str, ended: Ended) -> bool:
+    if ended.blocked and (ended.status == "no end" or ended.code in BLOCKED):
+        return True
+    return ended.status != "no end" and ended.code in MAY_END.get(scenario, ())
 
 
 def report(judged: list[Judged], number: int) -> str:
@@ -266,13 +299,14 @@ def report(judged: list[Judged], number: int) -> str:
         f"of these {len(refused)} refused ({100 * len(refused) / max(1, len(good)):.1f} %), {len(warned)} warned about",
         *(f"  {code}: {count}" for code, count in by_code.most_common()),
         f"not good, but not refused: {missed.total()}",
-        *(f"  {count} x {why[:110]}" for why, count in missed.most_common(12)),
+        *(f"  {count} x {why[:130]}" for why, count in missed.most_common(12)),
+        *(f"seed {one.seed}: {one.why_not[:160]}" for one in judged if one.why_not and not one.errors),
     ]
     return "\n".join(lines)
 
 
 def main() -> int:
-    """Judge so many tasks, keep the files of those that are good and refused or warned about; return 1 if over 1 % is."""
+    """Judge so many tasks, keep the files to be looked at; return 1 if over 1 % of the good ones is refused."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--tasks", type=int, default=1000)
     parser.add_argument("--seed", type=int, default=0, help="of the first task")
@@ -289,17 +323,20 @@ def main() -> int:
             print(f"{seed - given.seed + 1} of {given.tasks}", flush=True)
     print(report(judged, given.tasks))
     good = [one for one in judged if not one.why_not]
-    return int(100 * sum(bool(one.errors) for one in good) > len(good))
+    nobodys = any(NOBODYS in one.why_not for one in judged)
+    return int(nobodys or 100 * sum(bool(one.errors) for one in good) > len(good))
 
 
 def _keep(place: Path, one: Judged) -> None:
-    if one.why_not or not one.found:
+    if one.errors if one.why_not else not one.found:
         return
     place.mkdir(exist_ok=True)
-    head = "".join(f"# {d.code} line {d.mark.line}: {d.message}\n" for d in one.found)
+    head = f"# {one.why_not}\n" if one.why_not else ""
+    head += "".join(f"# {d.code} line {d.mark.line}: {d.message}\n" for d in one.found)
     changed = f"# changed: {one.changed}\n" if one.changed else ""
     readable = yaml.safe_dump(json.loads(one.text), sort_keys=False, width=140, allow_unicode=True)
-    (place / f"{one.seed}.yaml").write_text(head + changed + readable, encoding="utf-8")
+    name = "-".join([str(one.seed), *one.why_not.partition(":")[0].split()])
+    (place / f"{name}.yaml").write_text(head + changed + readable, encoding="utf-8")
     print(f"seed {one.seed}: {head.strip()[2:200]} {changed.strip()}", flush=True)
 
 

@@ -39,5 +39,8 @@ def test_a_task_that_leaves_its_drone_in_the_air_is_not_good_and_is_refused() ->
     assert judged is not None
 
     assert judged.changed.startswith("dropped_landing")
-    assert (judged.why_not, judged.errors) == ("ok: left in the air", ["E031"])
+    assert (judged.why_not, judged.errors) == (
+        "ok: it leaves a machine in the air, which the engine brings home",
+        ["E031"],
+    )
     assert f"1 drawn, 1 can be read to the end, 0 are good in all {len(SCENARIOS)} scenarios" in report([judged], 1)
