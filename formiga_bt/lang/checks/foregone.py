@@ -21,6 +21,10 @@ from formiga_bt.units import format_quantity
 
 _TWO_PLACES: Final = ("zigzag", "line", "toward", "distance", "bearing", "midpoint")
 """Helpers from one place to another one."""
+_TELLING: Final = tuple(f"{name}(" for name in (*_TWO_PLACES, "offset", "is_set"))
+"""What an expression holds of which anything is to be said; most hold none of it, and are not read."""
+_PLAIN: Final = (str, int, float, Mark, type(None))
+"""What holds no expression."""
 
 
 def check_foregone(task: Task, catalogue: Catalogue, site: Site | None, problems: Problems) -> None:
@@ -87,7 +91,7 @@ class _Foregone:
         """Check what a step itself says."""
         for name in parts_of(step):
             value = getattr(step, name)
-            if not (isinstance(value, tuple) and value and isinstance(value[0], Step)):
+            if not isinstance(value, _PLAIN) and not (isinstance(value, tuple) and value and isinstance(value[0], Step)):
                 self.all_of(value, sure)
 
     def all_of(self, value: Any, sure: Mapping[str, Mark]) -> None:
@@ -116,13 +120,13 @@ class _Foregone:
 
     def check(self, expr: Expr, sure: Mapping[str, Mark]) -> None:
         """Report W098 for an expression."""
-        if expr.mark in self.told:
-            return
         source = expr.source
+        if "(" not in source or expr.mark in self.told:
+            return
         spans = holes(source)
         found = [] if isinstance(spans, int) else [source[a + 2 : b - 1] for a, b in spans]
         for text in found or [source]:
-            if "(" not in text:
+            if not any(word in text for word in _TELLING):
                 continue
             try:
                 parsed = parse_expression(text.strip())
@@ -180,6 +184,6 @@ def _expressions(value: Any) -> Iterator[Expr]:
     elif isinstance(value, Mapping):
         for item in value.values():
             yield from _expressions(item)
-    elif is_dataclass(value) and not isinstance(value, type):
+    elif not isinstance(value, _PLAIN) and is_dataclass(value) and not isinstance(value, type):
         for name in parts_of(value):
             yield from _expressions(getattr(value, name))
