@@ -8,6 +8,7 @@
 | `engine.json` | where the engine is: API, agents' endpoint, process |
 | `token` | the word that callers from other machines must know |
 | `approvals.jsonl` | who approved what, and took it back: a line each, never changed |
+| `bundles/` | tasks that were loaded into the engine while it ran (`services.bundles`) |
 | `flights.jsonl` | the flight log: a line for each flight that has ended |
 | `flying.json` | flights that have not ended |
 

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from formiga_bt.services.host import EngineHost
     from formiga_bt.services.simulated import Simulated
 
-TOLD = frozenset({"alarm", "question", "notice", "task", "order", "lockdown"})
+TOLD = frozenset({"alarm", "question", "notice", "task", "order", "lockdown", "library"})
 """Events that are printed; of agents only take-overs and handbacks."""
 
 
@@ -76,7 +76,7 @@ def command(
         beside=beside, speed=speed, http=http, desk=people, listen=listen, refused=refused, needs_token=token,
     )  # fmt: skip
     with host, _fleet(host, world, people, sim) as agents:
-        _banner(host, sorted(served), people, sim)
+        _banner(host, people, sim)
         _serve(host, agents, quiet=quiet)
         left = host.open_tasks()
     host.check()
@@ -206,7 +206,8 @@ def _fleet(
     return Simulated(host, world.site, world.catalogue, without=people)
 
 
-def _banner(host: "EngineHost", served: list[str], people: dict[str, str], sim: bool) -> None:
+def _banner(host: "EngineHost", people: dict[str, str], sim: bool) -> None:
+    served = host.served
     files = "1 file is" if len(host.refused) == 1 else f"{len(host.refused)} files are"
     refused = f"   ({files} not served)" if host.refused else ""
     where = f"they connect at {host.endpoint}"
@@ -217,6 +218,7 @@ def _banner(host: "EngineHost", served: list[str], people: dict[str, str], sim: 
         f"  people  {', '.join(people) + ' answer here: formiga inbox' if people else 'answer with their own apps'}",
         f"  API     {host.address.url}/v1   (OpenAPI: {host.address.url}/v1/openapi.json)",
     ]
+    rows += [f"  note    {text}" for text in host.restored]
     first = "Hello" if "Hello" in served else "TASK"
     rows.append(f"next, in another terminal in this folder: formiga run {first} --follow    or: formiga agents")
     _say("\n".join(rows))

@@ -76,16 +76,15 @@ class Authority:
 
     # -- admission -------------------------------------------------------------------------------------------------
     def admit(self, request: Submit) -> None:
-        """Let a request in, or not. One of an unknown task is let in: `Tasks` refuses it.
+        """Let a request in, or not.
 
         Raises:
-            TaskError: `lockdown`, or `not_approved`, with what to do.
+            TaskError: `lockdown`, or `not_approved`, with what to do; `unknown_task`, `not_served`.
         """
         locked = self._locked()
         if locked:
             raise TaskError("lockdown", f"{locked}; no task is admitted before it is released")
-        model = self._core.models.get(request.task)
-        lack = self._lack(model, request.requester) if model is not None else ""
+        lack = self._lack(self._core.library.wanted(request), request.requester)
         if lack:
             raise TaskError("not_approved", lack)
 

@@ -21,6 +21,7 @@ from formiga_bt.engine.records import (
     StandingOrder,
     TaskRecord,
     Verdict,
+    Version,
 )
 from formiga_bt.nodes.memory import Mem
 
@@ -99,6 +100,13 @@ class DutyPut(Struct, frozen=True, tag=True):
 
     pilot: str
     since: Micros | None
+
+
+class LibraryPut(Struct, frozen=True, tag=True):
+    """The versions of a task, oldest first, are now these; new requests get the last."""
+
+    task: str
+    versions: tuple[Version, ...]
 
 
 class ScopePut(Struct, frozen=True, tag=True):
@@ -187,5 +195,5 @@ class TaskForget(Struct, frozen=True, tag=True):
 Change = (
     TaskPut | AgentPut | GoalPut | GoalDrop | QuestionPut | QuestionDrop | ClearancePut | ScopePut | VarPut | NodeMem
     | DeadlineSet | WallTimerSet | RequestPut | Granted | Explained | CounterSet | TaskForget | OrderPut | LockdownPut
-    | ApprovalPut | DutyPut | Happened | NodesEnded
+    | ApprovalPut | DutyPut | Happened | NodesEnded | LibraryPut
 )  # fmt: skip

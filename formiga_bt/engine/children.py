@@ -49,7 +49,8 @@ class Children:
         """Start a task for a step; return its id, or why it cannot be."""
         core = self._core
         parent = core.task(parent_id)
-        wish = Submit(order.task, order.params, order.priority or None, parent.requester)
+        bundle = core.library.bundle_for(order.task, parent)
+        wish = Submit(order.task, order.params, order.priority or None, parent.requester, bundle)
         if parent.depth >= MOST_DEEP:
             why = f"{parent_id} was requested by a task itself, {MOST_DEEP} deep"
             return _refused(order, "too_deep", why, again=False)

@@ -16,6 +16,7 @@ from formiga_bt.clock import Micros
 from formiga_bt.energy import Power, power_of
 from formiga_bt.engine import changes as ch
 from formiga_bt.engine.inputs import Effect, PublishState, SendGoal
+from formiga_bt.engine.library import Bundles, Library
 from formiga_bt.engine.records import AgentRecord, Deadline, GoalRecord, TaskRecord
 from formiga_bt.engine.state import EngineState, apply, board_of
 from formiga_bt.geo import Frame
@@ -52,7 +53,8 @@ class Core:
     def __init__(self, site: Site, catalogue: Catalogue, tasks: Mapping[str, Task], state: EngineState) -> None:
         self.site = site
         self.catalogue = catalogue
-        self.models = dict(tasks)
+        self.models = tasks if isinstance(tasks, Bundles) else Bundles(tasks)
+        self.library = Library(state, tasks, self.models)
         self.state = state
         self.board: Blackboard = board_of(state)
         self.frame = Frame(site.lat, site.lng, site.ground_msl_m)
@@ -197,7 +199,9 @@ class Core:
 
     def model(self, task: TaskRecord) -> Task:
         """Return the checked model that a task runs."""
-        return self.models[task.name]
+        found = self.library.of(task)
+        assert found is not None, f"the model of {task.id} ({task.name} {task.bundle[:8]}) was not added"
+        return found
 
     def agent_type(self, agent: AgentRecord) -> AgentType:
         """Return the catalogue's entry for an agent."""
@@ -210,7 +214,7 @@ class Core:
     def rules(self, agent: AgentRecord, task_id: str) -> Rules:
         """Return the limits of a machine that flies for a task."""
         task = self.state.tasks.get(task_id)
-        model = self.models.get(task.name) if task is not None else None
+        model = self.library.of(task) if task is not None else None
         key = (agent.type, model.bundle if model is not None else "", model.name if model is not None else "")
         found = self._rules.get(key)
         if found is None:

@@ -43,7 +43,7 @@ class Engine:
     Args:
         site: the checked site.
         catalogue: agent types and actions.
-        tasks: checked tasks by name.
+        tasks: checked tasks by name; as `Bundles`, further versions may be added while it runs.
         policy: how agents are chosen; `closest` by default.
         trees: how trees are run; the tests' naive interpreter is another.
         state: a loaded state to go on from.
@@ -128,6 +128,10 @@ class Engine:
             case inp.Approve() | inp.Duty():
                 self.authority.take(given)
                 self.tasks.poke_allocator()
+                return "ok"
+            case inp.Serve():
+                for change in self.core.library.serve(given, self.core.open):
+                    self.core.emit(change)
                 return "ok"
             case inp.Abort():
                 self.tasks.abort(given)

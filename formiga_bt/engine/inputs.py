@@ -22,6 +22,16 @@ class Submit(Struct, frozen=True, tag=True):
     params: dict[str, Any] = {}
     priority: Priority | None = None
     requester: str = ""
+    bundle: str = ""
+    """Of the version that is meant; "" = the newest."""
+
+
+class Serve(Struct, frozen=True, tag=True):
+    """Serve a version of a task to new requests. Whoever gives this has added its model to the engine's bundles before."""
+
+    task: str
+    bundle: str
+    by: str = ""
 
 
 class Abort(Struct, frozen=True, tag=True):
@@ -155,7 +165,7 @@ class Started(Struct, frozen=True, tag=True):
 
 
 Input = (
-    Submit | Abort | Operator | LockdownOrder | Approve | Duty | AgentSeenInput | AgentGoneInput | AgentStatusInput
+    Submit | Serve | Abort | Operator | LockdownOrder | Approve | Duty | AgentSeenInput | AgentGoneInput | AgentStatusInput
     | GoalEventInput | AgentEventInput | QueryReplyInput | BadStatusInput | TimerDue | WallDue | EffectFailed | Started
 )  # fmt: skip
 

@@ -59,7 +59,7 @@ def may_rebind(core: Core, task: TaskRecord, agent_id: str) -> bool:
 
     Call it when the agent is lost or quarantined, while it still stands in the task's roles and before the trees run on.
     """
-    model = core.models.get(task.name)
+    model = core.library.of(task)
     if model is None:
         return False
     roles = [name for name, agents in task.roles.items() if agent_id in agents]
@@ -69,7 +69,7 @@ def may_rebind(core: Core, task: TaskRecord, agent_id: str) -> bool:
 
 
 def _why_not(core: Core, task: TaskRecord, lost: str) -> str:
-    model = core.models.get(task.name)
+    model = core.library.of(task)
     if task.section != "steps" or task.status != "ACTIVE" or task.stopping or task.outcome or task.again:
         return "ending"
     if model is None or task.system_agent or not model.preemptible:

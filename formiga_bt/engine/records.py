@@ -159,6 +159,16 @@ class Happening(Struct, frozen=True):
     fields: dict[str, Any]
 
 
+class Version(Struct, frozen=True):
+    """A version of a task that is served, or was."""
+
+    order: int
+    """When it came, among those of all names; 0: it was there from the start."""
+    n: int
+    """Which of its name it is, from 1; what people are told."""
+    bundle: str
+
+
 class TaskRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
     """A task. `section` is the part that runs; `outcome` is decided when the steps end and never changes after."""
 
@@ -166,6 +176,10 @@ class TaskRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
     name: str
     order: int
     bundle: str
+    version: int = 1
+    """Which version of its name it runs (`Version.n`)."""
+    library: int = 0
+    """`Version.order` of the newest version of any name when a person requested it, or the first task of its family."""
     priority: Priority = "medium"
     requester: str = ""
     parent: str = ""

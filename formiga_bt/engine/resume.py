@@ -10,7 +10,7 @@ def restore_trees(core: Core, tasks: Tasks) -> None:
     for task in list(core.state.tasks.values()):
         memory = core.state.memory.get(task.id, {})
         if task.section in memory:
-            steps = section_steps(core.models[task.name], task.section)
+            steps = section_steps(core.model(task), task.section)
             tasks.run_of(task.id).trees.restore(task.section, steps, "")
         if task.tidying:
             tasks.run_of(task.id).tidies.restore()

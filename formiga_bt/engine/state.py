@@ -22,6 +22,7 @@ from formiga_bt.engine.records import (
     StandingOrder,
     TaskRecord,
     Verdict,
+    Version,
 )
 from formiga_bt.geo import Place, Position, Region
 from formiga_bt.lang.types import AgentRef
@@ -56,6 +57,8 @@ class EngineState(Struct):
     """hash of a bundle and its site -> who approved it (`mode: real`)"""
     duty: dict[str, Micros] = field(default_factory=dict)
     """pilots on duty -> since when (`mode: real`)"""
+    library: dict[str, tuple[Version, ...]] = field(default_factory=dict)
+    """task -> its versions, oldest first, once another than the first is served"""
     happenings: dict[str, list[Happening]] = field(default_factory=dict)
     """agent -> its newest events, oldest first; at most `KEPT_EVENTS`"""
     requests: dict[str, Request] = field(default_factory=dict)
@@ -94,6 +97,8 @@ def apply(state: EngineState, board: Blackboard, change: ch.Change) -> None:
             _set_or_drop(state.approvals, digest, approval)
         case ch.DutyPut(pilot, since):
             _set_or_drop(state.duty, pilot, since)
+        case ch.LibraryPut(name, versions):
+            state.library[name] = versions
         case ch.ScopePut(task_id, scope, values):
             _set_or_drop(state.scopes.setdefault(task_id, {}), scope, None if values is None else dict(values))
         case ch.VarPut(task_id, scope, name, value):

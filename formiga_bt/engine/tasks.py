@@ -76,11 +76,7 @@ class Tasks:
             TaskError: unknown task, too many wait already (`busy`), or a parameter, var or role cannot be evaluated.
         """
         core = self._core
-        model = core.models.get(request.task)
-        if model is None:
-            raise TaskError(
-                "unknown_task", f"there is no task '{request.task}'; tasks: {', '.join(sorted(core.models))}"
-            )
+        model = core.library.wanted(request)
         if len(core.state.requests) >= MAX_QUEUED:
             raise TaskError("busy", f"{MAX_QUEUED:,} tasks wait already")
         values = root_values(core, model, request.params)
@@ -90,6 +86,8 @@ class Tasks:
             name=model.name,
             order=number,
             bundle=model.bundle,
+            version=core.library.number(model),
+            library=core.state.counters.get("library", 0) if parent is None else parent.library,
             priority=request.priority or model.priority,
             requester=request.requester,
             submitted_at=core.now,
@@ -239,7 +237,8 @@ class Tasks:
         core.emit(ch.TaskForget(task_id))
         self.runs.pop(task_id, None)
         fresh = TaskRecord(
-            id=task.id, name=task.name, order=task.order, bundle=task.bundle, priority=task.priority,
+            id=task.id, name=task.name, order=task.order, bundle=task.bundle, version=task.version,
+            library=task.library, priority=task.priority,
             requester=task.requester, run=task.run + 1, submitted_at=task.submitted_at, params=task.params,
             events_from=core.state.counters.get("happening", 0),
             parent=task.parent, parent_node=task.parent_node, depth=task.depth, detached=task.detached,
@@ -420,7 +419,7 @@ class Tasks:
         """Go to a part of a task; an empty one is passed over."""
         core = self._core
         task = core.task(task_id)
-        model = core.models.get(task.name)
+        model = core.library.of(task)
         if task.status != "ENDING":
             core.clear_deadline(task_deadline(task_id, "timeout"))
             task = core.put_task(task_id, status="ENDING")

@@ -17,11 +17,12 @@ from fastapi.responses import JSONResponse, StreamingResponse
 from starlette.exceptions import HTTPException
 
 from formiga_bt import __version__
-from formiga_bt.services import crew_routes, order_routes, seeing_routes
+from formiga_bt.services import crew_routes, library_routes, order_routes, seeing_routes
 from formiga_bt.services import models as m
 from formiga_bt.services.crew import Crew
 from formiga_bt.services.door import Door
 from formiga_bt.services.feed import Event, Feed
+from formiga_bt.services.loading import Loading
 from formiga_bt.services.orders import Orders
 from formiga_bt.services.refused import Refused
 from formiga_bt.show.source import Source
@@ -39,6 +40,8 @@ STATUS: Final = {
     "bad_role": 422,
     "bad_option": 422,
     "bad_fields": 422,
+    "bad_bundle": 422,
+    "bad_task": 422,
     "not_confirmed": 422,
     "who": 422,
     "busy": 429,
@@ -57,6 +60,7 @@ class Host(Protocol):
 
     orders: Orders
     crew: Crew
+    loading: Loading
     source: Source
     refused: tuple[str, ...]
 
@@ -111,6 +115,7 @@ def build(host: Host, *, token: str, needs_token: bool) -> Callable[..., Any]:
     crew_routes.add(app, host.crew)
     seeing_routes.add(app, host.source)
     _people(app, host.orders)
+    library_routes.add(app, host.loading, lambda: host.refused)
     _engine(app, host)
     return Door(app, token=token, needs_token=needs_token, refusal=problem)
 
@@ -149,7 +154,7 @@ def _tasks(app: FastAPI, orders: Orders) -> None:
     ) -> m.Submitted:
         """Request a task. With an Idempotency-Key, sending it twice starts one task."""
         name = body.requester or "http"
-        return m.Submitted(id=orders.submit(body.task, body.params, body.priority, name, idempotency_key))
+        return m.Submitted(id=orders.submit(body.task, body.params, body.priority, name, idempotency_key, body.bundle))
 
     @app.get("/v1/tasks", tags=["tasks"])
     def tasks(
@@ -220,11 +225,6 @@ def _engine(app: FastAPI, host: Host) -> None:
     def health() -> m.Health:
         """Tell how the engine is."""
         return host.health()
-
-    @app.get("/v1/library", tags=["engine"])
-    def library() -> m.LibraryOut:
-        """List the tasks that can be requested, with their parameters."""
-        return host.orders.library(host.refused)
 
     @app.post("/v1/admin/drain", tags=["engine"])
     def drain() -> m.Reply:

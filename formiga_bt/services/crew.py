@@ -4,7 +4,6 @@ Approvals are kept in the site's runtime folder, one line each time a person giv
 a start of the engine nobody is on duty until they say so.
 """
 
-from collections.abc import Mapping
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Protocol
@@ -14,8 +13,9 @@ from msgspec import Struct
 from formiga_bt.clock import Micros
 from formiga_bt.engine import changes as ch
 from formiga_bt.engine.inputs import Approve, Duty, Input, Step
+from formiga_bt.engine.library import Bundles
 from formiga_bt.errors import FormigaError, TaskError
-from formiga_bt.lang.model import Catalogue, Site, Task
+from formiga_bt.lang.model import Catalogue, Site
 from formiga_bt.safety.approval import TYPED, approval_digest, lands_away
 from formiga_bt.services.refused import Refused
 from formiga_bt.services.view import View
@@ -98,7 +98,7 @@ class Crew:
         site, tasks, catalogue: what the engine was made of.
     """
 
-    def __init__(self, driver: Driver, view: View, site: Site, tasks: Mapping[str, Task], catalogue: Catalogue) -> None:
+    def __init__(self, driver: Driver, view: View, site: Site, tasks: Bundles, catalogue: Catalogue) -> None:
         self._driver = driver
         self._view = view
         self._site = site
@@ -130,7 +130,9 @@ class Crew:
             Refused: unknown task, a digest that is not the one served, not typed, or not by an approver.
         """
         model = self._tasks.get(task)
+        digests = [approval_digest(one, self._site) for one in self._tasks.versions(task)]
         served = approval_digest(model, self._site) if model is not None else ""
+        served = digest if digest in digests else served  # an older version is approved as well, if it is meant
         if revoke:
             self._ask(Approve(digest or served, task, by, revoke=True))
             return f"the approval of {task} ({(digest or served)[:TYPED]}) is taken back"
@@ -140,7 +142,7 @@ class Crew:
             raise Refused(
                 "not_served",
                 f"the engine serves another version of {task}: {served[:TYPED]}",
-                "a file changed since it started; start it anew: formiga down --drain, then formiga up",
+                f"its file changed since the engine read it; let it read it anew: formiga load {model.mark.file}",
             )
         if typed != served[:TYPED]:
             raise Refused(

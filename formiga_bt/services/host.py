@@ -16,14 +16,17 @@ from formiga_bt.engine import changes as ch
 from formiga_bt.engine.drivers.realtime import Listener, RealtimeDriver
 from formiga_bt.engine.engine import Engine
 from formiga_bt.engine.inputs import Abort, Step
+from formiga_bt.engine.library import Bundles
 from formiga_bt.engine.state import EngineState
 from formiga_bt.errors import FormigaError, TaskError
 from formiga_bt.lang.model import Catalogue, Site, Task
 from formiga_bt.services import api, crew, server, shown
 from formiga_bt.services import models as m
+from formiga_bt.services.bundles import BundleStore
 from formiga_bt.services.door import is_loopback
 from formiga_bt.services.feed import Feed
 from formiga_bt.services.flightlog import FlightLog
+from formiga_bt.services.loading import Loading, served_again
 from formiga_bt.services.orders import Orders
 from formiga_bt.services.standing import lockdown_out, wall_us
 from formiga_bt.services.view import View
@@ -76,7 +79,7 @@ class EngineHost:
         self.refused = tuple(refused)
         self.error: BaseException | None = None
         self._catalogue = catalogue
-        self._tasks = dict(tasks)
+        self._tasks = Bundles(tasks)
         self._speed = speed
         self._http = http
         self._listeners = tuple(listeners)
@@ -90,6 +93,8 @@ class EngineHost:
         self._stop = threading.Event()
         self._opened: list[Any] = []
         self.draining = False
+        self.restored: list[str] = []
+        """What people should know of tasks that were loaded before this start, in sentences."""
         self.with_simulated = False
         """Whether simulated agents were started with this engine, and end with it."""
 
@@ -114,6 +119,7 @@ class EngineHost:
         now_us, counters = self._folder.marks()
         self.epoch = self._folder.next_epoch()
         self.view = View(self.epoch)
+        self._restore_tasks()
         flights = FlightLog(self._folder.path, self.site)
         state = EngineState(now=now_us, counters={name: n for name, n in counters.items() if n})
         engine = Engine(self.site, self._catalogue, self._tasks, state=state)
@@ -126,6 +132,10 @@ class EngineHost:
             persist=self._keep,
         )
         self.orders = Orders(self.driver, self.view, self._desk, self.site, self._tasks, self._catalogue)
+        self.loading = Loading(
+            self.orders.ask, self.view, self.site, self._catalogue, self._tasks, BundleStore(self._folder.path)
+        )
+        self.loading.closed_for = lambda: self.orders.closed_for
         self.source: Source = FoldedSource(
             self.view.ledger, self.site, self._tasks, self._catalogue,
             desk=lambda: tuple(self.orders.desk_people), engine=lambda: self.status, clock=self.driver.now,
@@ -146,6 +156,13 @@ class EngineHost:
         self._server = server.HttpServer(api.build(self, token=token, needs_token=self._needs_token), sock)
         self._server.start()
         self.address = self._folder.publish(epoch=self.epoch, url=self._server.url, endpoint=self.endpoint)
+
+    def _restore_tasks(self) -> None:
+        """Serve what was loaded into the engine before, besides the task files of this start."""
+        store = BundleStore(self._folder.path)
+        found, self.restored = served_again(store, self._tasks, self.site, self._catalogue)
+        for task in found.values():
+            self._tasks.serve(task)
 
     def _keep(self, step: Step) -> None:
         crew.keep_step(self._folder.path, step)
@@ -191,6 +208,11 @@ class EngineHost:
     def runtime_folder(self) -> Path:
         """Return the site's runtime folder."""
         return self._folder.path
+
+    @property
+    def served(self) -> list[str]:
+        """Return the names of the tasks that can be requested."""
+        return sorted(self._tasks)
 
     def open_tasks(self) -> list[str]:
         """Return the tasks that have not ended."""

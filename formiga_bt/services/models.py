@@ -26,6 +26,8 @@ class SubmitBody(Body):
     params: dict[str, Any] = {}
     priority: Literal["low", "medium", "high"] | None = None
     requester: Name = ""
+    bundle: Annotated[str, Field(max_length=64)] = ""
+    """Of the version that is meant, as GET /v1/library lists it; empty: the newest."""
 
 
 class AbortBody(Body):
@@ -96,6 +98,11 @@ class TaskOut(BaseModel):
 
     id: str
     task: str
+    bundle: str = ""
+    """Of the version that it runs."""
+    version: int = 1
+    newest: int = 1
+    """The version of its name that new requests get."""
     status: Literal["PENDING", "ASSIGNED", "ACTIVE", "ENDING", "SUCCEEDED", "FAILED", "CANCELED"]
     held: list[str]
     """Causes of HELD: operator, operator:<agent>, clearance:<agent>, take-over:<agent>, lockdown, resume. Empty: not held."""
@@ -296,24 +303,6 @@ class ParamOut(BaseModel):
     label: str
     help: str
     aliases: list[str] = []
-
-
-class LibraryTask(BaseModel):
-    """A task that can be requested."""
-
-    task: str
-    aliases: list[str] = []
-    """Other names under which it may be requested."""
-    description: str
-    file: str
-    params: list[ParamOut]
-
-
-class LibraryOut(BaseModel):
-    """The tasks that this engine serves, and the files that it does not for their errors."""
-
-    tasks: list[LibraryTask]
-    refused: list[str]
 
 
 class Health(BaseModel):

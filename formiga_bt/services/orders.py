@@ -16,13 +16,14 @@ from typing import Any, Final, Protocol
 from formiga_bt.clock import Micros
 from formiga_bt.diagnostics import render
 from formiga_bt.engine.inputs import Abort, Input, Operator, Submit
+from formiga_bt.engine.library import Bundles
 from formiga_bt.engine.records import Priority, Question, TaskRecord
 from formiga_bt.engine.state import EngineState
 from formiga_bt.errors import FormigaError, TaskError
 from formiga_bt.geo import Frame
 from formiga_bt.lang.aliases import find_task
 from formiga_bt.lang.binding import bind_params
-from formiga_bt.lang.model import Catalogue, Site, Task
+from formiga_bt.lang.model import Catalogue, Site
 from formiga_bt.services import models as out
 from formiga_bt.services import shown
 from formiga_bt.services.refused import Refused
@@ -77,7 +78,7 @@ class Orders:
         view: View,
         desk: DeskTransport,
         site: Site,
-        tasks: Mapping[str, Task],
+        tasks: Bundles,
         catalogue: Catalogue,
     ) -> None:
         self._catalogue = catalogue
@@ -85,12 +86,12 @@ class Orders:
         self._view = view
         self._desk = desk
         self._site = site
-        self._tasks = dict(tasks)
+        self._tasks = tasks
         self._frame = Frame(site.lat, site.lng, site.ground_msl_m)
-        self._places: dict[str, StepPlaces] = {}
+        self._places: dict[tuple[str, str], StepPlaces] = {}
         self._keys: OrderedDict[str, _Keyed] = OrderedDict()
         self._keys_lock = threading.Lock()
-        self.stops = Stops(self._ask, view, site, driver.now, catalogue)
+        self.stops = Stops(self.ask, view, site, driver.now, catalogue)
         self.desk_people: set[str] = set()
         self.telling = Telling(desk, self.desk_people, view, site, catalogue, driver.now)
         self.closed_for = ""
@@ -104,15 +105,18 @@ class Orders:
         priority: Priority | None = None,
         requester: str = "",
         key: str = "",
+        bundle: str = "",
     ) -> str:
         """Request a task; return its id. The same `key` again returns the same id, and starts nothing.
+
+        `bundle`: of the version that is meant; empty: the newest.
 
         Raises:
             Refused: unknown task, bad parameters, busy, draining, or the key came with another request.
         """
         if not key:
-            return self._submit(name, params, priority, requester)
-        asked = json.dumps([name, params, priority, requester], sort_keys=True, default=str)
+            return self._submit(name, params, priority, requester, bundle)
+        asked = json.dumps([name, params, priority, requester, bundle], sort_keys=True, default=str)
         digest = hashlib.sha256(asked.encode()).hexdigest()
         with self._keys_lock:
             entry = self._keys.setdefault(key, _Keyed(digest))
@@ -126,10 +130,12 @@ class Orders:
             )
         with entry.lock:
             if not entry.task_id:
-                entry.task_id = self._submit(name, params, priority, requester)
+                entry.task_id = self._submit(name, params, priority, requester, bundle)
             return entry.task_id
 
-    def _submit(self, name: str, params: Mapping[str, Any], priority: Priority | None, requester: str) -> str:
+    def _submit(
+        self, name: str, params: Mapping[str, Any], priority: Priority | None, requester: str, bundle: str
+    ) -> str:
         if self.closed_for:
             raise Refused(
                 "closed", f"no task is admitted: the engine is {self.closed_for}", "formiga up starts it again"
@@ -145,6 +151,11 @@ class Orders:
                 f"there is no task '{name}'",
                 f"{hint}tasks: {', '.join(sorted(self._tasks)) or 'none'}",
             )
+        if bundle:
+            task = self._tasks.version(task.name, bundle)
+            if task is None:
+                text = f"{name} is not served as {bundle[:8]}"
+                raise Refused("not_served", text, "formiga tasks --library --json lists what is")
         raw = {key: text_of(value) for key, value in params.items() if value is not None}
         values, problems, sources = bind_params(task, raw, self._site, self._driver.now())
         if problems:
@@ -155,11 +166,16 @@ class Orders:
                 first.help or "",
                 [render(problem, sources) for problem in problems],
             )
-        task_id = self._ask(Submit(task.name, values, priority, requester))
+        task_id = self.ask(Submit(task.name, values, priority, requester, task.bundle))
         self._view.catch_up()
         return task_id
 
-    def _ask(self, given: Input) -> str:
+    def ask(self, given: Input) -> str:
+        """Hand an input to the engine and wait for its reply.
+
+        Raises:
+            Refused: the engine refuses it, or does not run.
+        """
         try:
             return self._driver.ask(given)
         except TaskError as error:
@@ -180,7 +196,7 @@ class Orders:
                 "abandon leaves the task's machines where they are, also in the air, until a person clears them",
                 'confirm it: {"how": "abandon", "confirmed": true}; formiga abort --abandon asks',
             )
-        self._ask(Abort(task_id, how, by))  # type: ignore[arg-type]
+        self.ask(Abort(task_id, how, by))  # type: ignore[arg-type]
         self._view.catch_up()
         if how == "abandon":
             return f"{task_id} is abandoned; its machines are quarantined: formiga agents"
@@ -212,7 +228,7 @@ class Orders:
         with self._view.reading() as state:
             task = self._known(state, task_id)
             rows, lines = self._view.rows(task_id), self._view.notices(task_id)
-            return shown.task_detail(state, task, rows, lines, now, self._places_of(task.name))
+            return shown.task_detail(state, task, rows, lines, now, self._places_of(task))
 
     def why(self, task_id: str) -> out.WhyOut:
         """Explain a task.
@@ -258,10 +274,12 @@ class Orders:
             raise Refused("unknown_task", f"there is no task '{shortened(task_id)}' (any more)", hint)
         return task
 
-    def _places_of(self, name: str) -> StepPlaces | None:
-        if name not in self._places and name in self._tasks:
-            self._places[name] = StepPlaces(self._tasks[name])
-        return self._places.get(name)
+    def _places_of(self, task: TaskRecord) -> StepPlaces | None:
+        key = task.name, task.bundle
+        model = self._tasks.version(*key)
+        if key not in self._places and model is not None:
+            self._places[key] = StepPlaces(model)
+        return self._places.get(key)
 
     # -- agents ----------------------------------------------------------------------------------------------------
     def agents(self) -> out.AgentsOut:
@@ -278,7 +296,7 @@ class Orders:
         Raises:
             Refused: unknown, not quarantined, or not alive.
         """
-        self._ask(Operator("clear", agent, by))
+        self.ask(Operator("clear", agent, by))
         self._view.catch_up()
         return f"{agent} is asked what it still does, and comes home if it may be airborne"
 
@@ -347,12 +365,6 @@ class Orders:
                 "answer_late", f"{number} is closed: it was answered, withdrawn or has lapsed", "formiga inbox"
             )
         raise Refused("unknown_question", f"there is no question '{number}'", "formiga inbox lists the open ones")
-
-    # -- the library -------------------------------------------------------------------------------------------------
-    def library(self, refused: Sequence[str] = ()) -> out.LibraryOut:
-        """Return the tasks that can be requested."""
-        tasks = [shown.library_task(self._tasks[name]) for name in sorted(self._tasks)]
-        return out.LibraryOut(tasks=tasks, refused=list(refused))
 
 
 def _fits(task: TaskRecord, status: str) -> bool:

@@ -3,11 +3,13 @@
 from collections.abc import Collection, Iterable
 
 from formiga_bt.clock import Micros
+from formiga_bt.engine.library import newest_of
 from formiga_bt.engine.records import AgentRecord, GoalRecord, Question, TaskRecord
 from formiga_bt.engine.state import EngineState
 from formiga_bt.geo import Frame
 from formiga_bt.lang.model import Task
 from formiga_bt.services import models as out
+from formiga_bt.services.library_models import LibraryTask
 from formiga_bt.services.standing import standing_out
 from formiga_bt.services.view import Line
 from formiga_bt.show.lapse import lapses_at
@@ -27,9 +29,13 @@ def seconds(span: Micros) -> float:
 
 def task_out(state: EngineState, task: TaskRecord, now: Micros) -> out.TaskOut:
     """Return a task as lists show it."""
+    newest = newest_of(state, task.name)
     return out.TaskOut(
         id=task.id,
         task=task.name,
+        bundle=task.bundle,
+        version=task.version,
+        newest=newest.n if newest is not None else task.version,
         status=task.status,
         held=list(task.held),
         orders=[standing_out(state, state.orders[a], now) for a in _machines_of(task) if a in state.orders],
@@ -179,13 +185,14 @@ def question_out(state: EngineState, question: Question, now: Micros, desk: Coll
     )
 
 
-def library_task(task: Task) -> out.LibraryTask:
+def library_task(task: Task) -> LibraryTask:
     """Return a task as the library shows it."""
-    return out.LibraryTask(
+    return LibraryTask(
         task=task.name,
         aliases=list(task.aliases),
         description=task.description,
         file=task.mark.file,
+        bundle=task.bundle,
         params=[
             out.ParamOut(
                 name=param.name,

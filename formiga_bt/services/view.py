@@ -17,7 +17,7 @@ from msgspec import Struct
 from formiga_bt.clock import Micros
 from formiga_bt.engine import changes as ch
 from formiga_bt.engine.inputs import Abort, Alarm, LockdownOrder, Notify, Operator, Step
-from formiga_bt.engine.records import AgentRecord, GoalRecord, Lockdown, Question, StandingOrder, TaskRecord
+from formiga_bt.engine.records import AgentRecord, GoalRecord, Lockdown, Question, StandingOrder, TaskRecord, Version
 from formiga_bt.engine.state import EngineState
 from formiga_bt.services.feed import Feed
 from formiga_bt.services.standing import wall_us
@@ -127,6 +127,8 @@ class View:
                 self._order(at, agent_id, order, state.orders.get(agent_id))
             case ch.LockdownPut(lockdown):
                 self._lockdown(at, lockdown)
+            case ch.LibraryPut(name, versions):
+                self._library(at, name, versions)
             case ch.QuestionPut(question):
                 self._question(at, question, state.questions.get(question.id))
             case ch.QuestionDrop(question_id):
@@ -229,6 +231,11 @@ class View:
         text = lockdown_text(found, at) if found is not None else "lockdown is released"
         how, by = (found.how, found.by) if found is not None else ("", "")
         self.feed.add("lockdown", at, text, data={"on": found is not None, "how": how, "by": by})
+
+    def _library(self, at: Micros, name: str, versions: Sequence[Version]) -> None:
+        newest = versions[-1]
+        text = f"{name} is served" + (f" in version {newest.n}: new requests get it" if newest.n > 1 else " now")
+        self.feed.add("library", at, text, data={"name": name, "version": newest.n, "bundle": newest.bundle})
 
     def _question(self, at: Micros, question: Question, before: Question | None) -> None:
         if before is None:

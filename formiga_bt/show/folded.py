@@ -12,6 +12,7 @@ from typing import Any, Final, TypeVar
 from msgspec.structs import replace
 
 from formiga_bt.clock import SECOND, Micros
+from formiga_bt.engine.library import model_of
 from formiga_bt.engine.records import TaskRecord
 from formiga_bt.errors import TaskError
 from formiga_bt.lang.model import Catalogue, Site, Task
@@ -171,7 +172,7 @@ class FoldedSource:
             state, index = self.ledger.state, Index(self.ledger, self._at(), self._speed)
             task = self._known(task_id)
             story = self.ledger.story(task_id)
-            model = self._tasks.get(task.name)
+            model = model_of(self._tasks, task)
             mine = {*agents_of(task), *(agent.id for agent in index.agents.get(task_id, ()))}
             agents = [agent for agent in state.agents.values() if agent.id in mine]
             return TaskPicture(

@@ -3,6 +3,7 @@
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 
 from formiga_bt.clock import Micros
+from formiga_bt.engine.library import newest_of
 from formiga_bt.engine.records import TaskRecord
 from formiga_bt.engine.state import EngineState
 from formiga_bt.errors import TaskError
@@ -66,14 +67,21 @@ def unknown(of: str, known: Iterable[str], kind: str = "task", code: str = "unkn
 def why_task(scene: Scene, task: TaskRecord) -> list[Because]:
     """Return the chain of a task."""
     if task.status == "PENDING":
-        return [*locked(scene), *waiting(scene, task), *_requested(task), *earlier_runs(task)]
+        return [*locked(scene), *waiting(scene, task), *_older(scene, task), *_requested(task), *earlier_runs(task)]
     over = task.section == "done"
     lines = [*outcome(scene, task)] if task.outcome and (over or not task.again) else []
     if not over:
         lines += stopped(scene, task)
         lines += silent(scene, _agents_of(scene, task))
         lines += running(scene, task)
-    return [*lines, *chosen(scene, task), *_requested(task), *earlier_runs(task)]
+    return [*lines, *chosen(scene, task), *_older(scene, task), *_requested(task), *earlier_runs(task)]
+
+
+def _older(scene: Scene, task: TaskRecord) -> Iterator[Because]:
+    newest = newest_of(scene.state, task.name)
+    if newest is not None and newest.bundle != task.bundle and not task.system_agent:
+        text = f"it runs version {task.version} of {task.name} to its end; new requests get version {newest.n}"
+        yield Because("version", text)
 
 
 def _requested(task: TaskRecord) -> Iterator[Because]:

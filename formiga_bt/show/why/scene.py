@@ -7,6 +7,7 @@ from msgspec.structs import replace
 
 from formiga_bt.clock import Micros
 from formiga_bt.engine.core import node_deadline, task_deadline
+from formiga_bt.engine.library import model_of
 from formiga_bt.engine.records import AgentRecord, TaskRecord
 from formiga_bt.engine.state import EngineState
 from formiga_bt.lang.model import Catalogue, Step, Task
@@ -38,16 +39,16 @@ class Scene:
 
     def model(self, task: TaskRecord) -> Task | None:
         """Return a task's model, if it is known."""
-        return self.models.get(task.name)
+        return model_of(self.models, task)
 
     def step(self, task: TaskRecord, key: str) -> Step | None:
         """Return the step of a node's key."""
-        model = self.models.get(task.name)
+        model = self.model(task)
         return StepPlaces(model).of(key) if model is not None else None
 
     def place(self, task: TaskRecord, key: str) -> str:
         """Return what people call the node with this key, and where it stands."""
-        model = self.models.get(task.name)
+        model = self.model(task)
         return StepPlaces(model).place(key) if model is not None else key
 
     def node_ends(self, task: TaskRecord, key: str) -> Micros | None:

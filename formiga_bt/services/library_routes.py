@@ -1,0 +1,23 @@
+"""Routes of the tasks that are served: thin, over `Loading`. `api` builds them into its app."""
+
+import time
+from collections.abc import Callable, Sequence
+
+from fastapi import FastAPI
+
+from formiga_bt.services import library_models as m
+from formiga_bt.services.loading import Loading
+
+
+def add(app: FastAPI, loading: Loading, refused: Callable[[], Sequence[str]]) -> None:
+    """Add the routes to an app; `refused`: the files that are not served."""
+
+    @app.get("/v1/library", tags=["engine"])
+    def library() -> m.LibraryOut:
+        """List the tasks that can be requested, with their parameters and versions."""
+        return loading.library(refused())
+
+    @app.post("/v1/library", tags=["engine"])
+    def load(body: m.LoadBody) -> m.LoadOut:
+        """Check a task and serve it to new requests; running tasks go on with the version they have. Starts nothing."""
+        return loading.load(body.file, body.texts, body.by or "http", int(time.time() * 1000))

@@ -1,0 +1,264 @@
+"""New and changed tasks for an engine that runs: checked here with the engine's own catalogue and site, kept, then served.
+
+What a caller sends is texts, nothing else: what they mean is read from them here, and imports come from the bundle itself or
+from what ships with formiga_bt. Loading starts nothing, and on a site in mode real what is loaded flies only once approved.
+"""
+
+import threading
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import suppress
+from datetime import datetime
+from pathlib import Path, PurePosixPath
+from typing import Final
+
+from formiga_bt.diagnostics import Diagnostic, render
+from formiga_bt.engine.inputs import Input, Serve
+from formiga_bt.engine.library import Bundles, newest_of
+from formiga_bt.engine.state import EngineState
+from formiga_bt.errors import SiteError
+from formiga_bt.lang.loader import Loaded, load_task_text
+from formiga_bt.lang.model import Catalogue, Site, Task
+from formiga_bt.packaged import folder
+from formiga_bt.services import library_models as out
+from formiga_bt.services import shown
+from formiga_bt.services.bundles import BundleStore, Stored
+from formiga_bt.services.refused import Refused
+from formiga_bt.services.view import View
+
+MOST_FILES: Final = 100
+"""In one bundle."""
+MOST_VERSIONS: Final = 1000
+"""Versions that one engine keeps, until it is started anew."""
+
+
+class Loading:
+    """Takes bundles, and tells what is served.
+
+    Args:
+        ask: hands an input to the engine and waits for its reply; raises `Refused`.
+        view: the engine's read-only copy.
+        site, catalogue: what tasks are checked against.
+        bundles: the tasks that the engine serves; filled here.
+        store: where bundles are kept.
+    """
+
+    def __init__(
+        self,
+        ask: Callable[[Input], str],
+        view: View,
+        site: Site,
+        catalogue: Catalogue,
+        bundles: Bundles,
+        store: BundleStore,
+    ) -> None:
+        self._ask = ask
+        self._view = view
+        self._site = site
+        self._catalogue = catalogue
+        self._bundles = bundles
+        self._store = store
+        self._lock = threading.Lock()
+        self._texts = texts_of(bundles.values())
+        self.closed_for: Callable[[], str] = str
+        """Tells why nothing is taken any more, or empty."""
+
+    def load(self, file: str, texts: Mapping[str, str], by: str, unix_millis: int) -> out.LoadOut:
+        """Check a bundle, and serve it to new requests. One that is served already changes nothing.
+
+        Args:
+            file: which of the texts is the task.
+            texts: by path below the site's folder.
+            by: who loads it.
+            unix_millis: when.
+
+        Raises:
+            Refused: the bundle is no such thing, has errors, or cannot be kept.
+        """
+        _check_paths(file, texts)
+        with self._lock:
+            if self.closed_for():
+                raise Refused(
+                    "closed", f"nothing is loaded: the engine is {self.closed_for()}", "formiga up starts it again"
+                )
+            try:
+                stored, is_new = self._store.keep(file, texts, by=by, unix_millis=unix_millis)
+            except SiteError as error:
+                raise Refused("not_kept", str(error)) from error
+            loaded = read_stored(stored, self._site, self._catalogue, self._texts)
+            if loaded.task is None:
+                if is_new:
+                    self._store.drop(stored)
+                raise _bad(file, loaded, stored)
+            return self._serve(loaded.task, stored, by, _warnings(loaded, stored), is_new=is_new)
+
+    def _serve(self, task: Task, stored: Stored, by: str, warnings: list[str], *, is_new: bool) -> out.LoadOut:
+        before = self._bundles.get(task.name)
+        if before is not None and before.bundle == task.bundle:
+            if is_new:
+                self._store.drop(stored)
+            return self._said(task, "same", f"{task.name} is served as it is", warnings)
+        if self._bundles.count >= MOST_VERSIONS:
+            raise Refused(
+                "too_many_versions",
+                f"{MOST_VERSIONS} versions of tasks were served since the engine was started",
+                "start it anew: formiga down --drain, then formiga up",
+            )
+        if self._bundles.version(task.name, task.bundle) is None:  # an old one again keeps its marks
+            self._bundles.add(task)
+        self._ask(Serve(task.name, task.bundle, by))
+        self._bundles.serve(task)
+        self._texts[task.name] = stored.text()
+        with suppress(SiteError):  # it is served; only the next start would not know of it
+            self._store.serve(task.name, stored)
+        self._view.catch_up()
+        if before is None:
+            return self._said(task, "new", f"{task.name} is served now", warnings)
+        with self._view.reading() as state:
+            running = _running(state, task.name, task.bundle)
+        keep = f"; {', '.join(running)} {'goes' if len(running) == 1 else 'go'} on with the old one" if running else ""
+        n = self._number(task)
+        return self._said(task, "changed", f"{task.name} is served in version {n}: new requests get it{keep}", warnings)
+
+    def _number(self, task: Task) -> int:
+        with self._view.reading() as state:
+            newest = newest_of(state, task.name)
+        return newest.n if newest is not None else 1
+
+    def _said(self, task: Task, what: str, text: str, warnings: list[str]) -> out.LoadOut:
+        return out.LoadOut(
+            task=task.name, bundle=task.bundle, version=self._number(task), what=what, text=text, warnings=warnings,  # type: ignore[arg-type]
+        )  # fmt: skip
+
+    def library(self, refused: Sequence[str] = ()) -> out.LibraryOut:
+        """Return the tasks that can be requested, with their versions."""
+        with self._view.reading() as state:
+            tasks = [self._library_task(state, self._bundles[name]) for name in sorted(self._bundles)]
+        return out.LibraryOut(tasks=tasks, refused=list(refused))
+
+    def _library_task(self, state: EngineState, task: Task) -> out.LibraryTask:
+        found = shown.library_task(task)
+        known = [
+            out.VersionOut(version=one.n, bundle=one.bundle, tasks=_with(state, task.name, one.bundle))
+            for one in state.library.get(task.name, ())
+        ] or [out.VersionOut(version=1, bundle=task.bundle, tasks=_with(state, task.name, task.bundle))]
+        return found.model_copy(update={"version": known[-1].version, "versions": known})
+
+
+def _with(state: EngineState, name: str, bundle: str) -> list[str]:
+    return [t.id for t in state.tasks.values() if t.section != "done" and (t.name, t.bundle) == (name, bundle)]
+
+
+def _running(state: EngineState, name: str, newest: str) -> list[str]:
+    tasks = state.tasks.values()
+    return [t.id for t in tasks if t.section != "done" and t.name == name and t.bundle not in (newest, "system")]
+
+
+# -- reading -----------------------------------------------------------------------------------------------------------
+def read_stored(stored: Stored, site: Site, catalogue: Catalogue, others: Mapping[str, str]) -> Loaded:
+    """Read and check a bundle; `others`: the texts of tasks that it may request, by name."""
+    inside = (stored.folder.resolve(), folder("trees").resolve())
+
+    def read(path: Path) -> str:
+        if not any(path.resolve().is_relative_to(one) for one in inside):
+            raise FileNotFoundError(2, "it is not in the bundle")
+        return path.read_text(encoding="utf-8")
+
+    return load_task_text(
+        stored.text(), stored.file, catalogue=catalogue, site=site,
+        folder_=stored.task_file.parent, read=read, others=others,
+    )  # fmt: skip
+
+
+def texts_of(tasks: Iterable[Task]) -> dict[str, str]:
+    """Return the texts of tasks by name, as far as their files can be read."""
+    found = {}
+    for task in tasks:
+        with suppress(OSError, UnicodeDecodeError):
+            found[task.name] = Path(task.mark.file).read_text(encoding="utf-8")
+    return found
+
+
+def served_again(
+    store: BundleStore, tasks: Mapping[str, Task], site: Site, catalogue: Catalogue
+) -> tuple[dict[str, Task], list[str]]:
+    """Return what a new start of the engine serves besides its task files, and what people should know of it, in sentences.
+
+    A task that has a file is served as the file is now; what was loaded under its name is forgotten.
+    """
+    found: dict[str, Task] = {}
+    told: list[str] = []
+    texts = texts_of(tasks.values())
+    for name, stored in store.served().items():
+        loaded = read_stored(stored, site, catalogue, texts)
+        task, mine = loaded.task, tasks.get(name)
+        if mine is not None:
+            if task is None or task.bundle != mine.bundle:
+                told.append(
+                    f"{name} is served as {mine.mark.file} has it now, which is not what was loaded{_when(stored)}"
+                )
+            with suppress(SiteError):
+                store.serve(name, None)
+        elif task is None:
+            told.append(f"{name} was loaded{_when(stored)} and is not served again: {_first(loaded)}")
+        else:
+            found[name] = task
+            texts[name] = stored.text()
+            told.append(f"{name} is served again as it was loaded{_when(stored)}; to forget it: rm -r {stored.folder}")
+    return found, told
+
+
+def _when(stored: Stored) -> str:
+    if not stored.unix_millis:
+        return ""
+    by = f" by {stored.by}" if stored.by else ""
+    return f" on {datetime.fromtimestamp(stored.unix_millis / 1000).astimezone():%Y-%m-%d %H:%M}{by}"
+
+
+def _first(loaded: Loaded) -> str:
+    first = next((one for one in loaded.diagnostics if one.severity == "error"), None)
+    return f"{first.mark}: {first.code}: {first.message}" if first is not None else "it is no task"
+
+
+# -- what is refused ---------------------------------------------------------------------------------------------------
+def _check_paths(file: str, texts: Mapping[str, str]) -> None:
+    if file not in texts:
+        raise Refused(
+            "bad_bundle", f"the bundle has no text of {file!r}, its task", "texts: {file: ..., and its imports}"
+        )
+    if len(texts) > MOST_FILES:
+        raise Refused("bad_bundle", f"the bundle has {len(texts)} files; at most {MOST_FILES}")
+    bad = next((name for name in texts if not _is_plain(name)), None)
+    if bad is not None:
+        raise Refused(
+            "bad_bundle",
+            f"{bad[:100]!r} is no path of a YAML file below the site's folder",
+            "such as trees/look.yaml: no .., nothing that begins with a dot, nothing absolute",
+        )
+
+
+def _is_plain(name: str) -> bool:
+    parts = name.split("/")
+    return (
+        PurePosixPath(name).suffix in (".yaml", ".yml")
+        and len(name) <= 200
+        and len(parts) <= 10
+        and name.isprintable()
+        and "\\" not in name
+        and all(part and not part.startswith(".") and part == part.strip() for part in parts)
+    )
+
+
+def _bad(file: str, loaded: Loaded, stored: Stored) -> Refused:
+    errors = [one for one in loaded.diagnostics if one.severity == "error"]
+    many = f"{len(errors)} error{'' if len(errors) == 1 else 's'}"
+    return Refused(
+        "bad_task", f"{file} has {many}; it is not served", f"formiga check {file}", _rendered(errors, loaded, stored)
+    )
+
+
+def _warnings(loaded: Loaded, stored: Stored) -> list[str]:
+    return _rendered([one for one in loaded.diagnostics if one.severity != "error"], loaded, stored)
+
+
+def _rendered(found: Iterable[Diagnostic], loaded: Loaded, stored: Stored) -> list[str]:
+    return [render(one, loaded.sources).replace(f"{stored.folder}/", "") for one in found]
