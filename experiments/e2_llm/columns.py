@@ -2,7 +2,8 @@
 
 `paper`: as the paper had it: T1 to T5 as examples, and no helper that leaks T6 to T10. `paper` with T10+ adds T6 to T9.
 `helpers`: the product as it ships, without the examples that are near T6 to T10. `shipped`: all examples. `tuned`: as
-`helpers`, with a model whose training is told of in the record.
+`helpers`, with a model whose training is told of in the record. `paper-form`: no trees, but Python against the paper's API
+(`paper_form`), as a baseline.
 """
 
 import json
@@ -18,7 +19,7 @@ from formiga_bt.llm.records import Message, Reply
 if TYPE_CHECKING:
     from formiga_bt.llm.client import Chat
 
-Column = Literal["paper", "helpers", "tuned", "shipped"]
+Column = Literal["paper", "helpers", "tuned", "shipped", "paper-form"]
 COLUMNS: Final[tuple[Column, ...]] = get_args(Column)
 
 HIDDEN: Final = ("circle", "triangle", "zigzag", "FlyAndLand", "FlyAlong")

@@ -87,7 +87,7 @@ def _success(rows: list[Run], tasks: list[str], column: str) -> str:
         made.append(
             [
                 task,
-                share(paper, published.RUNS) if paper is not None and column == "paper" else "-",
+                share(paper, published.RUNS) if paper is not None and column in ("paper", "paper-form") else "-",
                 _share(of, lambda run: run.first is not None and run.first.success),
                 _share(of, lambda run: run.last is not None and run.last.success and run.last.passed),
                 _share(of, lambda run: run.first is not None and run.first.passed and not run.first.success),

@@ -24,6 +24,7 @@ from formiga_bt.packaged import folder
 
 TASKS: Final = ("T6", "T7", "T8", "T9", "T10", "T10+")
 Say = Callable[[str], None]
+MakeRun = Callable[[Request, Written, World, str, Whose], Run]
 
 
 def judged(request: Request, yaml: str, values: Mapping[str, str], passed: bool, column: str, world: World) -> Judged:
@@ -103,9 +104,10 @@ def experiment(
     out: Path,
     *,
     say: Say = lambda _text: None,
+    make_run: MakeRun = run_of,
     clock: Callable[[], float] = monotonic,
 ) -> int:
-    """Do the runs that a results file lacks; return how many were done."""
+    """Do the runs that a results file lacks; return how many were done. `make_run` judges what was written."""
     world = world_of()
     have = {one.key for one in read(out) if one.kind != "error"}
     due = [one for one in _wanted(tasks, runs, world) if _key(whose, column, one) not in have]
@@ -114,7 +116,7 @@ def experiment(
         began = clock()
         try:
             written = author.write(request.task, request.words)
-            done = run_of(request, written, world, column, whose)
+            done = make_run(request, written, world, column, whose)
         except FormigaError as error:
             done = Run(
                 provider=whose.provider,
@@ -159,6 +161,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     reader.add_argument(
         "--every-wording", action="store_true", help="of the second set; else one of each request by turns"
     )
+    reader.add_argument(
+        "--run-generated-python",
+        action="store_true",
+        help="with the column paper-form: programs that a model wrote are run, in a locked child process",
+    )
     reader.add_argument("--out", type=Path, required=True)
     given = reader.parse_args(arguments)
     tasks = given.tasks.split(",")
@@ -167,14 +174,33 @@ def main(arguments: Sequence[str] | None = None) -> int:
         reader.error(f"unknown task {', '.join(unknown)}" if unknown else "--runs is 1 to 1000")
     if given.column == "tuned" and not given.trained_on:
         reader.error("the column tuned says what training saw: --trained-on TEXT")
-    if given.column != "paper" and "T10+" in tasks:
+    is_python = given.column == "paper-form"
+    if is_python and not given.run_generated_python:
+        reader.error("the column paper-form runs programs that a model wrote: say so with --run-generated-python")
+    if is_python and "second" in tasks:
+        reader.error("the second set has no programs in the paper's form; --tasks T1 to T10+")
+    if given.column not in ("paper", "paper-form") and "T10+" in tasks:
         tasks = [one for one in tasks if one != "T10+"]  # the others' examples do not change
+    if is_python:
+        from experiments.e2_llm.paper_form.child import NoSandboxError, check_sandbox
+
+        try:
+            check_sandbox()
+        except NoSandboxError as error:
+            reader.error(str(error))
     from formiga_bt.llm.client import open_chat
 
     chat: Any = open_chat(given.provider, given.model, base_url=given.base_url, adapter=given.adapter)
     whose = Whose(provider=chat.name, model=given.name or chat.model, trained_on=given.trained_on)
     tell: Say = lambda text: print(text, file=sys.stderr, flush=True)  # noqa: E731, T201
     try:
+        if is_python:
+            from experiments.e2_llm.paper_form.author import PaperFormAuthor
+            from experiments.e2_llm.paper_form.runs import run_of_program
+
+            python = PaperFormAuthor(chat, world_of())
+            experiment(python, whose, given.column, tasks, given.runs, given.out, say=tell, make_run=run_of_program)
+            return 0
         author = DraftAuthor(chat, given.column)
         if "second" in tasks:
             from experiments.e2_llm.second_run import second
