@@ -165,7 +165,7 @@ def _error(answer: http.client.HTTPResponse) -> ApiError:
     try:
         said = json.loads(answer.read())
         text, more = said["text"], said.get("problems", ())
-        if len(more) > 1 or (more and said["code"] == "bad_params"):
+        if len(more) > 1 or (more and said["code"] in ("bad_params", "bad_task")):
             text = "\n\n".join([*more, "nothing was started" if said["code"] == "bad_params" else text])
             return ApiError(said["code"], text, "", answer.status)
         return ApiError(said["code"], text, said.get("hint", ""), answer.status)

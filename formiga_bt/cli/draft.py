@@ -38,7 +38,7 @@ def command(
     actions: Annotated[list[Path] | None, typer.Option(help="Catalogue file; may be repeated.", metavar="FILE")] = None,
     out: Annotated[Path | None, typer.Option("--out", "-o", help="Write the task there.", metavar="FILE")] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace the file.")] = False,
-    run: Annotated[bool, typer.Option("--run", help="Ask, and have the running engine start it.")] = False,
+    run: Annotated[bool, typer.Option("--run", help="Ask, and have the running engine read and start it.")] = False,
     go_on: Annotated[bool, typer.Option("--continue", help="Change the newest draft of this site.")] = False,
     edit: Annotated[Path | None, typer.Option(help="Change this task.", metavar="FILE")] = None,
     form: Annotated[str, typer.Option(help="short, or full: the whole language, for large models.")] = "",
@@ -235,48 +235,46 @@ def _as_json(made: "Draft", kept: Path) -> dict[str, Any]:
 def _run(
     made: "Draft", task: "Task", world: "World", site: Path | None, kept: "Kept", out: Path | None, by: str
 ) -> None:
-    """Ask the person, then have the engine of the site start the task, if it knows it as it is."""
+    """Ask the person, then have the engine of the site read the task and start it."""
     from formiga_bt.cli.client import connect, show_next
+    from formiga_bt.cli.loading import load_file
     from formiga_bt.llm.origin import approve
 
     file = out if out is not None else _task_file(task.name, site)
     typer.echo()
     if world.site.mode == "real":
-        if out is None:
-            _written_anew(made.yaml, file)
+        _keep_file(made, file, out)
         approver = world.site.people.get("approvers", ("NAME",))[0]
         typer.echo(f"{world.site.name} is a real site: an approver reads {file} and approves it")
-        show_next(f"formiga approve {file} --by {approver}")
+        show_next(f"formiga load {file}, then: formiga approve {file} --by {approver}, then: formiga run {file}")
         raise typer.Exit(1)
     typed = typer.prompt("Run it? Type the task's name", default="", show_default=False)
     if typed.strip() != task.name:
         typer.echo("not started")
         raise typer.Exit(1)
-    before = file.read_text(encoding="utf-8") if file.exists() and out is None else ""
-    if out is None and before != made.yaml:
-        _written_anew(made.yaml, file)
-    approve(kept, approved_by=by, bundle=task.bundle)
+    _keep_file(made, file, out)
     client = connect(site)
-    known = {one["task"] for one in client.get("/v1/library")["tasks"]}
-    if task.name not in known or before != made.yaml:
-        typer.echo(f"{file} is written; the engine reads its tasks when it starts, and does not know this one yet")
-        show_next("formiga down", "formiga up", f"formiga run {task.name}")
-        raise typer.Exit(1)
-    body: dict[str, Any] = {"task": task.name, "params": {}, "priority": None, "requester": by}
+    bundle = load_file(client, file, by=by, site=site)[
+        "bundle"
+    ]  # of what was read just now, whatever becomes of the file
+    approve(kept, approved_by=by, bundle=bundle)
+    body = {"task": task.name, "params": {}, "priority": None, "requester": by, "bundle": bundle}
     task_id = client.post("/v1/tasks", body, key=f"draft-{kept.number}-{kept.origin.unix_millis}")["id"]
     typer.echo(task_id)
     show_next(f"formiga why {task_id}", "formiga tasks", f"formiga abort {task_id}")
+
+
+def _keep_file(made: "Draft", file: Path, out: Path | None) -> None:
+    """Write the task's file, unless it is there as it is; another text under that name is not replaced."""
+    if out is None and not (file.exists() and file.read_text(encoding="utf-8") == made.yaml):
+        file.parent.mkdir(exist_ok=True)
+        written(made.yaml, file, force=False)
 
 
 def _task_file(name: str, site: Path | None) -> Path:
     snake = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", name).lower()
     folder = (site.parent if site is not None else Path()) / "trees"
     return folder / f"{snake}.yaml"
-
-
-def _written_anew(text: str, file: Path) -> None:
-    file.parent.mkdir(exist_ok=True)
-    written(text, file, force=False)
 
 
 def _shown(path: Path) -> str:

@@ -4,6 +4,7 @@ import shutil
 import sys
 import time
 import uuid
+from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import typer
@@ -21,6 +22,7 @@ from formiga_bt.cli.client import (
     user,
 )
 from formiga_bt.cli.inbox import answer_command
+from formiga_bt.cli.loading import is_file_word, load_file
 from formiga_bt.cli.params import ProfileOption, of_profile_by_name, read_params
 from formiga_bt.cli.why import OVER, in_words
 
@@ -29,7 +31,7 @@ EXIT_INTERRUPTED = 130
 
 
 def command(
-    task: Annotated[str, typer.Argument(help="The task's name, for example PickUp.", metavar="TASK")],
+    task: Annotated[str, typer.Argument(help="The task's name, for example PickUp; or a task file.", metavar="TASK")],
     param: Annotated[
         list[str] | None,
         typer.Option(
@@ -44,17 +46,22 @@ def command(
     as_json: JsonOption = False,
     site: SiteOption = None,
 ) -> None:  # fmt: skip
-    """Request a task; print its id.
+    """Request a task; print its id. A task file is read by the engine first, as `formiga load` does it.
 
     With --follow: prints what happens, and why when it waits longer than 5 s. Exit code 0 if it succeeded, 1 if not. Ctrl-C
     aborts the task and waits until its machines are home; a second one stops watching.
     """
     params = read_params(param or [])
     client = connect(site)
+    loaded: dict[str, Any] = {}
+    file = task if is_file_word(task) else ""
+    if file:
+        loaded = load_file(client, Path(file), by=by or user(), site=site, quiet=as_json)
+        task = loaded["task"]
     if profile:
         params |= of_profile_by_name(profile, task, params, client.get("/v1/library")["tasks"])
     body = {"task": task, "params": params, "priority": _priority(priority), "requester": by or user()}
-    task_id = client.post("/v1/tasks", body, key=uuid.uuid4().hex)["id"]
+    task_id = _requested(client, {**body, "bundle": loaded["bundle"]} if loaded else body, file)
     if not follow:
         if as_json:
             print_json({"id": task_id})
@@ -72,6 +79,15 @@ def command(
         raise typer.Exit(EXIT_INTERRUPTED)
     if end["status"] != "SUCCEEDED":
         raise typer.Exit(1)
+
+
+def _requested(client: Client, body: dict[str, Any], file: str) -> str:
+    try:
+        return str(client.post("/v1/tasks", body, key=uuid.uuid4().hex)["id"])
+    except ApiError as error:
+        if error.code == "not_approved" and file:
+            show_next(f"formiga approve {file} --by NAME")
+        raise
 
 
 def _priority(word: str) -> Literal["low", "medium", "high"] | None:

@@ -126,5 +126,10 @@ def title_of(picture: "TaskPicture") -> str:
     """Return how a task stands, in one line."""
     task = picture.task
     held = " HELD" if task.held and not task.is_over else ""
-    facts = [f"{task.id} {task.status}{held}", *task.held, task.doing or f"{task.code} {task.reason}".strip()]
+    facts = [
+        f"{task.id} {task.status}{held}",
+        task.version,
+        *task.held,
+        task.doing or f"{task.code} {task.reason}".strip(),
+    ]
     return "  ".join(fact for fact in facts if fact)

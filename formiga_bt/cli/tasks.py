@@ -64,8 +64,9 @@ def _row(task: dict[str, Any]) -> tuple[str, ...]:
 
 
 def _family(task: dict[str, Any]) -> str:
-    """Return who requested a task, and whom it requested."""
-    parts = [f"of {task['parent']}"] if task.get("parent") else []
+    """Return which version a task runs if there are several, who requested it, and whom it requested."""
+    parts = [f"version {task['version']}, newest {task['newest']}"] if task.get("newest", 1) > 1 else []
+    parts += [f"of {task['parent']}"] if task.get("parent") else []
     return ", ".join(parts + ([f"requested {' '.join(task['children'])}"] if task.get("children") else []))
 
 
@@ -75,6 +76,7 @@ def _library(found: dict[str, Any], as_json: bool) -> None:
         return
     for task in found["tasks"]:
         also = f" (also {', '.join(task['aliases'])})" if task.get("aliases") else ""
+        also += f" version {task['version']} ({task['bundle'][:8]})" if task.get("version", 1) > 1 else ""
         typer.echo(f"{task['task']}{also}  {task['description']}")
         for param in task["params"]:
             need = "" if param["required"] else f" = {param['default']}" if param["default"] else " (optional)"

@@ -45,6 +45,7 @@ _TABLE = (
     Verb("demo", "demo", "See a small fleet work through missions in simulation."),
     Verb("up", "up", "Start the engine of a site as a service."),
     Verb("run", "run", "Request a task; with --follow, watch it to its end."),
+    Verb("load", "load", "Have the engine read new and changed task files."),
     Verb("watch", "watch", "Watch all tasks and agents in the terminal; answer and stop by key."),
     Verb("tasks", "tasks", "List tasks."),
     Verb("gantt", "gantt", "Draw the actions of agents over time."),

@@ -32,9 +32,8 @@ class Bundles(Mapping[str, Task]):
 
     def __init__(self, tasks: Mapping[str, Task] | Iterable[Task] = ()) -> None:
         made = list(tasks.values() if isinstance(tasks, Mapping) else tasks)
-        self._kept = dict(tasks._kept) if isinstance(tasks, Bundles) else {}
-        self._kept.update({(task.name, task.bundle): task for task in made})
-        self._newest = {task.name: task for task in made}
+        self._kept: dict[tuple[str, str], Task] = {(task.name, task.bundle): task for task in made}
+        self._newest: dict[str, Task] = {task.name: task for task in made}
 
     def __getitem__(self, name: str) -> Task:
         return self._newest[name]

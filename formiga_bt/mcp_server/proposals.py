@@ -83,12 +83,14 @@ def next_steps(kept: Kept, ground: Ground, params: Mapping[str, str], *, is_ther
     values = [f"-p {quote(f'{name}={text}')}" for name, text in params.items()]
     run = " ".join(["formiga run", task, *values])
     real = ground.site.mode == "real"
-    approve = [f"formiga approve {task} --by {ground.site.people.get('approvers', ('NAME',))[0]}"] if real else []
+    by = ground.site.people.get("approvers", ("NAME",))[0]
     file = quote(str(kept.folder / TASK))
     if is_there:
-        return [f"formiga show {task}", *approve, run]
+        return [f"formiga show {task}", *([f"formiga approve {task} --by {by}"] if real else []), run]
     if ground.own is None:
         return [f"formiga show {file}", f"formiga up --site demo --sim --tasks {file}", run]
     own = ground.own / f"{re.sub(r'(?<=[a-z0-9])(?=[A-Z])', '_', task).lower()}.yaml"
-    keep_it = [f"cp -n {file} {quote(str(own))}", *approve, "formiga down", "formiga up"]
-    return [f"formiga show {file}", *keep_it, run]
+    mine = quote(str(own))
+    run = " ".join(["formiga run", mine, *values])
+    approve = [f"formiga load {mine}", f"formiga approve {mine} --by {by}"] if real else []
+    return [f"formiga show {file}", f"cp -n {file} {mine}", *approve, run]

@@ -115,6 +115,8 @@ class TaskFact(Struct, frozen=True, kw_only=True, omit_defaults=True):
     section: str = ""
     priority: str = "medium"
     requester: str = ""
+    version: str = ""
+    """Which version of the task it runs, in words, if others were served: `version 1, newest 2`."""
     parent: str = ""
     agents: tuple[str, ...] = ()
     """It holds these now."""

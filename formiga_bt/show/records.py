@@ -3,6 +3,7 @@
 from collections.abc import Collection
 
 from formiga_bt.clock import Micros
+from formiga_bt.engine.library import newest_of
 from formiga_bt.engine.records import AgentRecord, GoalRecord, Question, TaskRecord
 from formiga_bt.engine.state import EngineState
 from formiga_bt.geo import Position
@@ -32,6 +33,7 @@ def task_fact(index: Index, task: TaskRecord) -> TaskFact:
         section="" if over else task.section,
         priority=task.priority,
         requester=task.requester,
+        version=_version(index.state, task),
         parent=task.parent,
         agents=agents_of(task),
         code=task.code,
@@ -43,6 +45,11 @@ def task_fact(index: Index, task: TaskRecord) -> TaskFact:
         submitted_at=task.submitted_at,
         ended_at=task.ended_at,
     )
+
+
+def _version(state: EngineState, task: TaskRecord) -> str:
+    newest = newest_of(state, task.name)
+    return f"version {task.version}, newest {newest.n}" if newest is not None and not task.system_agent else ""
 
 
 def agents_of(task: TaskRecord) -> tuple[str, ...]:

@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 
 from formiga_bt.cli.app import run
+from formiga_bt.site_folder import EngineAddress
 from tests.unit.llm.scripted import Scripted, fly_to, home, tree
 
 LOOK = "A light drone looks at the camp from 40 m for 30 seconds and comes home."
@@ -177,12 +178,15 @@ def test_a_real_site_wants_its_approver(
     assert run(["draft", LOOK, "--run"]) == 1
     told = capsys.readouterr()
     assert "rovaniemi is a real site: an approver reads" in told.out
-    assert told.err.startswith("next: formiga approve ")
+    assert told.err == (
+        "next: formiga load trees/look_at_camp.yaml, then: formiga approve trees/look_at_camp.yaml --by NAME,"
+        " then: formiga run trees/look_at_camp.yaml\n"
+    )
     assert (here / "trees" / "look_at_camp.yaml").exists()
 
 
 @pytest.mark.usefixtures("terminal")
-def test_an_engine_that_knows_the_file_starts_it(
+def test_the_engine_reads_the_file_and_starts_just_that(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], here: Path
 ) -> None:
     answers(monkeypatch, GOOD)
@@ -190,22 +194,31 @@ def test_an_engine_that_knows_the_file_starts_it(
     posted: list[Any] = []
 
     class Engine:
-        tasks: tuple[str, ...] = ()
-
-        def get(self, _path: str) -> Any:
-            return {"tasks": [{"task": name} for name in self.tasks]}
+        address = EngineAddress("rovaniemi", 1, 1, "", "", str(here / ".formiga" / "rovaniemi"))
 
         def post(self, path: str, body: Any, key: str = "") -> Any:
-            posted.append((path, body["task"], body["requester"], bool(key)))
-            return {"id": "LookAtCamp-1"}
+            posted.append((path, body, bool(key)))
+            if path == "/v1/tasks":
+                return {"id": "LookAtCamp-1"}
+            return {"bundle": "ab" * 32, "what": "new", "warnings": [], "text": "LookAtCamp is served now"}
 
-    engine = Engine()
-    monkeypatch.setattr("formiga_bt.cli.client.connect", lambda *_args: engine)
+    monkeypatch.setattr("formiga_bt.cli.client.connect", lambda *_args: Engine())
 
-    assert run(["draft", LOOK, "--run", "--by", "eve"]) == 1  # written now: the engine cannot know it
-    assert "the engine reads its tasks when it starts" in capsys.readouterr().out
-    engine.tasks = ("LookAtCamp",)
     assert run(["draft", LOOK, "--run", "--by", "eve"]) == 0
-    assert posted == [("/v1/tasks", "LookAtCamp", "eve", True)]
+    file = here / "trees" / "look_at_camp.yaml"
+    (loaded, asked) = posted
+    assert loaded[1] == {
+        "file": "trees/look_at_camp.yaml",
+        "texts": {"trees/look_at_camp.yaml": file.read_text()},
+        "by": "eve",
+    }
+    assert asked[1:] == (
+        {"task": "LookAtCamp", "params": {}, "priority": None, "requester": "eve", "bundle": "ab" * 32},
+        True,
+    )
+    assert run(["draft", LOOK, "--run", "--by", "eve"]) == 0  # the file is there as it is
     origin = json.loads((here / ".formiga" / "rovaniemi" / "drafts" / "2" / "origin.json").read_text())
-    assert (origin["by"], origin["approved_by"], len(origin["bundle"])) == ("eve", "eve", 64)
+    assert (origin["by"], origin["approved_by"], origin["bundle"]) == ("eve", "eve", "ab" * 32)
+    file.write_text("# another\n", encoding="utf-8")
+    assert run(["draft", LOOK, "--run", "--by", "eve"]) == 2
+    assert "exists; to replace it say --force" in capsys.readouterr().err

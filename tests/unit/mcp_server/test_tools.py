@@ -174,9 +174,19 @@ def test_on_a_real_site_a_task_is_approved_first(ground: Ground, tmp_path: Path)
     real = replace(ground, own=tmp_path, site=replace(ground.site, mode="real", people={"approvers": ("eve",)}))
     kept = propose(tmp_path, *proposal())
     assert next_steps(kept, real, {}, is_there=True)[1] == "formiga approve Circle --by eve"
-    assert next_steps(kept, real, {}, is_there=False)[1:3] == [
+    assert next_steps(kept, real, {}, is_there=False)[1:] == [
         f"cp -n {tmp_path}/1/task.yaml {tmp_path}/circle.yaml",
-        "formiga approve Circle --by eve",
+        f"formiga load {tmp_path}/circle.yaml",
+        f"formiga approve {tmp_path}/circle.yaml --by eve",
+        f"formiga run {tmp_path}/circle.yaml",
+    ]
+
+
+def test_elsewhere_the_running_engine_reads_its_file(ground: Ground, tmp_path: Path) -> None:
+    kept = propose(tmp_path, *proposal())
+    assert next_steps(kept, replace(ground, own=tmp_path), {"radius": "3 m"}, is_there=False)[1:] == [
+        f"cp -n {tmp_path}/1/task.yaml {tmp_path}/circle.yaml",
+        f"formiga run {tmp_path}/circle.yaml -p 'radius=3 m'",
     ]
 
 

@@ -1,0 +1,105 @@
+"""Task files for an engine that runs: what verbs send of them. The engine checks all of it itself, and trusts nothing of it.
+
+Called by `formiga load`, `formiga run FILE` and `formiga draft --run`.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import typer
+
+from formiga_bt.cli.calling import Client
+from formiga_bt.cli.inputs import UnusableFile, readable
+from formiga_bt.packaged import folder
+
+
+@dataclass(frozen=True, slots=True)
+class Bundle:
+    """A task file and what it imports, besides what ships with formiga_bt."""
+
+    file: str
+    texts: dict[str, str]
+    """By path below the site's folder."""
+
+
+def is_file_word(word: str) -> bool:
+    """Return whether a word of the command line means a task file, and not a task's name."""
+    return word.endswith((".yaml", ".yml")) or "/" in word
+
+
+def load_file(client: Client, path: Path, *, by: str, site: Path | None = None, quiet: bool = False) -> dict[str, Any]:
+    """Have an engine check and serve a task file, after the files of the site's own tasks that it requests.
+
+    Args:
+        client: of the engine.
+        path: of the file.
+        by: who loads it.
+        site: the site file that names the engine, if one was given.
+        quiet: do not tell what became of it.
+
+    Returns:
+        What the engine said of the file: task, bundle, version, what (new, changed, same), text, warnings.
+
+    Raises:
+        UnusableFile: it cannot be read, or lies outside of the site's folder.
+        ApiError: the engine refuses it.
+    """
+    answer: dict[str, Any] = {}
+    for bundle in bundles_of(path, site_root(client, site)):
+        answer = client.post("/v1/library", {"file": bundle.file, "texts": bundle.texts, "by": by})
+        if not quiet and answer["what"] != "same":
+            for text in answer["warnings"]:
+                typer.echo(f"warning: {text}\n", err=True)
+            typer.echo(answer["text"], err=True)
+    return answer
+
+
+def site_root(client: Client, site: Path | None) -> Path:
+    """Return the folder below which task files are: that of the engine's site, or for one elsewhere the one here."""
+    if client.address.folder:
+        return Path(client.address.folder).parent.parent.resolve()
+    return (site.parent if site is not None else Path()).resolve()
+
+
+def bundles_of(path: Path, root: Path) -> list[Bundle]:
+    """Return what to send for a task file: first the tasks that it requests, then itself.
+
+    Raises:
+        UnusableFile: a file cannot be read, or lies outside of `root` or in a hidden folder.
+    """
+    return list(_bundles(readable(path).resolve(), root, set()))
+
+
+def _bundles(file: Path, root: Path, seen: set[Path]) -> Iterator[Bundle]:
+    from formiga_bt.cli.inputs import read_world
+    from formiga_bt.lang.loader import load_task
+
+    seen.add(file)
+    loaded = load_task(file, catalogue=read_world().catalogue)
+    for other in (Path(one) for one in loaded.task.requests.values() if one) if loaded.task is not None else ():
+        if other not in seen and not _ships(other):
+            yield from _bundles(other, root, seen)
+    if str(file) not in loaded.sources:
+        raise UnusableFile(f"cannot read {file}: {loaded.diagnostics[0].message if loaded.diagnostics else 'no text'}")
+    # Labels of what ships are short, all others are whole paths, as the task's own is.
+    own = {name: text for name, text in loaded.sources.items() if Path(name).is_absolute()}
+    own = {name: text for name, text in own.items() if name == str(file) or not _ships(Path(name))}
+    yield Bundle(_below(file, root), {_below(Path(name), root): text for name, text in own.items()})
+
+
+def _ships(path: Path) -> bool:
+    return path.resolve().is_relative_to(folder("trees").resolve())
+
+
+def _below(path: Path, root: Path) -> str:
+    real = path.resolve()
+    if not real.is_relative_to(root):
+        raise UnusableFile(
+            f"{path} lies outside of the site's folder {root}\n  help: cp {path} {root / 'trees'}/, and name that file"
+        )
+    inside = real.relative_to(root)
+    if any(part.startswith(".") for part in inside.parts):
+        raise UnusableFile(f"{path} is hidden\n  help: cp {path} {root / 'trees'}/NAME.yaml, and name that file")
+    return inside.as_posix()

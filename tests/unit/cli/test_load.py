@@ -1,0 +1,154 @@
+"""`formiga load` and `formiga run FILE`: what is sent of a file, what is said, and what is not sent. The engine is of paper."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from formiga_bt.cli.app import run
+from formiga_bt.cli.client import ApiError
+from formiga_bt.cli.loading import is_file_word
+from formiga_bt.site_folder import EngineAddress
+
+Capture = pytest.CaptureFixture[str]
+LOOK = """\
+formiga: 1
+task: Look
+imports: [lib/flying.yaml, lib/own.yaml]
+agents: {drone: {type: lwd}}
+steps:
+  - call: Up
+    with: {drone: "${drone}"}
+  - call: GoHome
+    with: {drone: "${drone}"}
+"""
+OWN = """\
+formiga: 1
+imports: [lib/flying.yaml]
+subtrees:
+  Up:
+    params: {drone: {type: agent, of: [lwd]}}
+    steps:
+      - call: FlyTo
+        with: {drone: "${drone}", to: "${drone.home}", height: 30 m}
+"""
+ASKS = "formiga: 1\ntask: Asks\nsteps: [{request: Look}, {request: Circle}]\n"
+
+
+class Paper:
+    """A client that keeps what is sent."""
+
+    def __init__(self, folder: Path, what: str = "new") -> None:
+        self.address = EngineAddress("field", 1, 1, "", "", str(folder / ".formiga" / "field"))
+        self.sent: list[tuple[str, Any]] = []
+        self.what = what
+        self.refusal: ApiError | None = None
+
+    def post(self, path: str, body: Any = None, *, key: str = "") -> Any:
+        self.sent.append((path, body))
+        if path == "/v1/tasks":
+            if self.refusal is not None:
+                raise self.refusal
+            return {"id": "Look-1"}
+        name = Path(body["file"]).stem.title()
+        return {
+            "task": name,
+            "bundle": "ab",
+            "version": 2,
+            "what": self.what,
+            "text": f"{name} it is",
+            "warnings": ["W1"],
+        }
+
+
+@pytest.fixture
+def paper(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Paper:
+    monkeypatch.chdir(tmp_path)
+    for name, text in (("look", LOOK), ("asks", ASKS), ("lib/own", OWN)):
+        file = tmp_path / "trees" / f"{name}.yaml"
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(text, encoding="utf-8")
+    made = Paper(tmp_path)
+    monkeypatch.setattr("formiga_bt.cli.load.connect", lambda *_args: made)
+    monkeypatch.setattr("formiga_bt.cli.run.connect", lambda *_args: made)
+    return made
+
+
+def test_a_file_is_sent_with_its_imports_but_not_with_what_ships(paper: Paper, capsys: Capture) -> None:
+    assert run(["load", "trees/look.yaml", "--by", "eve"]) == 0
+
+    texts = {"trees/look.yaml": LOOK, "trees/lib/own.yaml": OWN}
+    assert paper.sent == [("/v1/library", {"file": "trees/look.yaml", "texts": texts, "by": "eve"})]
+    told = capsys.readouterr()
+    assert told.out == ""
+    assert told.err == "warning: W1\n\nLook it is\nnext: formiga run Look    or: formiga tasks --library\n"
+
+
+def test_the_sites_own_tasks_that_it_requests_go_first(paper: Paper) -> None:
+    assert run(["load", "trees/asks.yaml"]) == 0
+    assert [body["file"] for _, body in paper.sent] == ["trees/look.yaml", "trees/asks.yaml"]
+
+
+def test_a_folder_means_its_tasks(paper: Paper, capsys: Capture) -> None:
+    paper.what = "same"
+    assert run(["load", "trees", "--json"]) == 0
+    assert [one["task"] for one in json.loads(capsys.readouterr().out)] == ["Asks", "Look"]
+    assert "trees/lib/own.yaml" not in [body["file"] for _, body in paper.sent]
+
+
+def test_a_served_file_is_said_to_be_so(paper: Paper, capsys: Capture) -> None:
+    paper.what = "same"
+    assert run(["load", "trees/look.yaml"]) == 0
+    assert capsys.readouterr().err.startswith("Look it is\nnext: ")
+
+
+def test_run_reads_the_file_and_requests_just_that_version(paper: Paper, capsys: Capture) -> None:
+    assert run(["run", "trees/look.yaml", "-p", "n=1", "--by", "eve"]) == 0
+    assert capsys.readouterr().out == "Look-1\n"
+    body = {"task": "Look", "params": {"n": "1"}, "priority": None, "requester": "eve", "bundle": "ab"}
+    assert paper.sent[1:] == [("/v1/tasks", body)]
+
+
+def test_run_of_a_name_sends_no_file(paper: Paper) -> None:
+    assert run(["run", "Look", "--by", "eve"]) == 0
+    assert paper.sent == [("/v1/tasks", {"task": "Look", "params": {}, "priority": None, "requester": "eve"})]
+
+
+def test_one_that_is_not_approved_tells_how_to_approve_the_file(paper: Paper, capsys: Capture) -> None:
+    paper.refusal = ApiError("not_approved", "Look is not approved as it is now", "", 403)
+    assert run(["run", "trees/look.yaml"]) == 1
+    assert "next: formiga approve trees/look.yaml --by NAME\n" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("where", ["../look.yaml", ".hidden/look.yaml"])
+def test_only_files_of_the_sites_folder_are_sent(paper: Paper, capsys: Capture, tmp_path: Path, where: str) -> None:
+    paper.address = EngineAddress("field", 1, 1, "", "", str(tmp_path / "site" / ".formiga" / "field"))
+    file = tmp_path / "site" / where
+    file.parent.mkdir(parents=True, exist_ok=True)
+    file.write_text(LOOK.replace(", lib/own.yaml", "").replace("Up", "GoHome"), encoding="utf-8")
+    assert run(["load", str(file)]) == 2
+    said = capsys.readouterr().err
+    assert ("lies outside of the site's folder" if where.startswith("..") else "is hidden") in said
+    assert f"help: cp {file.resolve()}" in said
+    assert paper.sent == []
+
+
+def test_a_file_with_errors_is_sent_and_the_engine_judges(paper: Paper, tmp_path: Path) -> None:
+    (tmp_path / "trees" / "bad.yaml").write_text("formiga: 1\ntask: Bad\nsteps: [{do: nobody.Flies}]\n")
+    assert run(["load", "trees/bad.yaml"]) == 0
+    assert paper.sent[0][1]["file"] == "trees/bad.yaml"
+
+
+def test_a_file_that_is_not_there(paper: Paper, capsys: Capture) -> None:
+    assert run(["run", "trees/none.yaml"]) == 2
+    assert "cannot read trees/none.yaml: No such file or directory" in capsys.readouterr().err
+
+
+def test_which_words_are_files() -> None:
+    assert [is_file_word(word) for word in ("look.yaml", "trees/look", "Look", "PickUp.yml")] == [
+        True,
+        True,
+        False,
+        True,
+    ]
