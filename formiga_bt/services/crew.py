@@ -137,7 +137,9 @@ class Crew:
             self._ask(Approve(digest or served, task, by, revoke=True))
             return f"the approval of {task} ({(digest or served)[:TYPED]}) is taken back"
         if model is None:
-            raise Refused("unknown_task", f"there is no task '{task}'", hint_for("unknown_task"))
+            raise Refused(
+                "unknown_task", f"the engine serves no task '{task}'", "have it read the file: formiga load FILE"
+            )
         if digest != served:
             raise Refused(
                 "not_served",
