@@ -92,19 +92,21 @@ SCENARIOS: Final[Mapping[str, Mapping[str, Any]]] = {
 CALM: Final = ("ok", "elsewhere", "at home", "slow", "wind")
 """Scenarios in which a good task succeeds, whatever it is."""
 MAY_END: Final[Mapping[str, tuple[str, ...]]] = {
-    "traffic": ("no_agent", "leg_busy", "timeout"),
-    "weak": ("no_agent", "envelope.reserve", "failed"),
+    "traffic": ("no_agent", "leg_busy", "timeout", "envelope.reserve"),
+    "weak": ("no_agent", "envelope.reserve", "failed", "no_clearance"),
     "no": ("expect",),
     "silence": ("timeout", "expect"),
-    "later no": ("timeout", "expect", "failed"),
+    "later no": ("timeout", "expect", "failed", "no_clearance"),
     "blocked": ("failed:blocked", "failed", "requires", "request:failed"),
     "refused": ("rejected", "failed", "request:rejected"),
     "lost": ("agent_lost", "failed", "no_agent", "request:agent_lost", "requires"),
 }
+"""How a good task may end in the others besides SUCCEEDED. `requires`: a `finally` could not bring the machine home.
+`no_clearance` of a weak one: its charge leaves no time for people's answer. `envelope.reserve` in traffic: it waited too long.
+"""
 BLOCKED: Final = ("leg_busy", "spot_busy", "request:leg_busy", "request:spot_busy")
-"""How a task may end that came where a quarantined machine may be."""
+"""How a task may end that came where a quarantined machine may be, or where one stands that was left there."""
 NOBODYS: Final = "in the air, and nobody answers for it"
-"""How a good task may end in the others besides SUCCEEDED. `requires`: a `finally` could not bring the machine home."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,7 +119,7 @@ class Ended:
     aloft: bool = False
     """The engine had to bring a machine home: at the end, as the task did not, or after it failed."""
     blocked: bool = False
-    """What it ended by, or waits for, is a quarantined machine."""
+    """What it ended by, or waits for, is a machine that no task moves: quarantined, or parked away from its port."""
     nobodys: str = ""
     """A machine in the air with no task, no order and no quarantine."""
 
@@ -223,8 +225,8 @@ def run(task: Task, index: int) -> Ended:
         sent = (effect for step in played.steps for effect in step.effects if isinstance(effect, SendGoal))
         aloft = any("/recover:" in effect.goal_id for effect in sent)
         state = played.rehearsal.engine.state
-        away = [one.id for one in state.agents.values() if one.pool == "QUARANTINED"]
-        left = (one.id for one in state.agents.values() if _is_nobodys(one, state))
+        away = [one.id for one in state.agents.values() if one.pool in ("QUARANTINED", "PARKED_AWAY")]
+        left = (one.id for one in state.agents.values() if is_nobodys(one, state))
         end = Ended(record.status, record.code, record.reason, aloft, nobodys=next(left, ""))
         if in_time:
             return replace(end, blocked=any(f"{one} was in the way" in record.reason for one in away))
@@ -236,7 +238,8 @@ def run(task: Task, index: int) -> Ended:
         played.close()
 
 
-def _is_nobodys(agent: AgentRecord, state: EngineState) -> bool:
+def is_nobodys(agent: AgentRecord, state: EngineState) -> bool:
+    """Return whether a machine is in the air with no open task, no order and no quarantine."""
     task = state.tasks.get(agent.task)
     held = (task is not None and not task.ended) or agent.id in state.orders or agent.pool == "QUARANTINED"
     return not agent.human and agent.landed != "grounded" and not held

@@ -196,7 +196,8 @@ class Clearances:
         if word == "clearwait":
             self._ask(agent_id)
         else:
-            self._denied(record, "nobody said that people stand clear")
+            late = "" if self._core.state.agents[agent_id].landed == "grounded" else " before its reserve was near"
+            self._denied(record, f"nobody said that people stand clear{late}")
 
     def _denied(self, record: ClearanceRecord, why: str) -> None:
         core = self._core

@@ -80,6 +80,7 @@ def test_in_the_air_it_waits_until_its_reserve_is_near_then_fails_and_recovers(f
 
     assert rehearsal.run_until_ended(task)
     assert (rehearsal.task(task).status, rehearsal.task(task).code) == ("FAILED", "no_clearance")
+    assert rehearsal.task(task).reason == "nobody said that people stand clear before its reserve was near"
     drone = rehearsal.engine.state.agents["hwd_1"]
     assert (drone.pool, drone.landed) == ("STANDBY", "grounded")
     assert drone.battery is not None

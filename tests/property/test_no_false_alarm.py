@@ -8,7 +8,9 @@ import os
 
 import pytest
 
-from benchmarks.false_alarms import SCENARIOS, check, judge, report
+from benchmarks.false_alarms import SCENARIOS, check, is_nobodys, judge, report, run, unchecked
+from formiga_bt.engine.records import AgentRecord, StandingOrder
+from formiga_bt.engine.state import EngineState
 from tests.property.sound import good_task
 
 CHECKED = int(os.environ.get("FORMIGA_EXAMPLES", "0")) or 100
@@ -44,3 +46,36 @@ def test_a_task_that_leaves_its_drone_in_the_air_is_not_good_and_is_refused() ->
         ["E031"],
     )
     assert f"1 drawn, 1 can be read to the end, 0 are good in all {len(SCENARIOS)} scenarios" in report([judged], 1)
+
+
+def test_a_task_that_failed_is_told_by_its_code_though_the_engine_brought_its_machine_home() -> None:
+    """Seed 326 lands on a port that is not its machine's own."""
+    judged = judge(326)
+    assert judged is not None
+
+    assert judged.why_not == "ok: FAILED foreign_port that port belongs to another agent"
+
+
+def test_a_wait_for_a_lost_machine_is_named_and_does_not_count_against_the_task() -> None:
+    """Seed 84: one machine is lost above the field where the other wants to start."""
+    task = unchecked(good_task(84))[0]
+    assert task is not None
+
+    ended = run(task, list(SCENARIOS).index("lost"))
+
+    assert (ended.status, ended.blocked, ended.nobodys) == ("no end", True, "")
+    assert "gate.leg_busy: lwd_3.TakeOff waits until hwd_1 is out of its way" in ended.reason
+
+
+@pytest.mark.parametrize(
+    ("changed", "nobodys"),
+    [({}, True), ({"landed": "unknown"}, True), ({"landed": "grounded"}, False), ({"pool": "QUARANTINED"}, False)],
+)
+def test_a_machine_in_the_air_needs_somebody_who_answers_for_it(changed: dict[str, str], nobodys: bool) -> None:
+    agent = AgentRecord(**{"id": "d", "type": "lwd", "landed": "airborne", "pool": "STANDBY", **changed})
+    state = EngineState()
+
+    assert is_nobodys(agent, state) is nobodys
+
+    state.orders["d"] = StandingOrder(agent="d", stop="hold", by="ann", scope="agent", at=0)
+    assert not is_nobodys(agent, state)
