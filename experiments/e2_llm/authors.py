@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any, Literal, Protocol
 
 from msgspec import Struct
 
-from experiments.e2_llm.columns import NEAR_EXAMPLES, Column, PaperChat, has_hidden
+from experiments.e2_llm.columns import HIDDEN_VERBS, NEAR_EXAMPLES, Column, PaperChat, has_hidden
 
 if TYPE_CHECKING:
     from formiga_bt.llm.client import Chat
@@ -82,7 +82,9 @@ class DraftAuthor:
         chat: Any = PaperChat(self._chat, task) if hidden else self._chat
         without = () if self._column == "shipped" else NEAR_EXAMPLES
         options = (
-            self._options(examples=0, seed=self._seed) if hidden else self._options(without=without, seed=self._seed)
+            self._options(examples=0, seed=self._seed, without_verbs=HIDDEN_VERBS)
+            if hidden
+            else self._options(without=without, seed=self._seed)
         )
         return written_of(self._make(words, self._world, chat, options=options))
 

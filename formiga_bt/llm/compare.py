@@ -6,14 +6,22 @@ say may still be wrong; the person who approves a task reads it.
 
 import re
 from collections.abc import Iterator, Mapping
+from itertools import pairwise
 from typing import Final
 
 from formiga_bt.lang.model import Task
 from formiga_bt.llm.records import Flight, Shortfall
+from formiga_bt.llm.teams import from_to
 from formiga_bt.llm.wording import Words, types_said
 from formiga_bt.llm.world import World
 from formiga_bt.units import NUMBER, UNIT, parse_quantity
 
+FIGURES: Final[Mapping[str, str]] = {
+    r"\b(?:circle[sd]?|circular|orbits?)\b": "circle",
+    r"\bzig-?zag\w*": "zigzag",
+    r"\btriang\w+|\bright angle\b": "triangle",
+}
+"""What a request calls a figure -> the helper that is it."""
 OF_CHANGES: Final = frozenset({"place_not_used", "amount_not_used", "agent_not_used"})
 """What is certain of a request that only says what is to be changed."""
 _LAND_AT: Final = r"\bland(?:s|ing)?\s+(?:together\s+)?(?:at|in|on|by|near|beside)\s+(?:the\s+)?"
@@ -37,10 +45,11 @@ def compare(words: Words, task: Task, text: str, flight: Flight, world: World) -
         *_places(words, text),
         *_amounts(words, text),
         *_misused(words, task),
+        *_figures(words, text),
         *_agents(words, task, flight, world),
     ]
     if flight.status == "SUCCEEDED":
-        found += [*_people(words, flight, world), *_ends(words, flight)]
+        found += [*_people(words, flight, world), *_ends(words, flight), *_order(words, flight)]
     return found
 
 
@@ -121,6 +130,8 @@ def _agents(words: Words, task: Task, flight: Flight, world: World) -> Iterator[
         if have != wanted and not many:
             noun = "machines" if type_ == "*" else types[type_].label or type_
             yield Shortfall("wrong_count", f"the request speaks of {wanted} {noun}, the task uses {have}")
+    if words.speaks_of_more() and sum(machines.values()) == 1:
+        yield Shortfall("wrong_count", "the request speaks of more than one drone, the task uses 1")
     said_types = {t for t in types_said(words.text, world.catalogue) if not types[t].human}
     for type_ in sorted(said_types - set(words.counts)):
         if not any(name == type_ or type_ in types[name].extends for name in machines) and machines:
@@ -169,6 +180,41 @@ def _people(words: Words, flight: Flight, world: World) -> Iterator[Shortfall]:
     asks = any(row.action == "Confirm" and row.path for row in (flight.timeline.actions if flight.timeline else ()))
     if asks and not words.means("ask") and not named and not by_id and not _speaks_of_people(words.text):
         yield Shortfall("asked_unasked", "the task puts a question to people, and the request does not want that")
+
+
+def _figures(words: Words, text: str) -> Iterator[Shortfall]:
+    """Find figures that a request names and a task does not fly: each has a helper."""
+    code, said = _code(text), words.text.casefold()
+    for pattern, helper in FIGURES.items():
+        if re.search(pattern, said) and f"{helper}(" not in code and "Explore" not in code:
+            yield Shortfall("figure_not_used", f"the request wants a {helper}, and the task flies none")
+
+
+def _order(words: Words, flight: Flight) -> Iterator[Shortfall]:
+    """Find ways that are flown the other way round than from the one place to the other."""
+    for a, b in sorted(from_to(words)):
+        ways = [way for way in flight.visited.values() if a in way and b in way]
+        if ways and not any(way.index(a) < way.index(b) for way in ways):
+            yield Shortfall(
+                "wrong_way",
+                f'the request says from "{words.places[a]}" to "{words.places[b]}", the task flies back to front',
+            )
+    for first, then in in_turn(words):
+        ways = [way for way in flight.visited.values() if first in way and then in way]
+        if ways and not any(way.index(first) < way.index(then) for way in ways):
+            yield Shortfall("wrong_order", f'the request wants "{words.places[first]}" before "{words.places[then]}"')
+
+
+def in_turn(words: Words) -> Iterator[tuple[str, str]]:
+    """Yield the pairs of places that a request wants one after the other: `first A, then B`; `A, B and C, in this order`."""
+    text = words.text.casefold()
+    said = sorted((text.find(w.casefold()), name, w.casefold()) for name, w in words.places.items())
+    if re.search(r"\bbefore\b|\bafter\b|\breverse\b", text) or any(text.count(w) > 1 for _, _, w in said):
+        return
+    for (at, a, first), (until, b, _) in pairwise(said):
+        between = text[at + len(first) : until]
+        if re.search(r"\bthen\b", between) or re.search(r"\bin (?:this|that) order\b", text):
+            yield a, b
 
 
 def _speaks_of_people(text: str) -> bool:

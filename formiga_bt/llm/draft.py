@@ -24,15 +24,18 @@ from formiga_bt.llm.envelope import Answer, Form, NoAnswer, read_answer, schema_
 from formiga_bt.llm.examples import examples_of, most_similar
 from formiga_bt.llm.feasible import impossible
 from formiga_bt.llm.judge import Judged, judge
+from formiga_bt.llm.points import with_points
 from formiga_bt.llm.records import Draft, Message, Reply, Round, Shortfall
-from formiga_bt.llm.vocabulary import verbs_of
+from formiga_bt.llm.vocabulary import offered, verbs_of
 from formiga_bt.llm.wording import Words, read
 from formiga_bt.llm.world import World
 
 Progress = Callable[[str, int], None]
 """Is told what goes on (`asking`, `checking`) and how many tokens of an answer there are."""
-RAISED: Final = 0.4
+RAISED: Final = 0.6
 """Temperature of a repair: at 0 a small model says the same again."""
+TYPED: Final = ("local", "llamacpp")
+"""Providers that hold a model to patterns of texts."""
 
 
 class Options(Struct, frozen=True, kw_only=True):
@@ -50,6 +53,8 @@ class Options(Struct, frozen=True, kw_only=True):
     seed: int | None = 1
     without: tuple[str, ...] = ()
     """Ids of examples that are not shown; measurements use it."""
+    without_verbs: tuple[str, ...] = ()
+    """Verbs that nobody uses here, neither the model nor what mends its tree; measurements use it."""
     compare: bool = True
     """Whether the task is compared with the words of the request."""
 
@@ -100,13 +105,19 @@ class _Drafting:
         on_progress: Progress | None,
         cancel: threading.Event | None,
     ) -> None:
-        self._request, self._world, self._chat, self._options = request, world, chat, options
+        self._request, self._site, self._chat, self._options = request, world, chat, options
+        self._world = world
         self._before = edit or _last_answer(previous)
         self._progress: Progress = on_progress or (lambda _stage, _tokens: None)
         self._cancel = cancel
-        self._verbs = verbs_of(world)
-        self._schema = schema_of(world, self._verbs, options.form)
+        hidden = options.without_verbs
+        self._verbs = {name: verb for name, verb in verbs_of(world).items() if name not in hidden}
+        bare = options.form == "full" or self._before is not None
+        self._offered = self._verbs if bare else offered(self._verbs)
+        self._schema = schema_of(world, self._offered, options.form, typed=chat.name in TYPED)
         self._words = read(request, world.site, world.catalogue)
+        if options.form == "short":
+            self._world = with_points(world, self._all_words().points)
         self._began = monotonic()
         self._rounds: list[Round] = []
 
@@ -133,18 +144,27 @@ class _Drafting:
             seen.add(reply.text)
             errors = [one for one in problems if one.severity == "error"]
             tree = answer.tree if answer is not None else None
-            messages = prompt.repair(asked, reply.text, errors, tree)
+            plain = self._offered is not self._verbs and not self._options.without_verbs
+            fresh = plain and (number % 2 == 0 or not tree)
+            messages = prompt.again(asked, errors) if fresh else prompt.repair(asked, reply.text, errors, tree)
         return self._judged(best)
 
     def _messages(self) -> list[Message]:
         world, options = self._world, self._options
-        system = prompt.system_prompt(world, self._verbs, options.form)
+        system = prompt.system_prompt(self._site, self._offered, options.form)
         chosen: list[Any] = []
         if options.examples and options.form == "short" and self._before is None:
             names = [*world.site.places, *world.site.regions]
             examples = examples_of(world, without=options.without)
-            chosen = most_similar(self._request, examples, options.examples, names)
-        return prompt.ask(system, self._request, chosen, previous=self._before)
+            chosen = most_similar(self._words.text, examples, options.examples, names)
+        if options.form == "full":
+            return prompt.ask(system, self._request, chosen, previous=self._before)
+        return prompt.ask(system, self._words.text, chosen, previous=self._before, note=self._note)
+
+    def _note(self, request: str) -> str:
+        """Return what a request names for certain."""
+        site = self._world.site
+        return prompt.reading(read(request, site, self._world.catalogue), self._world)
 
     def _best_of(self, messages: list[Message], tries: int, number: int) -> tuple[Answer | None, Judged | None, Reply]:
         """Ask, once or several times, and return the best answer; its round is the last one."""

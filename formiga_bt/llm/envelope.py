@@ -49,10 +49,18 @@ class Answer:
     run: tuple[Mapping[str, str], ...] = ()
 
 
-def schema_of(world: World, verbs: Mapping[str, Verb], form: Form = "short") -> Schema:
-    """Return the schema of an answer: closed objects, one for each verb of the catalogue."""
+def schema_of(world: World, verbs: Mapping[str, Verb], form: Form = "short", *, typed: bool = False) -> Schema:
+    """Return the schema of an answer: closed objects, one for each verb of the catalogue.
+
+    Args:
+        world: its types and agents are those of the roles.
+        verbs: the vocabulary.
+        form: of the tree.
+        typed: values are held to the shape that is due (`40 m`, `circle(camp, 5 m)`) by patterns, which not every service
+            knows. Names are free.
+    """
     if form == "short":
-        tree, definitions = _task(world), _steps(verbs)
+        tree, definitions = _task(world), _steps(verbs, shapes() if typed else {})
         kinds = [_closed({"tree": tree})]
     else:
         from formiga_bt.schemas.llm import llm_schema
@@ -85,11 +93,11 @@ def _parents(world: World, type_: str) -> tuple[str, ...]:
     return world.catalogue.types[type_].extends if type_ in world.catalogue.types else ()
 
 
-def _steps(verbs: Mapping[str, Verb]) -> Schema:
+def _steps(verbs: Mapping[str, Verb], shape: Mapping[str, Schema]) -> Schema:
     steps = _list_of_steps()
     found: Schema = {}
     for verb in verbs.values():
-        fields: Schema = {name: _field(type_) for name, type_ in verb.fields.items()}
+        fields: Schema = {name: _field(type_, shape) for name, type_ in verb.fields.items()}
         saved = {"save_as": _STRING} if verb.name == "MiniFinder" or (not verb.library and not verb.fields) else {}
         found[f"do_{verb.name}"] = _closed(
             {"do": {"const": verb.name}, "agent": _STRING, **fields, **saved}, ["do", "agent", *verb.required]
@@ -102,13 +110,15 @@ def _steps(verbs: Mapping[str, Verb]) -> Schema:
             {"for": _STRING, "in": _STRING, "mode": {"enum": ["each", "parallel"]}, "steps": steps}, ["for", "in", "steps"]
         ),
         "repeat": _closed(
-            {"repeat": _STRING, "every": _STRING, "until": _STRING, "steps": steps}, ["repeat", "steps"]
+            {"repeat": shape.get("repeat", _STRING), "every": shape.get("duration", _STRING), "until": _STRING,
+             "steps": steps},
+            ["repeat", "steps"],
         ),
         "if": _closed({"if": _STRING, "then": steps, "else": steps}, ["if", "then"]),
         "ask": _closed(
             {"ask": _STRING, "of": words, "options": words, "go_on": _STRING, "save_as": _STRING}, ["ask", "of"]
         ),
-        "wait": _closed({"wait": _STRING}),
+        "wait": _closed({"wait": shape.get("duration", _STRING)}),
         "wait_until": _closed({"wait_until": _STRING}),
         "notify": _closed({"notify": _STRING}),
         "break_if": _closed({"break_if": _STRING}),
@@ -116,7 +126,34 @@ def _steps(verbs: Mapping[str, Verb]) -> Schema:
     return {"step": {"anyOf": [{"$ref": f"#/$defs/{name}"} for name in found]}, **found}
 
 
-def _field(type_: str) -> Schema:
+def shapes() -> dict[str, Schema]:
+    """Return how the values of each type look in the short form: patterns that small models are held to."""
+    number = "[0-9]{1,4}([.][0-9]{1,2})?"
+    far = f"{number} (m|km)"
+    name = "[A-Za-z_][A-Za-z0-9_]{0,40}([.][a-z_]{1,20})?"
+    way = f"(north|south|east|west)={far}"
+    place = f"({name}|offset\\({name}, {way}(, {way})?\\)|centroid\\({name}\\))"
+    count = "[0-9]{1,2}"
+    listed = (
+        f"(circle\\({place}, {far}\\)|zigzag\\({place}, {place}, {far}, {count}\\)|line\\({place}, {place}, {count}\\)"
+        f"|triangle\\({place}, {far}\\)|\\[{place}(, {place}){{1,5}}\\])"
+    )
+    patterns = {
+        "distance": far,
+        "duration": f"{number} (s|min|h)",
+        "speed": f"{number} m/s",
+        "place": f"({place}|{listed})",
+        "position": f"({place}|{listed})",
+        "list of place": listed,
+        "region": name,
+        "repeat": f"({count}|forever|{number} (s|min|h))",
+    }
+    return {key: {"type": "string", "pattern": f"^{pattern}$"} for key, pattern in patterns.items()}
+
+
+def _field(type_: str, shape: Mapping[str, Schema]) -> Schema:
+    if type_ in shape:
+        return shape[type_]
     if type_.startswith("one of "):
         return {"enum": [one.strip() for one in type_.removeprefix("one of ").split(",")]}
     return _STRING

@@ -17,8 +17,34 @@ from msgspec import Struct
 
 from formiga_bt.llm.world import World
 
+MOST_OWN: Final = 40
+"""Tasks of the site that are read for examples."""
+LONGEST_OWN: Final = 1500
+"""Characters of such an example."""
 _WORD: Final = re.compile(r"[^\W_]+")
 _K1, _B = 1.2, 0.6
+_ALIKE, _UNLIKE, _SAME = 2.0, 1.5, 2.0
+_SAYS_NOTHING: Final = frozenset(
+    re.findall(
+        r"\S+",
+        "a an the it its it's and or of is are to by in at with on over then there m from that this one for them they "
+        "drone light heavy lwd lwds hwd hwds",
+    )
+)
+_KINDS: Final = {
+    "several": r"\b(?:two|three|four|2|3|4|both|pair|another|other one|light one|heavy one|meanwhile|only then|"
+    r"second (?:one|drone|lwd|hwd))\b",
+    "together": r"\b(?:together|formation|row|in position|three)\b",
+    "part": r"\b(?:meanwhile|part|one of them|the other|another|same time|at once|simultaneously|"
+    r"one (?:flies|goes|to)|the (?:first|second))\b",
+    "ask": r"\b(?:ask\w*|confirm\w*|agree\w*|says?|okay|ok|permission|yes|word)\b",
+    "loop": r"\b(?:every|times|again|twice|until|repeat\w*)\b",
+    "region": r"\b(?:region|area|search\w*|explore\w*|survey|all of)\b",
+    "if": r"\b(?:if|unless|otherwise|whether|only)\b",
+    "land": r"\bland(?:s|ing|ed)?\b",
+    "figure": r"\b(?:circle|circular|round|ring|orbit|loop|zigzag\w*|triang\w+|square|line|row|legs?|corners?|pattern)\b",
+}
+"""Kind of mission -> words that tell of it."""
 _FAMILIES: Final = (
     ("circle", "round", "around", "ring", "circular", "circles", "orbit", "ympyrä"),
     ("zigzag", "zig", "zag"),
@@ -70,6 +96,22 @@ def examples_of(world: World, *, without: Collection[str] = ()) -> list[Example]
         if one.id in without or not set(one.types) <= set(world.catalogue.types) or (uses_region and not names["R"]):
             continue
         found.append(msgspec.convert(_filled(msgspec.to_builtins(one), names, world), Example))
+    return found + _own(world)
+
+
+def _own(world: World) -> list[Example]:
+    """Return the site's own tasks that say what they are for, as far as the short form can say them."""
+    from formiga_bt.llm.editing import as_answer
+
+    found = []
+    for file, text in sorted(world.tasks.items())[:MOST_OWN]:
+        try:
+            purpose, answer, form = as_answer(text, world)
+        except (AssertionError, ValueError, KeyError, TypeError):  # a file with errors
+            continue
+        if form == "short" and len(purpose.split()) >= 3 and len(answer) <= LONGEST_OWN:
+            said = json.loads(answer)
+            found.append(Example(f"own:{file}", (), purpose, said["plan"], said["answer"]))
     return found
 
 
@@ -107,7 +149,7 @@ def most_similar(request: str, examples: Sequence[Example], count: int, names: C
         count: so many.
         names: words that say nothing about similarity: the site's places.
     """
-    ignored = {word for name in names for word in _words(name)}
+    ignored = {word for name in names for word in _words(name)} | _SAYS_NOTHING
     documents = [Counter(w for w in _words(one.request) if w not in ignored) for one in examples]
     if not documents:
         return []
@@ -123,8 +165,24 @@ def most_similar(request: str, examples: Sequence[Example], count: int, names: C
             total += rare * often * (_K1 + 1) / (often + _K1 * (1 - _B + _B * document.total() / mean))
         return total
 
-    ranked = sorted(range(len(examples)), key=lambda i: (-score(documents[i]), i))[:count]
-    return [examples[i] for i in reversed(ranked)]
+    wanted, kinds = kind_of(request, names), [kind_of(one.request, names) for one in examples]
+    worth = [
+        score(document) + _ALIKE * len(wanted & kind) - _UNLIKE * len(wanted ^ kind)
+        for document, kind in zip(documents, kinds, strict=True)
+    ]
+    chosen: list[int] = []
+    while len(chosen) < min(count, len(examples)):
+        left = [i for i in range(len(examples)) if i not in chosen]
+        chosen.append(max(left, key=lambda i: (worth[i] - _SAME * any(kinds[i] == kinds[j] for j in chosen), -i)))
+    return [examples[i] for i in reversed(chosen)]
+
+
+def kind_of(request: str, names: Collection[str] = ()) -> frozenset[str]:
+    """Return what kind of mission a request speaks of: several machines, people, loops, regions, figures, ..."""
+    text = request.casefold()
+    kinds = {name for name, pattern in _KINDS.items() if re.search(pattern, text)}
+    places = sum(re.search(rf"(?<!\w){name.replace('_', '[ _-]')}(?!\w)", text) is not None for name in names)
+    return frozenset(kinds | {f"{min(places, 3)} places"})
 
 
 def _words(text: str) -> list[str]:

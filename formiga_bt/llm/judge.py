@@ -80,7 +80,7 @@ def judge(
     if fixed.loaded.task is None or any(p.severity == "error" for p in problems):
         return Judged(None, fixed.loaded.yaml, values, tuple(problems), None, mends)
     values = (*values, *_more_values(fixed.data, values, words))
-    text = _file(fixed.data, notes, words.text, answer.plan, mends, credit)
+    text = _file(fixed.data, notes, words.said, answer.plan, mends, credit)
     loaded = load_task_text(text, FILE, catalogue=world.catalogue, site=world.site, library=world.folders)
     if loaded.task is None:  # our own comments broke it: the plain file then
         text = fixed.loaded.yaml
@@ -101,7 +101,7 @@ def judge(
 def _data(
     answer: Answer, words: Words, world: World, verbs: Mapping[str, Verb], form: Form
 ) -> tuple[dict[str, Any], Mapping[str, str], tuple[Value, ...], tuple[str, ...]]:
-    description = " ".join(words.text.split("\n")[0].split())[:MOST_DESCRIPTION].replace("${", "{")
+    description = " ".join(words.said.split("\n")[0].split())[:MOST_DESCRIPTION].replace("${", "{")
     assert answer.tree is not None
     if form == "short":
         lifter = Lifter(words, world.site)

@@ -23,7 +23,15 @@ _PAIR: Final = re.compile(r"(-?\d{1,2}\.\d+)\s*,\s*(-?\d{1,3}\.\d+)")
 _QUANTITIES: Final = ("distance", "duration", "speed", "angle", "mass", "percent")
 _NO_NAMES: Final = frozenset({"base", "site", "task", "now", "error", "result", "not", "and", "or", "in", "if", "else"})
 _HEIGHTS: Final = ("height", "altitude")
-_NICER: Final = {"to": "target", "at": "target", "wait": "pause", "near": "near", "dist": "distance", "p": "target"}
+_NICER: Final = {
+    "to": "target",
+    "at": "target",
+    "wait": "pause",
+    "near": "near",
+    "dist": "gap",
+    "distance": "gap",
+    "p": "target",
+}
 
 
 @dataclass(slots=True)
@@ -156,6 +164,9 @@ class Lifter:
         word = self.role(match[0])
         if word in self.taken or word in self.local or word in _NO_NAMES:
             return word
+        point = self.words.points.get(word)
+        if point is not None:
+            return self._lift(word, "place", {"lit": {"lat": point.lat, "lng": point.lng}}, point.text, point.words)
         for type_, known in (("place", self._site.places), ("place", self._site.ports), ("region", self._site.regions)):
             if word in known:
                 return self._lift(word, type_, {"lit": word}, word, self.words.places.get(word, ""))
@@ -174,7 +185,13 @@ class Lifter:
         known = self._found.get((base, type_, text)) or self._same(base, type_, text, words)
         if known is not None:
             return known.name
-        used = {one.name for one in self._found.values()} | self.taken | self.local | set(_NO_NAMES)
+        used = (
+            {one.name for one in self._found.values()}
+            | self.taken
+            | self.local
+            | set(_NO_NAMES)
+            | set(STANDARD.names())
+        )
         name, number = base, 2
         while name in used:
             name, number = f"{base}_{number}", number + 1

@@ -10,7 +10,11 @@ from copy import deepcopy
 from dataclasses import dataclass, field
 from typing import Any, Final
 
+from formiga_bt.diagnostics import Diagnostic
 from formiga_bt.lang.llm_in import LoadedJson, Problem, load_task_json
+from formiga_bt.lang.llm_out import from_yaml
+from formiga_bt.lang.loader import load_task_text
+from formiga_bt.lang.mending import mend
 from formiga_bt.llm.world import World
 
 MOST: Final = 12
@@ -39,7 +43,31 @@ def mended(data: Mapping[str, Any], world: World) -> Mended:
             break
         done.append(step)
         loaded = _load(now, world)
+    if loaded.task is None and any(p.diagnostic.fix is not None for p in loaded.problems):
+        now, loaded, more = _fixed(now, loaded, world)
+        done += more
     return Mended(now, loaded, done)
+
+
+def _fixed(data: dict[str, Any], loaded: LoadedJson, world: World) -> tuple[dict[str, Any], LoadedJson, list[str]]:
+    """Apply the fixes that the checker offers, as `formiga fix` does: a misspelt name, a missing unit."""
+    name = "task.yaml"
+
+    def check(text: str) -> tuple[Diagnostic, ...]:
+        found = load_task_text(text, name, catalogue=world.catalogue, site=world.site, library=world.folders)
+        return tuple(found.diagnostics)
+
+    fixed = mend(loaded.yaml, name, check)
+    if fixed.text == loaded.yaml:
+        return data, loaded, []
+    try:
+        now = from_yaml(fixed.text, world.catalogue)
+    except ValueError:
+        return data, loaded, []
+    now.pop("formiga", None)
+    again = _load(now, world)
+    better = again.task is not None or len(again.problems) < len(loaded.problems)
+    return (now, again, [one.message for one in fixed.applied]) if better else (data, loaded, [])
 
 
 def _load(data: Mapping[str, Any], world: World) -> LoadedJson:

@@ -7,7 +7,7 @@ is a tree that is checked like any other. Names of the site are data too: they s
 
 import json
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, Final
 
 from formiga_bt.geo import Place, Region
@@ -15,6 +15,7 @@ from formiga_bt.llm.envelope import Form
 from formiga_bt.llm.examples import Example
 from formiga_bt.llm.records import Message, Shortfall
 from formiga_bt.llm.vocabulary import Verb
+from formiga_bt.llm.wording import Words, types_said
 from formiga_bt.llm.world import World
 
 MOST_REQUEST: Final = 2000
@@ -33,6 +34,10 @@ HINTS: Final[Mapping[str, str]] = {
     "amount_not_used": "use it as the value of a step",
     "asked_unasked": "leave the ask out",
     "not_home": "end with ReturnHome",
+    "nobody_asked": 'add a person to agents and {"ask": "...", "of": [ROLE]} where the request wants it',
+    "figure_not_used": "use circle(PLACE, RADIUS), zigzag(FROM, TO, SIDE, LEGS) or triangle(CORNER, LEG) as the LIST",
+    "wrong_count": "one role for each drone",
+    "wrong_way": "turn FROM and TO round",
     "not_landed_there": "use FlyAndLand or LandIn with that place",
 }
 """What helps a model besides what the checker says."""
@@ -51,22 +56,23 @@ _SHORT: Final = """\
 TREE is {"task": NAME, "agents": [{"name": ROLE, "type": TYPE}, ...], "steps": [STEP, ...]}; one role for each \
 drone or person.
 If the request names an agent by its id, add "id" to its role.
+Drones that all do the same together are one role with "count": 3; give them a LIST of 3 places.
 Steps run one after another. STEP is one of
 {"do": VERB, "agent": ROLE, ...} with the fields of the verb:
 %(verbs)s
-{"parallel": [STEP, ...]} at the same time; put several steps of one drone in a {"sequence": [...]}
+{"parallel": [STEP, ...]} at the same time; goes on when all are done; several steps of one drone in it are a \
+{"sequence": [...]}
 {"ask": QUESTION, "of": [ROLE]} a person must say yes, else the task ends; with "save_as": "reply" test \
 reply.answer == 'yes' later
 {"wait": "30 s"}   {"notify": TEXT}   {"if": CONDITION, "then": [...], "else": [...]}
-{"repeat": "3" or "10 min", "steps": [...]}   {"for": NAME, "in": LIST, "steps": [...]}
-Values are texts: a place by its name, "40 m", "30 s", or an expression:
-offset(PLACE, north=5 m, east=5 m) is a place; south and west are negative.
-circle(PLACE, RADIUS)  zigzag(FROM, TO, WIDTH, LEGS)  line(FROM, TO, COUNT)  triangle(CORNER, LEG) are lists of \
-places; triangle(CORNER, LEG)[0] is its first.
-centroid(REGION) is a place, above(PLACE, 20 m) a point in the air.
-Rules: do only what is asked, nothing more. Use the numbers of the request. A drone must be home or landed at the end.
-After LandIn or FlyAndLand a drone needs TakeOff before ReturnHome. FlyTo, FlyAlong and FlyAndLand take off by \
-themselves.
+{"repeat": "3" or "10 min", "every": "5 min", "steps": [...]}   {"for": NAME, "in": LIST, "steps": [...]}
+PLACE is a name, or offset(NAME, north=5 m, east=5 m) with north, south, east, west, or centroid(REGION).
+LIST is circle(PLACE, RADIUS), zigzag(FROM, TO, SIDE, LEGS) that swings SIDE to each side, line(FROM, TO, COUNT), \
+triangle(CORNER, LEG) with its right angle at CORNER, or [PLACE, PLACE, ...].
+Rules: do only what is asked, nothing more. Use the numbers and places of the request. A drone must be home or landed \
+at the end.
+Drones take off by themselves. "Meanwhile" and "at the same time" are parallel. What comes after a question stands after \
+the ask.
 Two drones never go to the same spot: keep them 5 m apart or more."""
 
 _FULL: Final = """\
@@ -148,12 +154,35 @@ def as_data(text: str) -> str:
     return re.sub(r"<(?=\s*/?\s*req)", "(", clean, flags=re.IGNORECASE).strip()
 
 
+def reading(words: Words, world: World) -> str:
+    """Return what a request names for certain, as a line for a model: it stands behind the request."""
+    text, types = words.text, world.catalogue.types
+    places = sorted(words.places, key=lambda name: text.casefold().find(words.places[name].casefold()))
+    numbers = list(dict.fromkeys(f"{one.words}" for one in words.amounts))
+    kinds = types_said(text, world.catalogue)
+    drones = [f"{count} {name}" for name, count in words.counts.items() if name != "*"]
+    drones += sorted(one for one in kinds if not types[one].human and one not in words.counts)
+    if "*" in words.counts and not words.counts.keys() - {"*"}:
+        drones.insert(0, f"{words.counts['*']} of")
+    people = sorted(one for one in kinds if types[one].human)
+    rows = {
+        "drones": drones,
+        "agents": list(words.agents),
+        "people": people,
+        "places": places,
+        "numbers": numbers,
+    }
+    said = "; ".join(f"{key}: {', '.join(found)}" for key, found in rows.items() if found)
+    return f"({said})" if said else ""
+
+
 def ask(
     system: str,
     request: str,
     examples: Sequence[Example] = (),
     *,
     previous: tuple[str, str] | None = None,
+    note: Callable[[str], str] = lambda _request: "",
 ) -> list[Message]:
     """Return the messages of a request.
 
@@ -162,14 +191,19 @@ def ask(
         request: in words.
         examples: the most similar one last.
         previous: the request before and the answer to it, which the new request changes.
+        note: what stands behind a request: see `reading`.
     """
+
+    def marked(text: str) -> str:
+        return f"{_marked(text)}\n{note(text)}".rstrip()
+
     messages = [Message("system", system)]
     for one in examples:
-        messages += [Message("user", _marked(one.request)), Message("assistant", one.text)]
+        messages += [Message("user", marked(one.request)), Message("assistant", one.text)]
     if previous is not None:
         messages += [Message("user", _marked(previous[0])), Message("assistant", previous[1])]
         return [*messages, Message("user", f"Change that task, and answer with the whole new one:\n{_marked(request)}")]
-    return [*messages, Message("user", _marked(request))]
+    return [*messages, Message("user", marked(request))]
 
 
 def _marked(request: str) -> str:
@@ -193,6 +227,17 @@ def repair(asked: Sequence[Message], answer: str, problems: Sequence[Shortfall],
         said.append(f"- {problem.text}{help_}{where}")
     text = "That is not right yet:\n" + "\n".join(said) + "\nAnswer with the whole corrected JSON object."
     return [*asked, Message("assistant", answer), Message("user", text)]
+
+
+def again(asked: Sequence[Message], problems: Sequence[Shortfall]) -> list[Message]:
+    """Return the messages of a fresh try: what was asked, with what to take care of; no earlier answer.
+
+    A small model that sees its wrong answer says it again.
+    """
+    said = [f"{one.text}{f' ({hint})' if (hint := HINTS.get(one.code, one.help)) else ''}" for one in problems[:3]]
+    last = asked[-1]
+    care = as_data("An earlier answer was wrong: " + "; ".join(said) + ". Do better.") if said else ""
+    return [*asked[:-1], Message(last.role, f"{last.text}\n{care}".rstrip())]
 
 
 def step_of(tree: Any, path: str) -> Any:

@@ -18,11 +18,13 @@ from typing import Any, Final
 
 from formiga_bt.lang.llm_form import field_key
 from formiga_bt.llm.lifting import Lifter, split_list
+from formiga_bt.llm.teams import GAP, gap_of, in_a_row, in_compass, is_list, lands_only, member_of, turned_round
 from formiga_bt.llm.vocabulary import Verb
 from formiga_bt.llm.world import World
 
 STEPS: Final = ("parallel", "sequence", "for", "repeat", "if", "ask", "wait", "wait_until", "notify", "break_if")
 """Kinds of steps besides `do`."""
+FLYING: Final = "lib/flying.yaml"
 ASKED_FOR: Final = "15 min"
 """So long a question waits for its answer."""
 _FREE: Final = re.compile(r"[A-Za-z_]\w*")
@@ -71,6 +73,12 @@ class _Expander:
         self._roles: dict[str, dict[str, Any]] = {}
         self._first_place: dict[str, str] = {}
         self._added: list[str] = []
+        self._spots: dict[str, tuple[str, str]] = {}
+        """Agent -> the place where it is, as the model wrote it, and its height; landed = "". """
+        self._moved: dict[tuple[str, str], str] = {}
+        """Agent and place -> the spot beside it that it has instead."""
+        self._gap = gap_of(lifter.words)
+        self._stays = lands_only(lifter.words)
 
     def task(self, tree: Any) -> Expanded:
         tree = _object(tree, "$")
@@ -121,7 +129,7 @@ class _Expander:
         if known is None or not known.human:
             near = role.get("near") or ("" if role.get("id") else self._first_place.get(name) or "base")
             if near:
-                found["near"] = self._value(str(near), "place", "place", f"{path}.near")
+                found["near"] = self._value(in_compass(str(near)), "place", "place", f"{path}.near")
         return found
 
     def steps(self, steps: Any, path: str) -> list[dict[str, Any]]:
@@ -153,11 +161,133 @@ class _Expander:
 
     def _do(self, step: Mapping[str, Any], path: str) -> dict[str, Any]:
         name = _text(step["do"], f"{path}.do")
-        verb = self._verbs.get(name)
         agent = self._lift.role(_text(step.get("agent"), f"{path}.agent"))
-        if verb is None:
+        if name not in self._verbs:
             raise ShortError(f"{path}.do", f"there is no verb '{name}'; verbs: {', '.join(self._verbs)}")
         own = {k: v for k, v in step.items() if k not in ("do", "agent", "save_as") and v is not None}
+        if name == "ReturnHome" and self._stays and (spot := self._spot_of(agent)) and "FlyAndLand" in self._verbs:
+            name, own = "FlyAndLand", {"at": spot}
+            self._added.append(f"{agent} lands where it is, as the request says, and does not fly home")
+        where = self._where(self._verbs[name])
+        if where and isinstance(own.get(where), str):
+            own[where] = self._wayward(own[where])
+            if self._count(agent) > 1:
+                return self._by_team(name, agent, own, where, path)
+            name, own = self._fitting(name, agent, own, where)
+            where = self._where(self._verbs[name])
+            if is_list(own[where]):
+                self._spots[agent] = (f"last({own[where]})", str(own.get("height", "")))
+            else:
+                own[where] = self._apart(name, agent, own[where], str(own.get("height", "")))
+        elif self._count(agent) > 1:
+            return self._by_team(name, agent, own, "", path)
+        found = self._one(name, agent, own, path, step.get("save_as"))
+        if name == "ReturnHome":
+            _, height = self._spots.pop(agent, ("", "in the air"))
+            if not height and self._verbs[name].library == FLYING:
+                found["call"] = "FetchHome"
+        return found
+
+    def _spot_of(self, agent: str) -> str:
+        """Return the place where a machine hovers, or the places of a team; "" = it is on the ground, or nobody knows."""
+        team = self._spots.get(f"{agent} ")
+        if team is not None:
+            return team[1]
+        spot, height = self._spots.get(agent, ("", ""))
+        return spot if height else ""
+
+    def _where(self, verb: Verb) -> str:
+        """Return the field that says where to."""
+        kinds = ("place", "position", "list of place")
+        return (
+            next((key for key, type_ in verb.fields.items() if type_ in kinds), "") if verb.name != "MiniFinder" else ""
+        )
+
+    def _wayward(self, text: str) -> str:
+        turned = turned_round(in_compass(text), self._lift.words)
+        if turned != in_compass(text):
+            self._added.append(f"{turned} instead of {text}, as the request says where it begins")
+        return turned
+
+    def _fitting(self, name: str, agent: str, own: dict[str, Any], where: str) -> tuple[str, dict[str, Any]]:
+        """Return the verb that does for one machine what was meant, with its values."""
+        text, along, to = own[where], "FlyAlong" in self._verbs, "FlyTo" in self._verbs
+        if is_list(text) and name in ("FlyTo", "GoTo") and along:
+            return "FlyAlong", {"way": text, "height": own.get("height", "20 m")}
+        if name == "FlyAlong" and not is_list(text) and to:
+            return "FlyTo", {"to": text, "height": own.get("height", "20 m")}
+        if is_list(text) and name in ("FlyAndLand", "LandIn"):
+            text = own[where] = f"last({text})"
+        if (
+            name == "LandIn"
+            and "FlyAndLand" in self._verbs
+            and self._spots.get(agent, ("",))[0]
+            not in (
+                text,
+                self._moved.get((agent, text)),
+            )
+        ):
+            return "FlyAndLand", {"at": text}
+        return name, own
+
+    def _apart(self, name: str, agent: str, text: str, height: str) -> str:
+        """Return a place that no other machine is at, and keep that this one is there."""
+        if name in ("FlyAndLand", "LandIn"):
+            height = ""
+        text = self._moved.get((agent, text), text)
+        others = [one for role, one in self._spots.items() if role != agent and self._is_machine(role)]
+        if (text, height) in others and not text.startswith("fix"):
+            gap = self._gap or GAP
+            moved = f"offset({text}, east={gap})"
+            number = 2
+            while (moved, height) in others:
+                moved = f"offset({text}, east={float(gap.split()[0]) * number:g} m)"
+                number += 1
+            self._added.append(f"{agent} keeps {moved.rsplit('=')[-1].rstrip(')')} from the one at {text}")
+            self._moved[agent, text] = moved
+            text = moved
+        self._spots[agent] = (text, height)
+        return text
+
+    def _is_machine(self, role: str) -> bool:
+        type_ = self._world.catalogue.types.get(str(self._roles.get(role, {}).get("type", "")))
+        return type_ is not None and not type_.human
+
+    def _count(self, role: str) -> int:
+        count = self._roles.get(role, {}).get("count")
+        return count if isinstance(count, int) and self._is_machine(role) else 1
+
+    def _by_team(self, name: str, team: str, own: dict[str, Any], where: str, path: str) -> dict[str, Any]:
+        """Return a step that each member of a team does at its own place; they do it at the same time."""
+        member = member_of(team, set(self._roles) | set(self._verbs))
+        self._lift.local.add(member)
+        of = [{"name": member, "value": {"expr": team}}]
+        if where:
+            text, key = own[where], f"{team} "
+            if name == "FlyAlong" and is_list(text) and "FlyTo" in self._verbs:
+                name, own, where = "FlyTo", {"to": text, "height": own.get("height", "20 m")}, "to"
+            if not is_list(text):
+                known = self._spots.get(key, ("", ""))
+                row = in_a_row(text, self._count(team), self._gap or GAP)
+                text = known[1] if known[0] == text or (name == "LandIn" and known[1]) else row
+                if text == row:
+                    self._added.append(f"{team} keep {self._gap or GAP} from each other at {own[where]}")
+            if name == "LandIn" and "FlyAndLand" in self._verbs and self._spots.get(key, ("", ""))[1] != text:
+                name, own = "FlyAndLand", {"at": text}
+                where = "at"
+            self._spots[key] = (own[where], text)
+            listed = {"expr": self._lift.expression(text)}
+            self._lift.local.add("spot")
+            of.append({"name": "spot", "value": listed})
+            self._note_place(team, listed, "list")
+            own = {**own, where: "spot"}
+        else:
+            self._spots.pop(f"{team} ", None)
+        return {"for": of, "mode": "parallel", "steps": [self._one(name, member, own, path, None)]}
+
+    def _one(self, name: str, agent: str, own: dict[str, Any], path: str, save_as: Any) -> dict[str, Any]:
+        """Return the step of one verb and one agent."""
+        verb = self._verbs[name]
         unknown = [key for key in own if key not in verb.fields]
         if unknown:
             legal = ", ".join(verb.fields) or "nothing"
@@ -171,7 +301,7 @@ class _Expander:
             values[key] = self._value(value, type_, key, f"{path}.{key}")
             if type_ in ("place", "position", "region") or type_.startswith("list of p"):
                 self._note_place(agent, values[key], type_)
-        saved = {"save_as": str(step["save_as"])} if step.get("save_as") else {}
+        saved = {"save_as": str(save_as)} if save_as else {}
         if not verb.library:
             return {"action": name, "agent": agent, **{field_key(k): v for k, v in values.items()}, **saved}
         if verb.library not in self._imports:
@@ -188,7 +318,7 @@ class _Expander:
             text = f"centroid({text})"
         elif type_ == "position":
             text = f"ground({text})"
-        elif type_.startswith("list"):
+        elif type_.startswith("list of"):
             text = f"first({text})"
         if not set(_FREE.findall(text)) & (set(self._roles) | self._lift.local):
             self._first_place[agent] = text

@@ -17,12 +17,18 @@ from formiga_bt.packaged import folder
 LIBRARIES: Final = ("lib/flying.yaml", "lib/ways.yaml")
 """Of those that ship: what is offered."""
 HELP: Final[Mapping[str, str]] = {
-    "FlyTo": "take off if on the ground, fly to a place, hover over it",
-    "FlyAlong": "like FlyTo, but along a list of places",
-    "FlyAndLand": "take off if on the ground, fly to a place, land there",
+    "FlyTo": "fly to a place, hover over it",
+    "FlyAlong": "fly along a list of places: round a place, in a zigzag, along a line",
+    "FlyAndLand": "fly to a place, land there",
     "ReturnHome": "fly to its own port and land",
 }
 """The subtrees of the shipped libraries that are offered; the others are for the engine, or say the same."""
+COVERED: Final[Mapping[str, tuple[str, ...]]] = {
+    "TakeOff": ("FlyTo", "FlyAndLand", "ReturnHome"),
+    "GoTo": ("FlyTo",),
+    "LandIn": ("FlyAndLand",),
+}
+"""Action -> the subtrees that leave it nothing to do in the short form."""
 PLAIN: Final = ("number", "int", "text", "bool", "percent", "distance", "duration", "speed", "angle", "mass", "time")
 
 
@@ -57,6 +63,12 @@ def verbs_of(world: World) -> dict[str, Verb]:
             if name not in LIBRARIES:
                 found |= {v.name: v for v in _subtrees(path, name)}
     return found | _actions(world.catalogue)
+
+
+def offered(verbs: Mapping[str, Verb]) -> dict[str, Verb]:
+    """Return the verbs without the bare actions that a subtree does better: `TakeOff`, if `FlyTo` takes off by itself."""
+    covered = {name for name, better in COVERED.items() if set(better) <= set(verbs)}
+    return {name: verb for name, verb in verbs.items() if name not in covered}
 
 
 def _actions(catalogue: Catalogue) -> dict[str, Verb]:

@@ -6,10 +6,11 @@ is not compared, for a wrong alarm is worse than none.
 
 import re
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Final
 
 from formiga_bt.lang.model import Catalogue, Site
+from formiga_bt.llm.points import Point, named
 from formiga_bt.units import UNITS
 
 NUMBERS: Final[Mapping[str, int]] = {
@@ -30,12 +31,19 @@ UNIT_WORDS: Final[Mapping[str, str]] = {
     "sekunti": "s", "sekuntia": "s", "sekunnin": "s", "minuutti": "min", "minuuttia": "min", "minuutin": "min",
     "tunti": "h", "tuntia": "h", "tunnin": "h", "prosenttia": "%", "astetta": "deg",
 }  # fmt: skip
+_MORE: Final = re.compile(
+    r"\b(?:another|the other|a second|the second|other)\s+(?:\w+\s+)?(?:one|ones|drones?|lwds?|hwds?|uavs?)\b"
+    r"|\b(?:the |a )?second\s+(?:flies|goes|on\b|one\b)|\b(?:one|first)\b[^.]*\band (?:the other|another|one)\b",
+    re.IGNORECASE,
+)
+"""Machines that are spoken of besides `one light drone`."""
 DRONES: Final = ("drone", "drones", "uav", "uavs", "drooni", "droonia", "droonin", "droonit")
 LIGHT_HEAVY: Final[Mapping[str, tuple[str, ...]]] = {
     "lwd": ("lwd", "lwds", "light drone", "light drones", "light-weight drone", "light-weight drones", "lightweight drone",
-            "lightweight drones", "light one", "kevyt drooni", "kevyttä droonia", "kevyen droonin"),
-    "hwd": ("hwd", "hwds", "heavy drone", "heavy drones", "heavy-weight drone", "heavyweight drone", "heavy one",
-            "raskas drooni", "raskasta droonia", "raskaan droonin"),
+            "lightweight drones", "light one", "small drone", "small drones", "kevyt drooni", "kevyttä droonia",
+            "kevyen droonin"),
+    "hwd": ("hwd", "hwds", "heavy drone", "heavy drones", "heavy-weight drone", "heavyweight drone", "heavyweight drones",
+            "heavy one", "big drone", "big drones", "raskas drooni", "raskasta droonia", "raskaan droonin"),
 }  # fmt: skip
 INTENTS: Final[Mapping[str, str]] = {
     "home": r"\b(?:(?:comes?|flies|fly|goes|go|returns?|gets?|brings?) (?:it |them |both )?(?:back )?home|return(?:s|ing)? to"
@@ -76,6 +84,19 @@ class Words:
     """Id -> the words."""
     counts: Mapping[str, int]
     """Agent type -> how many machines; `*` = machines of any type. Only what is said once and plainly."""
+    points: Mapping[str, Point] = field(default_factory=dict)
+    """Coordinates of the request by the names that they got."""
+    original: str = ""
+    """The request as it was said; "" = `text`."""
+
+    @property
+    def said(self) -> str:
+        """Return the request in the words of who made it."""
+        return self.original or self.text
+
+    def speaks_of_more(self) -> bool:
+        """Return whether a second machine is spoken of: `while another one ...`."""
+        return _MORE.search(self.text) is not None
 
     def amount(self, type_: str, si: float) -> str:
         """Return the words of an amount, or ""."""
@@ -111,6 +132,8 @@ def read(request: str, site: Site, catalogue: Catalogue) -> Words:
         site: its names are recognised.
         catalogue: its agent types are.
     """
+    found = named(request, site)
+    original, request = request, found.text
     left = request
     places: dict[str, str] = {}
     for name in sorted([*site.places, *site.regions, *site.ports], key=len, reverse=True):  # `lake_shore` is no `lake`
@@ -118,10 +141,12 @@ def read(request: str, site: Site, catalogue: Catalogue) -> Words:
         if said:
             places[name] = said
             left = left.replace(said, " " * len(said))
+    places |= {name: name for name in found.points}
     if re.search(r"\b(?:the )?base(?: station)?\b", request, re.IGNORECASE):
         places.setdefault("base", "base")
     agents = {name: said for name in site.agents if (said := _said(name, request))}
-    return Words(request, tuple(_amounts(request)), places, agents, _counts(request, catalogue))
+    counts = _counts(request, catalogue)
+    return Words(request, tuple(_amounts(request)), places, agents, counts, found.points, original)
 
 
 def _amounts(request: str) -> Iterator[Amount]:
@@ -149,17 +174,20 @@ def _counts(request: str, catalogue: Catalogue) -> dict[str, int]:
     for name, words in [*of_type.items(), ("*", DRONES)]:
         for number in _before(request, words):
             found.setdefault("*" if name == "drone" else name, set()).add(number)
-    return {name: next(iter(numbers)) for name, numbers in found.items() if len(numbers) == 1}
+    more = _MORE.search(request) is not None
+    plain = {name: next(iter(numbers)) for name, numbers in found.items() if len(numbers) == 1}
+    return {name: number for name, number in plain.items() if number > 1 or not more}
 
 
 def _before(request: str, words: Iterable[str]) -> Iterator[int]:
     nouns = "|".join(re.escape(w) for w in sorted(set(words), key=len, reverse=True))
-    for match in re.finditer(rf"(?<![\w.])(\d+|[^\W\d_]+)\s+(?:{nouns})(?!\w)", request, re.IGNORECASE):
+    pattern = rf"(?<![\w.])(\d+|pair(?=\s+of\b)|[^\W\d_]+)\s+(?:of\s+)?(?:{nouns})(?!\w)"
+    for match in re.finditer(pattern, request, re.IGNORECASE):
         word = match[1].casefold()
         if word.isdigit():
             yield int(word)
-        elif word in NUMBERS:
-            yield NUMBERS[word]
+        elif word in NUMBERS or word == "pair":
+            yield NUMBERS.get(word, 2)
 
 
 def types_said(request: str, catalogue: Catalogue) -> set[str]:

@@ -62,3 +62,11 @@ def test_a_question_is_kept_as_what_was_said() -> None:
     written = DraftAuthor(Says({"plan": "", "answer": {"question": "Where?"}}), "helpers").write("", "Send a drone.")
 
     assert (written.kind, written.say, len(written.attempts)) == ("question", "Where?", 1)
+
+
+def test_the_examples_that_are_held_back_are_there() -> None:
+    from experiments.e2_llm.columns import NEAR_EXAMPLES
+    from formiga_bt.llm.examples import examples_of
+    from formiga_bt.llm.world import world_of
+
+    assert set(NEAR_EXAMPLES) <= {one.id for one in examples_of(world_of())}

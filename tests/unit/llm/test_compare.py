@@ -81,7 +81,7 @@ def found(request: str, answer: Any) -> list[tuple[str, str]]:
             ("wrong_person", "the request wants a watcher to be asked, and the task asks picker"),
         ),
         (
-            "land at the camp",
+            "land at the camp, then come back",
             tree(fly_to("camp"), home()),
             ("not_landed_there", 'the request wants a landing at "camp", and nobody lands at camp'),
         ),

@@ -84,19 +84,16 @@ def test_the_file_says_where_each_value_came_from() -> None:
     ]
 
 
-def test_what_is_wrong_goes_back_with_the_step_and_only_the_last_answer_does() -> None:
+def test_what_is_wrong_is_told_to_a_fresh_try_and_then_with_the_answer_and_the_step() -> None:
     found, chat = made(LOOK, tree({"do": "FlyTo", "agent": "drone", "to": "camp"}), tree(fly_to("kamp"), home()), GOOD)
 
     assert (found.kind, len(found.rounds)) == ("task", 3)
-    first, second = chat.asked[1][-1].text, chat.asked[2][-1].text
-    assert first == (
-        "That is not right yet:\n"
-        '- FlyTo needs \'height\' (distance) in {"do": "FlyTo", "agent": "drone", "to": "camp"}\n'
-        "Answer with the whole corrected JSON object."
-    )
+    asked, first, second = (one[-1].text for one in chat.asked)
+    assert first == f"{asked}\nAn earlier answer was wrong: FlyTo needs 'height' (distance). Do better."
+    assert second.startswith("That is not right yet:\n- ")
     assert "kamp" in second
-    assert len(chat.asked[2]) == len(chat.asked[1]) == len(chat.asked[0]) + 2
-    assert chat.temperatures == [0.0, 0.4, 0.4]
+    assert [len(one) - len(chat.asked[0]) for one in chat.asked] == [0, 0, 2]
+    assert chat.temperatures == [0.0, 0.6, 0.6]
 
 
 def test_at_most_three_repairs_then_the_best_answer_is_shown_as_failed() -> None:
@@ -111,7 +108,7 @@ def test_a_shortfall_of_the_outcome_is_told_to_the_model() -> None:
     found, chat = made(LOOK, tree(fly_to("lake_shore"), {"wait": "30 s"}, home()), GOOD)
 
     assert found.kind == "task"
-    assert '- the request names "camp", and the task never goes to camp' in chat.asked[1][-1].text
+    assert 'wrong: the request names "camp", and the task never goes to camp (' in chat.asked[1][-1].text
 
 
 def test_a_drone_left_in_the_air_comes_home_without_asking_the_model() -> None:
@@ -145,7 +142,8 @@ def test_a_return_from_the_ground_takes_off_first() -> None:
     request = "A light drone lands at the camp, waits 30 s and comes home."
     found, _ = made(request, tree({"do": "FlyAndLand", "agent": "drone", "at": "camp"}, {"wait": "30 s"}, home()))
 
-    assert (found.kind, found.rounds[0].mends) == ("task", ("drone takes off to come home",))
+    assert (found.kind, found.rounds[0].mends) == ("task", ())
+    assert "call: FetchHome" in found.yaml
     assert found.flight is not None
     assert found.flight.landed == {"lwd_3": ("camp", "home")}
 
@@ -259,7 +257,7 @@ def test_of_several_candidates_the_first_that_passes_is_taken() -> None:
     found, chat = made(LOOK, tree(fly_to("kamp")), GOOD, candidates=3)
 
     assert (found.kind, found.task, len(chat.asked), len(found.rounds)) == ("task", "LookAtCamp", 2, 2)
-    assert chat.temperatures == [0.0, 0.4]
+    assert chat.temperatures == [0.0, 0.6]
 
 
 def test_a_follow_up_changes_the_draft_before() -> None:

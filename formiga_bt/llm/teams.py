@@ -1,0 +1,96 @@
+"""Who goes where, in the short form: one machine, a team of several, one place or a list of places.
+
+A team is a role with a count. What it is told, all its members do at the same time, each at its own place of a list; the next
+step waits for all of them. A single machine flies a list of places one after another. Two machines never use one spot.
+"""
+
+import re
+from collections.abc import Mapping
+from typing import Final
+
+from formiga_bt.llm.wording import Words
+
+GAP: Final = "5 m"
+"""Between machines where the request says nothing."""
+_LIST: Final = re.compile(r"(?:circle|zigzag|line|triangle|polygon|reverse|lawnmower)\s*\(.*\)|\[.*\]", re.DOTALL)
+_APART: Final = re.compile(
+    r"\W*(?:apart|from each other|from one another|between (?:them|the two|both|each)|between\b(?=\s*[.,;)]|$)|of space\b|"
+    r"beside each other|off each other|from the (?:other|first)\b)",
+    re.IGNORECASE,
+)
+_COMPASS: Final = re.compile(r"\b(south|west)\s*=\s*(-?)\s*(?=[\dA-Za-z_])")
+_WAY: Final = re.compile(r"(zigzag|line)\(\s*([A-Za-z_]\w*)\s*,\s*([A-Za-z_]\w*)\s*,(.*)\)", re.DOTALL)
+
+
+def is_list(text: str) -> bool:
+    """Return whether a value means several places."""
+    return _LIST.fullmatch(text.strip()) is not None
+
+
+def gap_of(words: Words) -> str:
+    """Return how far apart machines are to be, as the request says it, or ""."""
+    for amount in words.amounts:
+        if amount.type != "distance":
+            continue
+        for match in re.finditer(re.escape(amount.words), words.text):
+            before, after = words.text[: match.start()], words.text[match.end() :]
+            if _APART.match(after) or re.search(r"\b(?:spacing|gap)(?: of| is)?\s*$", before, re.IGNORECASE):
+                return f"{amount.si:g} m"
+    return ""
+
+
+def lands_only(words: Words) -> bool:
+    """Return whether a request wants a landing, and speaks of no way home."""
+    text = words.text.casefold()
+    home = re.search(r"\b(?:home|port|ports|back|return\w*|base|palaa\w*|kotiin|asemalle)\b", text)
+    return words.means("land") and home is None
+
+
+def in_a_row(place: str, count: int, gap: str) -> str:
+    """Return a list of places for a team that is sent to one place: side by side."""
+    metres = float(gap.split()[0]) * (count - 1)
+    return f"line({place}, offset({place}, east={metres:g} m), {count})"
+
+
+def in_compass(text: str) -> str:
+    """Return a value in which `south=5 m` is `north=-5 m`."""
+
+    def turned(match: re.Match[str]) -> str:
+        return f"{'north' if match[1] == 'south' else 'east'}={'' if match[2] else '-'}"
+
+    return _COMPASS.sub(turned, text)
+
+
+def turned_round(text: str, words: Words) -> str:
+    """Return a way with its ends as the request has them, if the model has them the wrong way round."""
+    match = _WAY.fullmatch(text.strip())
+    if match is None:
+        return text
+    ends = from_to(words)
+    return f"{match[1]}({match[3]}, {match[2]},{match[4]})" if (match[3], match[2]) in ends else text
+
+
+def from_to(words: Words) -> set[tuple[str, str]]:
+    """Return the pairs of places of which the request says `from the one ... to the other`."""
+    found = set()
+    said = {name: re.escape(text) for name, text in words.places.items()}
+    for a, first in said.items():
+        for b, second in said.items():
+            pattern = rf"\bfrom\s+(?:the\s+)?{first}\b[^.;]*?\b(?:to|towards?|until)\s+(?:the\s+)?{second}(?!\w)"
+            if a != b and re.search(pattern, words.text, re.IGNORECASE) and not _also(b, a, said, words.text):
+                found.add((a, b))
+    return found
+
+
+def _also(a: str, b: str, said: Mapping[str, str], text: str) -> bool:
+    """Return whether the way back is spoken of, too."""
+    pattern = rf"\bfrom\s+(?:the\s+)?{said[a]}\b[^.;]*?\b(?:to|towards?)\s+(?:the\s+)?{said[b]}(?!\w)"
+    return re.search(pattern, text, re.IGNORECASE) is not None
+
+
+def member_of(team: str, taken: set[str]) -> str:
+    """Return what one member of a team is called: `drone` of `drones`."""
+    name = team[:-1] if len(team) > 2 and team.endswith("s") else f"each_of_{team}"
+    while name in taken:
+        name = f"each_{name}"
+    return name

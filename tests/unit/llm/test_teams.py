@@ -1,0 +1,268 @@
+"""Teams, lists of places and machines that keep apart, in the short form; coordinates by names; what is read of a request."""
+
+import json
+import re
+from functools import cache
+from typing import Any
+
+import pytest
+
+from formiga_bt.llm import prompt
+from formiga_bt.llm.draft import Options, draft
+from formiga_bt.llm.envelope import Answer, schema_of, shapes
+from formiga_bt.llm.examples import examples_of
+from formiga_bt.llm.judge import Judged, judge
+from formiga_bt.llm.points import named
+from formiga_bt.llm.records import Draft
+from formiga_bt.llm.teams import from_to, gap_of, in_compass
+from formiga_bt.llm.vocabulary import offered, verbs_of
+from formiga_bt.llm.wording import Words, read
+from formiga_bt.llm.world import World, world_of
+from tests.unit.llm.scripted import Scripted, fly_to, home, tree
+
+
+@cache
+def world() -> World:
+    return world_of()
+
+
+def words(request: str) -> Words:
+    return read(request, world().site, world().catalogue)
+
+
+def judged(request: str, *steps: Any, agents: list[dict[str, Any]]) -> Judged:
+    answer = Answer("", tree={"task": "Mission", "agents": agents, "steps": list(steps)})
+    return judge(answer, words(request), world(), verbs_of(world()), "short", compared=words(request))
+
+
+def land(agent: str, at: str) -> dict[str, Any]:
+    return {"do": "FlyAndLand", "agent": agent, "at": at}
+
+
+TWO = [{"name": "one", "type": "lwd"}, {"name": "other", "type": "lwd"}]
+TEAM = [{"name": "drones", "type": "lwd", "count": 3}]
+
+
+def errors(found: Judged) -> list[str]:
+    return [one.text for one in found.shortfalls if one.severity == "error"]
+
+
+def test_a_team_does_at_one_time_what_it_is_told_each_at_its_own_place() -> None:
+    found = judged(
+        "Three light drones hover over the camp as a triangle of 20 m and land below.",
+        {"do": "FlyTo", "agent": "drones", "to": "triangle(camp, 20 m)", "height": "20 m"},
+        land("drones", "triangle(camp, 20 m)"),
+        agents=TEAM,
+    )
+
+    assert errors(found) == []
+    assert found.flight is not None
+    assert sorted(found.flight.stands.values()) == ["camp", "camp", "camp"] or len(found.flight.stands) == 3
+    assert found.yaml.count("mode: parallel") == 2
+    assert "drone: ${drones}" in found.yaml
+
+
+def test_a_team_that_is_sent_to_one_place_stands_in_a_row() -> None:
+    found = judged(
+        "Three light drones land at the camp, 8 m apart, and come home.",
+        land("drones", "camp"),
+        {"do": "ReturnHome", "agent": "drones"},
+        agents=TEAM,
+    )
+
+    assert errors(found) == ['the request says "8 m", and no value of the task is 8 m']
+    assert "line(camp, offset(camp, east=east), 3)" in found.yaml
+    assert found.mends[0] == "drones keep 8 m from each other at camp"
+
+
+def test_two_machines_never_land_on_one_spot() -> None:
+    found = judged(
+        "Two light drones land at the camp, 5 m apart.",
+        {"parallel": [land("one", "camp"), land("other", "camp")]},
+        agents=TWO,
+    )
+
+    assert errors(found) == []
+    assert found.mends == ("other keeps 5 m from the one at camp",)
+
+
+def test_one_machine_flies_a_list_and_a_place_is_no_list() -> None:
+    found = judged(
+        "A light drone flies once round the camp at 20 m and comes home.",
+        {"do": "FlyTo", "agent": "drone", "to": "circle(camp, 20 m)", "height": "30 m"},
+        {"do": "FlyAlong", "agent": "drone", "way": "camp", "height": "30 m"},
+        home(),
+        agents=[{"name": "drone", "type": "lwd"}],
+    )
+
+    assert errors(found) == []
+    assert (found.yaml.count("call: FlyAlong"), found.yaml.count("call: FlyTo")) == (1, 1)
+
+
+def test_a_way_begins_where_the_request_says() -> None:
+    along = {"do": "FlyAlong", "agent": "drone", "way": "zigzag(camp, lake_shore, 5 m, 6)", "height": "30 m"}
+    agents = [{"name": "drone", "type": "lwd"}]
+    found = judged(
+        "A light drone zigzags from the lake shore to the camp, 5 m.", along, land("drone", "camp"), agents=agents
+    )
+
+    assert errors(found) == []
+    assert "zigzag(lake_shore, camp, amplitude, 6)" in found.yaml
+
+
+def test_a_way_flown_back_to_front_is_told() -> None:
+    found = judged(
+        "A light drone goes from the camp to the lake shore and comes home.",
+        fly_to("lake_shore"),
+        fly_to("camp"),
+        home(),
+        agents=[{"name": "drone", "type": "lwd"}],
+    )
+
+    assert 'the request says from "camp" to "lake shore", the task flies back to front' in errors(found)
+
+
+@pytest.mark.parametrize(
+    ("request_", "steps", "told"),
+    [
+        ("A light drone looks at the camp, then at the lake shore, and returns.", ("lake_shore", "camp"), True),
+        ("A light drone looks at the camp, then at the lake shore, and returns.", ("camp", "lake_shore"), False),
+        ("A light drone looks at the camp after the lake shore, then returns.", ("lake_shore", "camp"), False),
+    ],
+)
+def test_the_order_of_places_is_compared(request_: str, steps: tuple[str, str], told: bool) -> None:
+    found = judged(request_, *map(fly_to, steps), home(), agents=[{"name": "drone", "type": "lwd"}])
+
+    assert any("before" in one for one in errors(found)) is told
+
+
+@pytest.mark.parametrize(
+    ("request_", "counts", "more"),
+    [
+        ("one light drone lands at the camp while another one circles it", {}, True),
+        ("An LWD lands there. At the same time a second LWD goes round it", {}, True),
+        ("One light drone looks at the camp", {"lwd": 1}, False),
+        ("a pair of light drones looks at the camp", {"lwd": 2}, False),
+        ("Two small drones at once", {"lwd": 2}, False),
+        ("One light drone looks at the camp for a second and at the other field", {"lwd": 1}, False),
+    ],
+)
+def test_how_many_machines_are_spoken_of(request_: str, counts: dict[str, int], more: bool) -> None:
+    found = words(request_)
+
+    assert (dict(found.counts), found.speaks_of_more()) == (counts, more)
+
+
+@pytest.mark.parametrize(
+    ("request_", "gap"),
+    [
+        ("they land 5 meters apart", "5 m"),
+        ("landing 8 m from each other", "8 m"),
+        ("(10 m between them) and wait", "10 m"),
+        ("fly at 40 m and land", ""),
+    ],
+)
+def test_how_far_apart_they_are_to_be(request_: str, gap: str) -> None:
+    assert gap_of(words(request_)) == gap
+
+
+def test_from_one_place_to_another() -> None:
+    assert from_to(words("zigzag from the camp towards the lake shore")) == {("camp", "lake_shore")}
+    assert from_to(words("from the camp to the lake shore and from the lake shore to the camp")) == set()
+    assert in_compass("offset(camp, south=5 m, west=3 m)") == "offset(camp, north=-5 m, east=-3 m)"
+
+
+def test_coordinates_get_a_name_and_come_back_in_the_file() -> None:
+    request = "A light drone looks at 66.501000 N 25.703000 E from 40 m and comes home."
+    chat = Scripted(tree(fly_to("point_1", "40 m"), home()))
+    found: Draft = draft(request, world(), chat, options=Options(rounds=0))
+
+    assert found.kind == "task", found.say
+    assert "<request>A light drone looks at point_1 from 40 m and comes home.</request>" in chat.asked[0][-1].text
+    assert "lat: 66.501" in found.yaml
+    assert ("point_1", "66.501,25.703", "66.501000 N 25.703000 E") in [(v.name, v.text, v.words) for v in found.values]
+    assert "66.501000 N 25.703000 E" in found.yaml.splitlines()[1]
+
+
+def test_coordinates_of_a_place_are_that_place() -> None:
+    from formiga_bt.geo import Frame
+
+    site = world().site
+    lat, lng = Frame(site.lat, site.lng, site.ground_msl_m).lat_lng(site.places["camp"])
+    found = named(f"fly to {lat:.6f} N {lng:.6f} E, then to {lat + 0.001:.6f}, {lng:.6f}", site)
+
+    assert (found.text, list(found.points)) == ("fly to camp, then to point_1", ["point_1"])
+    assert named("at 10.30, 40.5 m high", site).text == "at 10.30, 40.5 m high"
+
+
+def test_a_model_is_told_what_was_read() -> None:
+    request = "Two light drones land at the lake shore, 5 m apart; a watcher is asked; then one goes to the camp."
+
+    assert prompt.reading(words(request), world()) == (
+        "(drones: 2 lwd; people: watcher; places: lake_shore, camp; numbers: 5 m)"
+    )
+    assert prompt.reading(words("hello"), world()) == ""
+
+
+def test_all_examples_fit_the_shapes_that_small_models_are_held_to() -> None:
+    verbs = offered(verbs_of(world()))
+    kinds = shapes()
+    assert set(verbs) == {"FlyTo", "FlyAlong", "FlyAndLand", "ReturnHome", "Explore", "MiniFinder"}
+    checked = 0
+    for example in examples_of(world()):
+        for step in re.findall(r'\{"do": [^{}]*\}', example.text):
+            values = json.loads(step)
+            for key, type_ in verbs[values["do"]].fields.items():
+                if type_ in kinds and key in values:
+                    assert re.fullmatch(kinds[type_]["pattern"], values[key]), (example.id, key, values[key])
+                    checked += 1
+    assert checked > 40
+    typed = json.dumps(schema_of(world(), verbs, typed=True))
+    assert ("pattern" in typed, "pattern" in json.dumps(schema_of(world(), verbs))) == (True, False)
+
+
+def test_the_sites_own_tasks_are_examples() -> None:
+    chat = Scripted(tree(fly_to("camp"), home()))
+    made = draft("A light drone looks at the camp and comes home.", world(), chat, options=Options(rounds=0))
+    own = World(world().catalogue, world().site, (), {"look.yaml": made.yaml, "broken.yaml": "task: ["})
+
+    found = [one for one in examples_of(own) if one.id.startswith("own:")]
+    assert [(one.id, one.request) for one in found] == [
+        ("own:look.yaml", "A light drone looks at the camp and comes home.")
+    ]
+    assert found[0].answer["tree"]["steps"][0]["to"] == "camp"
+
+
+def test_a_distance_hides_no_helper() -> None:
+    found = judged(
+        "A light drone flies 8 m from the base towards the camp, and comes home.",
+        fly_to("toward(base, camp, 8 m)"),
+        home(),
+        agents=[{"name": "drone", "type": "lwd"}],
+    )
+
+    assert errors(found) == []
+    assert "gap: {type: distance, default: 8 m}" in found.yaml
+
+
+def test_who_shall_land_does_not_fly_home() -> None:
+    hover = {"do": "FlyTo", "agent": "drones", "to": "[camp, offset(camp, east=10 m)]", "height": "20 m"}
+    back = {"do": "ReturnHome", "agent": "drones"}
+    agents = [{"name": "drones", "type": "lwd", "count": 2}]
+    found = judged("Two light drones hover 10 m apart over the camp and land together.", hover, back, agents=agents)
+    home_ = judged("Two light drones hover 10 m apart over the camp and land at home.", hover, back, agents=agents)
+
+    assert errors(found) == errors(home_) == []
+    assert found.mends == ("drones lands where it is, as the request says, and does not fly home",)
+    assert ("ReturnHome" in found.yaml, "ReturnHome" in home_.yaml) == (False, True)
+
+
+def test_a_figure_that_is_named_is_flown() -> None:
+    found = judged(
+        "A light drone flies a circle of 20 m round the camp and comes home.",
+        {"do": "FlyAlong", "agent": "drone", "way": "line(camp, offset(camp, east=20 m), 4)", "height": "30 m"},
+        home(),
+        agents=[{"name": "drone", "type": "lwd"}],
+    )
+
+    assert errors(found) == ["the request wants a circle, and the task flies none"]
