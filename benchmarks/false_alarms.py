@@ -204,8 +204,8 @@ def others() -> Mapping[str, Task]:
     return found
 
 
-def run(task: Task, index: int) -> Ended:
-    """Run a task in a scenario."""
+def run(task: Task, index: int, limit_s: float = LIMIT_S) -> Ended:
+    """Run a task in a scenario, for so long at most."""
     case = cases().cases[index]
     requests = [ScenarioTask(0, task.name, case.params)]
     if case.name == "traffic":
@@ -218,7 +218,7 @@ def run(task: Task, index: int) -> Ended:
     mocks = Mocks(case, task.name, played.rehearsal.scheduler, dict)
     mocks.install(played.rehearsal.sim)
     try:
-        in_time = played.run(LIMIT_S)
+        in_time = played.run(limit_s)
         record = next((t for t in played.rehearsal.engine.state.tasks.values() if t.name == task.name), None)
         if record is None:
             return Ended("refused", "", str(played.played.refused))

@@ -61,7 +61,7 @@ def test_a_wait_for_a_lost_machine_is_named_and_does_not_count_against_the_task(
     task = unchecked(good_task(84))[0]
     assert task is not None
 
-    ended = run(task, list(SCENARIOS).index("lost"))
+    ended = run(task, list(SCENARIOS).index("lost"), limit_s=600.0)
 
     assert (ended.status, ended.blocked, ended.nobodys) == ("no end", True, "")
     assert "gate.leg_busy: lwd_3.TakeOff waits until hwd_1 is out of its way" in ended.reason
