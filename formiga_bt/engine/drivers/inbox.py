@@ -21,7 +21,7 @@ def lane_of(given: inp.Input) -> int:
             return TELEMETRY
         case inp.Submit(_, _, "high"):
             return HIGH
-        case inp.Submit() | inp.AgentSeenInput() | inp.AgentGoneInput():
+        case inp.Submit() | inp.Serve() | inp.AgentSeenInput() | inp.AgentGoneInput():
             return NORMAL  # coming and going in one lane: who came and went is gone
         case _:
             return URGENT

@@ -30,7 +30,13 @@ def test_each_input_has_its_lane() -> None:
             inp.BadStatusInput("a", ""),
         ],
         HIGH: [inp.Submit("T", {}, "high")],
-        NORMAL: [inp.Submit("T", {}), inp.Submit("T", {}, "low"), inp.AgentSeenInput(card()), inp.AgentGoneInput("a")],
+        NORMAL: [
+            inp.Submit("T", {}),
+            inp.Submit("T", {}, "low"),
+            inp.Serve("T", "ab"),
+            inp.AgentSeenInput(card()),
+            inp.AgentGoneInput("a"),
+        ],
         TELEMETRY: [inp.AgentStatusInput(status())],
     }
     for lane, inputs in lanes.items():
