@@ -3,7 +3,7 @@
 import json
 import re
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -46,11 +46,13 @@ def agents(shell: Shell, endpoint: str, state: Path) -> FleetProcesses:
     return FleetProcesses(specs, site=world.site.name, connect=endpoint, state_dir=state)
 
 
-def wait(is_met: Callable[[], object], within_s: float = 60.0) -> None:
+def why(shell: Shell, task: str, status: str, within_s: float = 60.0) -> str:
+    """Wait until a task has a status; return what `formiga why` says then."""
     until = time.monotonic() + within_s
-    while not is_met():
-        assert time.monotonic() < until, "waited in vain"
+    while f"{task} {status}" not in (said := shell.run("why", task)):
+        assert time.monotonic() < until, said
         time.sleep(0.2)
+    return said
 
 
 def test_words_become_a_flight_of_the_engine_that_runs(shell: Shell, endpoint: FakeEndpoint, tmp_path: Path) -> None:
@@ -68,14 +70,11 @@ def test_words_become_a_flight_of_the_engine_that_runs(shell: Shell, endpoint: F
 
         file = shell.folder / FILE  # while it flies, its file is changed: the next request gets that
         file.write_text(file.read_text(encoding="utf-8").replace("30 s", "1 s"), encoding="utf-8")
-        told: list[str] = []
         said = shell.run("run", FILE, "--follow")
         assert "LookAtShore is served in version 2: new requests get it" in said
         assert re.search(r"^LookAtShore-2 SUCCEEDED", said, re.MULTILINE), said
-        wait(
-            lambda: "LookAtShore-1 SUCCEEDED" in (why := shell.run("why", "LookAtShore-1")) and told.append(why) is None
-        )
-        assert "it runs version 1 of LookAtShore to its end" in told[0]
+        said = why(shell, "LookAtShore-1", "SUCCEEDED")
+        assert "it runs version 1 of LookAtShore to its end" in said
         assert "version 1, newest 2" in shell.run("tasks")
         assert "version 1, newest 2" in shell.run("show", "LookAtShore-1")
     shell.run("down", "--yes")
