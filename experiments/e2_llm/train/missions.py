@@ -1,0 +1,394 @@
+"""Missions of one machine: parts in a row, and what people, charge and time have to do with them."""
+
+from collections.abc import Callable, Sequence
+from typing import Any, Final
+
+from msgspec import Struct
+
+from experiments.e2_llm.train.clauses import Clause, Draw, Steps, over, steps_of
+from experiments.e2_llm.train.phrases import CASES, JOINS, SINGLE
+from experiments.e2_llm.train.speaker import Speaker, Time, Times
+
+
+class Mission(Struct, frozen=True):
+    """What is asked for, its answer, and how it is said."""
+
+    kind: str
+    answer: dict[str, Any]
+    """With the names of the flown world."""
+    plan: str
+    say: Callable[[Speaker], str]
+    names: tuple[str, ...] = ()
+    """Names in which nobody slips."""
+
+
+class Machine(Struct, frozen=True):
+    """A role of a machine, and how it is called."""
+
+    role: str
+    type: str
+    en: tuple[str, ...]
+    es: tuple[str, ...]
+    id: str = ""
+
+    @property
+    def entry(self) -> dict[str, Any]:
+        """Return it as it stands under agents."""
+        return {"name": self.role, "type": self.type, **({"id": self.id} if self.id else {})}
+
+    def said(self, speaker: Speaker) -> str:
+        """Return it in words."""
+        return str(speaker.of(self.es if speaker.language == "es" else self.en))
+
+
+def machine(
+    draw: Draw, role: str, of: str, *, by_id: bool = False, other: bool = False, plain: bool = False
+) -> Machine:
+    """Return a machine of a shipped type, `drone` = any; `plain`: its number is not said."""
+    if of == "drone":
+        return Machine(role, "drone", ("a drone", "any drone", "some drone"), ("un dron", "cualquier dron"))
+    name, label, spanish = draw.at.kinds[of]
+    if by_id:
+        one = draw.rng.choice(draw.at.ids[of])
+        return Machine(role, name, (one,), (one,), one)
+    if other:
+        return Machine(
+            role, name, (f"another {label}", f"a second {label}", "the other one"), (f"otro {spanish}", "el otro")
+        )
+    short = name.upper() if len(name) == 3 else name
+    a = "an" if label[0] in "aeiou" else "a"
+    en = (
+        f"{a} {label}",
+        f"{a} {label}",
+        f"{a} {label}" if plain else f"one {label}",
+        f"{'an' if short[0] in 'LHaeiou' and len(name) == 3 else 'a'} {short}",
+    )
+    return Machine(role, name, en, (f"un {spanish}", f"un {spanish}", f"un {short}"))
+
+
+class Person(Struct, frozen=True):
+    """A role of a person."""
+
+    role: str
+    type: str
+    said: tuple[str, str]
+    id: str = ""
+
+    @property
+    def entry(self) -> dict[str, Any]:
+        """Return it as it stands under agents."""
+        return {"name": self.role, "type": self.type, **({"id": self.id} if self.id else {})}
+
+
+def person(draw: Draw, of: str = "") -> Person:
+    """Return a person of a shipped type, sometimes by id."""
+    of = of or draw.rng.choice(("watcher", "watcher", "picker"))
+    name, label, spanish = draw.at.kinds[of]
+    if draw.rng.random() < 0.25:
+        one = draw.rng.choice(draw.at.ids[of])
+        return Person(name, name, (one, one), one)
+    return Person(name, name, (f"the {label}", f"el {spanish}"))
+
+
+def ask_clause(draw: Draw, who: Person) -> Clause:
+    """Return the part in which a person must say yes."""
+    question, en, es = draw.fact()
+    return Clause("ask", {"question": question, "who": who.role, "u": who.said, "x": (en, es)})
+
+
+def tree(task: str, agents: Sequence[Machine | Person], steps: Steps) -> dict[str, Any]:
+    """Return an answer with a tree."""
+    return {"tree": {"task": task, "agents": [one.entry for one in agents], "steps": steps}}
+
+
+def chain(clauses: Sequence[Clause], role: str) -> Steps:
+    """Return the steps of parts in a row."""
+    found: Steps = []
+    before = last = None
+    for one in clauses:
+        found += steps_of(one, role, before, last)
+        if one.kind not in ("wait", "tell", "ask"):
+            before = one
+        if "p" in one.values:
+            last = one
+    return found
+
+
+def joined(clauses: Sequence[Clause], speaker: Speaker, form: int) -> str:
+    """Return parts in a row in words."""
+    parts = [one.said(speaker, form) for one in clauses]
+    between, final = speaker.of(JOINS[speaker.language])
+    return between.join(parts[:-1]) + final + parts[-1] if len(parts) > 1 else parts[0]
+
+
+def told(clauses: Sequence[Clause], who: str) -> str:
+    """Return parts in a row as a plan."""
+    return f"{who} " + ", ".join(one.plan for one in clauses)
+
+
+def names_of(clauses: Sequence[Clause]) -> tuple[str, ...]:
+    """Return the names of the site in parts."""
+    return tuple(name for one in clauses for name in one.names)
+
+
+TASKS: Final = {
+    "over": "LookAt",
+    "over_plain": "LookAt",
+    "watch": "WatchPlace",
+    "land": "LandThere",
+    "stop": "StopThere",
+    "ring": "CirclePlace",
+    "rings": "CirclePlace",
+    "zigzag": "ZigzagSweep",
+    "line": "FlyLine",
+    "corners": "FlyTriangle",
+    "explore": "ExploreRegion",
+    "tour": "TourPlaces",
+    "pass": "FlyPast",
+    "shuttle": "BackAndForth",
+    "guard": "GuardRound",
+}
+MAIN: Final = (
+    "over",
+    "over",
+    "over_plain",
+    "watch",
+    "watch",
+    "stop",
+    "land",
+    "ring",
+    "rings",
+    "zigzag",
+    "line",
+    "corners",
+    "explore",
+    "tour",
+    "pass",
+    "shuttle",
+    "guard",
+)
+
+
+def parts(draw: Draw, machine_type: str, most: int, *, kinds: Sequence[str] = MAIN) -> list[Clause]:
+    """Return flights of one machine without an end; what only some can do is left to those."""
+    able = [kind for kind in kinds if kind != "explore" or machine_type == "lwd"]
+    found = [draw.clause(draw.rng.choice(able)) for _ in range(draw.rng.randint(1, most))]
+    if len(found) > 1:
+        found = [
+            one if one.kind != "guard" or i == len(found) - 1 else draw.clause("over") for i, one in enumerate(found)
+        ]
+    return found
+
+
+def ended(draw: Draw, clauses: list[Clause]) -> list[Clause]:
+    """Return flights with an end: home, or on the ground where they end."""
+    last = clauses[-1]
+    dice = draw.rng.random()
+    if last.kind == "land":  # to take off again at once would be for nothing
+        return clauses
+    if dice < 0.2 and last.kind in ("over", "over_plain", "watch"):
+        return [*clauses, draw.clause("stay")]
+    return [*clauses, draw.clause("home")]
+
+
+def single(draw: Draw) -> Mission:
+    """Return one machine's mission of one to four parts, now and then with a message, a pause or a question in it."""
+    of = draw.rng.choice(("lwd", "lwd", "lwd", "hwd", "hwd", "drone"))
+    who = machine(draw, "drone", of, by_id=of != "drone" and draw.rng.random() < 0.2)
+    clauses = ended(draw, parts(draw, of, 3))
+    agents: list[Machine | Person] = [who]
+    dice = draw.rng.random()
+    if dice < 0.14:
+        clauses.insert(draw.rng.randint(1, len(clauses)), draw.clause("tell"))
+    elif dice < 0.32:
+        asked = person(draw)
+        agents.append(asked)
+        clauses.insert(draw.rng.randint(0, max(1, len(clauses) - 1)), ask_clause(draw, asked))
+    main = next(one.kind for one in clauses if one.kind in TASKS)
+
+    def say(speaker: Speaker) -> str:
+        frame, form = speaker.of(SINGLE[speaker.language])
+        text = joined(clauses, speaker, form)
+        return speaker.filled(frame, {"a": who.said(speaker), "c": text}, form)
+
+    kind = "ask" if len(agents) > 1 else "single" if len(clauses) <= 2 else "single_long"
+    return Mission(
+        kind, tree(TASKS[main], agents, chain(clauses, "drone")), told(clauses, "One drone"), say, names_of(clauses)
+    )
+
+
+def _branch(draw: Draw) -> tuple[Clause, Clause]:
+    return draw.clause(draw.rng.choice(("over", "watch", "ring", "over_plain"))), draw.clause("home")
+
+
+def _third(speaker: Speaker, who: Machine, clauses: Sequence[Clause]) -> str:
+    return f"{who.said(speaker)} {joined(clauses, speaker, 1 if speaker.language == 'en' else 0)}"
+
+
+def yes_no(draw: Draw) -> Mission:
+    """Return a mission that depends on an answer: two ways, or nothing on a no."""
+    who, asked = machine(draw, "drone", draw.rng.choice(("lwd", "hwd"))), person(draw)
+    question, en, es = draw.fact()
+    yes, no = list(_branch(draw)), draw.clause("tell") if draw.rng.random() < 0.5 else None
+    other = [no] if no is not None else list(_branch(draw))
+    step: dict[str, Any] = {"if": "reply.answer == 'yes'", "then": chain(yes, "drone")}
+    two = draw.rng.random() < 0.7
+    if two:
+        step["else"] = chain(other, "drone")
+    steps: Steps = [{"ask": question, "of": [asked.role], "save_as": "reply"}, step]
+
+    def say(speaker: Speaker) -> str:
+        b = (
+            other[0].said(speaker, 1 if speaker.language == "en" else 0)
+            if no is not None
+            else _third(speaker, who, other)
+        )
+        b = (
+            (("send the word: " if speaker.language == "en" else "di: ") + no.values["x"][speaker.language == "es"])
+            if no is not None
+            else b
+        )
+        values = {"u": asked.said, "x": (en, es), "a": _third(speaker, who, yes), "b": b}
+        return speaker.filled(speaker.pick(CASES["yes_no" if two else "if_yes"]), values)
+
+    plan = f"{asked.said[0]} is asked first; on yes the drone {', '.join(c.plan for c in yes)}" + (
+        f"; on no: {', '.join(c.plan for c in other)}" if two else ""
+    )
+    return Mission("answer", tree("AskThenFly", (who, asked), steps), plan, say, names_of([*yes, *other]))
+
+
+def battery(draw: Draw) -> Mission:
+    """Return a mission that depends on the charge."""
+    who = machine(draw, "drone", draw.rng.choice(("lwd", "hwd")), by_id=draw.rng.random() < 0.4)
+    clauses, percent, text = (
+        list(_branch(draw)),
+        draw.rng.choice((35, 40, 45, 50, 55, 60, 65, 70, 75, 80, 85)),
+        draw.told(),
+    )
+    waits = draw.rng.random() < 0.4
+    flight = chain(clauses, "drone")
+    test = f"drone.battery > {percent} %"
+    steps: Steps = (
+        [{"wait_until": f"drone.battery >= {percent} %"}, *flight]
+        if waits
+        else [{"if": test, "then": flight, "else": [{"notify": text[0]}]}]
+    )
+
+    def say(speaker: Speaker) -> str:
+        amount = speaker.of(
+            (
+                f"{percent} %",
+                f"{percent}%",
+                f"{percent} percent" if speaker.language == "en" else f"{percent} por ciento",
+            )
+        )
+        name = who.said(speaker)
+        values = {"b": amount, "x": text, "m": name, "a": _third(speaker, who, clauses)}
+        return speaker.filled(speaker.pick(CASES["charged" if waits else "battery"]), values)
+
+    plan = f"With {'at least' if waits else 'more than'} {percent} % of charge {told(clauses, 'the drone')}"
+    return Mission("battery", tree("IfCharged", (who,), steps), plan, say, names_of(clauses))
+
+
+def again(draw: Draw) -> Mission:
+    """Return a mission that is done every so often."""
+    who = machine(draw, "drone", draw.rng.choice(("lwd", "hwd")), by_id=draw.rng.random() < 0.2)
+    clauses, n, t = (
+        list(_branch(draw)),
+        Times(draw.rng.choice((2, 3, 4, 5))),
+        Time(60 * draw.rng.choice((6, 8, 12, 15, 20, 30))),
+    )
+    steps: Steps = [{"repeat": n.value, "every": t.value, "steps": chain(clauses, "drone")}]
+
+    def say(speaker: Speaker) -> str:
+        return speaker.filled(speaker.pick(CASES["again"]), {"n": n, "t": t, "a": _third(speaker, who, clauses)})
+
+    plan = f"{n.n} times, every {t.value}, {told(clauses, 'the drone')}"
+    return Mission("every", tree("AgainAndAgain", (who,), steps), plan, say, names_of(clauses))
+
+
+def escalate(draw: Draw) -> Mission:
+    """Return a mission for which a second person is asked if the first one does not say yes."""
+    who, one, two = machine(draw, "drone", "lwd"), person(draw, "picker"), person(draw, "watcher")
+    question, en, es = draw.fact()
+    clauses = list(_branch(draw))
+    steps: Steps = [
+        {"ask": question, "of": [one.role], "save_as": "reply"},
+        {"if": "reply.answer != 'yes'", "then": [{"ask": question, "of": [two.role]}]},
+        *chain(clauses, "drone"),
+    ]
+
+    def say(speaker: Speaker) -> str:
+        values = {"u": one.said, "v": two.said, "x": (en, es), "a": _third(speaker, who, clauses)}
+        return speaker.filled(speaker.pick(CASES["escalate"]), values)
+
+    plan = (
+        f"{one.said[0]} is asked, without a yes {two.said[0]} too; then the drone {', '.join(c.plan for c in clauses)}"
+    )
+    return Mission("escalate", tree("AskTwo", (who, one, two), steps), plan, say, names_of(clauses))
+
+
+def refused(draw: Draw) -> Mission:
+    """Return a mission in which a no is told, and the machine comes home in any case."""
+    who, asked = machine(draw, "drone", draw.rng.choice(("lwd", "hwd"))), person(draw)
+    question, en, es = draw.fact()
+    first, text = draw.clause(draw.rng.choice(("over", "over_plain", "watch"))), draw.told()
+    steps: Steps = [
+        *chain([first], "drone"),
+        {"ask": question, "of": [asked.role], "save_as": "reply"},
+        {"if": "reply.answer == 'no'", "then": [{"notify": text[0]}]},
+        {"do": "ReturnHome", "agent": "drone"},
+    ]
+
+    def say(speaker: Speaker) -> str:
+        values = {"a": _third(speaker, who, [first]), "u": asked.said, "x": (en, es), "y": text}
+        return speaker.filled(speaker.pick(CASES["refused"]), values)
+
+    plan = f"The drone {first.plan}, {asked.said[0]} is asked, a no is told; it returns"
+    return Mission("refused", tree("AskAndTell", (who, asked), steps), plan, say, first.names)
+
+
+def follow(draw: Draw) -> Mission:
+    """Return a mission that goes where a tracker says. Only simulated pickers have one."""
+    if draw.at.kinds["picker"][0] != "picker":
+        return refused(draw)
+    who, asked = machine(draw, "drone", draw.rng.choice(("lwd", "hwd"))), person(draw, "picker")
+    h, t = draw.height(), Time(draw.rng.choice((10, 20, 25, 30, 40)))
+    base = "base"
+    steps: Steps = [
+        {"do": "FlyTo", "agent": "drone", "to": base, "height": h.value},
+        {
+            "repeat": "1 h",
+            "every": t.value,
+            "steps": [
+                {"do": "MiniFinder", "agent": asked.role, "base": base, "save_as": "fix"},
+                {"break_if": "fix.in_range"},
+                {"do": "GoTo", "agent": "drone", "to": f"above(fix.go_to, {h.value})"},
+            ],
+        },
+        {"do": "ReturnHome", "agent": "drone"},
+    ]
+
+    def say(speaker: Speaker) -> str:
+        values = {"a": who.said(speaker), "u": asked.said, "h": h, "t": t}
+        return speaker.filled(speaker.pick(CASES["follow"]), values)
+
+    plan = f"The drone asks the tracker every {t.value} and follows it at {h.value} until in range, then returns"
+    return Mission("follow", tree("FollowTracker", (who, asked), steps), plan, say)
+
+
+__all__ = [
+    "Machine",
+    "Mission",
+    "Person",
+    "again",
+    "battery",
+    "escalate",
+    "follow",
+    "machine",
+    "over",
+    "person",
+    "refused",
+    "single",
+    "yes_no",
+]

@@ -1,0 +1,216 @@
+"""Makes pairs: a mission of a practice, its wordings, and the proof that its tree is what the product would accept.
+
+A mission is kept when its tree needs no mend, passes the checker, succeeds in a dry run, passes the checker again with all its
+names changed, and is no near-duplicate of an evaluation's. A wording is kept when it is new, says no evaluation's words, and
+the product's own comparison (English without slips: that is what it reads) finds nothing missing.
+"""
+
+import json
+import random
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any, Final
+
+from msgspec import Struct
+
+from experiments.e2_llm.train import missions, refusals, teams
+from experiments.e2_llm.train.clauses import Draw
+from experiments.e2_llm.train.leaks import Guard, leaked, shape
+from experiments.e2_llm.train.missions import Mission
+from experiments.e2_llm.train.phrases import TOLD
+from experiments.e2_llm.train.sites import Practice, practice
+from experiments.e2_llm.train.speaker import Speaker
+from formiga_bt.lang.llm_in import load_task_json
+from formiga_bt.llm.compare import compare
+from formiga_bt.llm.envelope import Answer
+from formiga_bt.llm.feasible import impossible
+from formiga_bt.llm.judge import Judged, judge
+from formiga_bt.llm.lifting import Lifter
+from formiga_bt.llm.short import ShortError, expanded
+from formiga_bt.llm.wording import read
+
+MISSIONS: Final = 4
+"""Of a practice."""
+WORDINGS: Final = 3
+"""Of a mission."""
+HELD_EVERY: Final = 12
+"""Each so-many-th practice is held out, and may use wordings that training never has."""
+SPANISH: Final = 0.33
+KINDS: Final[tuple[tuple[Callable[[Draw], Mission], int], ...]] = (
+    (missions.single, 40),
+    (teams.side_by_side, 15),
+    (teams.in_turn, 4),
+    (teams.meet, 4),
+    (missions.yes_no, 7),
+    (missions.battery, 5),
+    (missions.again, 4),
+    (missions.escalate, 3),
+    (missions.refused, 3),
+    (missions.follow, 2),
+    (refusals.impossible, 6),
+    (refusals.dangerous, 3),
+    (refusals.unclear, 4),
+)
+
+
+class Pair(Struct, frozen=True, kw_only=True):
+    """One request and the right answer."""
+
+    id: str
+    site: int
+    """Number of the practice; the seed is in the file's first row."""
+    kind: str
+    language: str
+    held: bool
+    request: str
+    answer: str
+    """As a model should write it, with the names of the shown world."""
+    shape: str = ""
+    """Kinds of steps; "" = no tree."""
+
+
+@dataclass(slots=True)
+class Made:
+    """A practice and its pairs."""
+
+    practice: Practice
+    pairs: list[Pair]
+
+
+class Maker:
+    """Makes practices with their pairs.
+
+    Args:
+        seed: of all that is drawn.
+        fly: whether every tree is flown.
+    """
+
+    def __init__(self, seed: int, *, fly: bool = True) -> None:
+        self.seed, self._fly = seed, fly
+        self.dropped: Counter[str] = Counter()
+        """Why missions and wordings were left out."""
+        self._guard: Guard | None = None
+        self._requests: set[str] = set()
+
+    def practices(self) -> Iterator[Made]:
+        """Return practices for ever."""
+        number = 0
+        while True:
+            yield self.made(number)
+            number += 1
+
+    def made(self, number: int) -> Made:
+        """Return one practice with its pairs."""
+        at = practice(number, self.seed)
+        if self._guard is None:
+            from formiga_bt.llm.world import world_of
+
+            self._guard = Guard(world_of().catalogue)
+        pairs: list[Pair] = []
+        held = number % HELD_EVERY == HELD_EVERY - 1
+        for index in range(MISSIONS):
+            rng = random.Random(f"mission/{self.seed}/{number}/{index}")
+            makers, weights = zip(*KINDS, strict=True)
+            mission = rng.choices(makers, weights)[0](Draw(rng, at))
+            judged = self._judged(mission, at)
+            if judged is None and "tree" in mission.answer:
+                continue
+            for wording in range(WORDINGS):
+                pair = self._worded(mission, judged, at, f"{number}/{index}/{wording}", held=held)
+                if pair is not None:
+                    pairs.append(pair)
+        return Made(at, pairs)
+
+    def _judged(self, mission: Mission, at: Practice) -> Judged | None:
+        """Return what the product makes of the tree, or None if it is not fit to learn from."""
+        tree = mission.answer.get("tree")
+        if tree is None:
+            return None
+        words = read("", at.flown.site, at.flown.catalogue)
+        made = expanded(tree, at.flown, at.verbs, Lifter(words, at.flown.site))
+        assert self._guard is not None
+        if made.added:
+            self.dropped["put right by the product"] += 1
+            return None
+        if self._guard.is_near(made.data):
+            self.dropped["near an evaluation's tree"] += 1
+            return None
+        judged = judge(Answer(mission.plan, tree=tree), words, at.flown, at.verbs, "short") if self._fly else None
+        if judged is not None and (judged.errors or judged.mends):
+            self.dropped[f"tree: {judged.shortfalls[0].code if judged.shortfalls else 'mended'}"] += 1
+            return None
+        problem = renamed_problem(tree, at)
+        if problem:
+            self.dropped[f"renamed tree: {problem}"] += 1
+            return None
+        return judged or Judged(None, "", (), ())
+
+    def _worded(self, mission: Mission, judged: Judged | None, at: Practice, id_: str, *, held: bool) -> Pair | None:
+        rng = random.Random(f"wording/{self.seed}/{id_}")
+        speaker = Speaker(rng, "es" if rng.random() < SPANISH else "en", held=held)
+        ids = [name for names in at.ids.values() for name in names]
+        kinds = [one[0] for one in at.kinds.values()]
+        request = speaker.finished(mission.say(speaker), [*mission.names, *ids, *kinds])
+        why = self._wrong(request, mission, judged, at, speaker)
+        if why:
+            self.dropped[f"wording: {why}"] += 1
+            return None
+        self._requests.add(request.casefold())
+        told = mission.answer if speaker.language == "en" else told_in_spanish(mission.answer)
+        answer = {"plan": mission.plan, "answer": at.renaming.tree(told)}
+        return Pair(
+            id=id_,
+            site=at.number,
+            kind=mission.kind,
+            language=speaker.language,
+            held=held,
+            request=request,
+            answer=json.dumps(answer, ensure_ascii=False),
+            shape=shape({"steps": mission.answer["tree"]["steps"]}) if judged is not None else "",
+        )
+
+    def _wrong(self, request: str, mission: Mission, judged: Judged | None, at: Practice, speaker: Speaker) -> str:
+        if request.casefold() in self._requests:
+            return "twice"
+        if leaked(request):
+            return "an evaluation's words"
+        if (
+            judged is None
+            or judged.task is None
+            or judged.flight is None
+            or speaker.language != "en"
+            or speaker.has_slip
+        ):
+            return ""
+        words = read(request, at.flown.site, at.flown.catalogue)
+        against = impossible(words, at.flown, at.verbs)
+        if against is not None:
+            return f"called impossible ({mission.kind})"
+        found = compare(words, judged.task, judged.yaml, judged.flight, at.flown)
+        alarms = ("wrong_person",) if mission.kind == "escalate" else ()  # the dry run's first yes is enough
+        return next((one.code for one in found if one.severity == "error" and one.code not in alarms), "")
+
+
+def told_in_spanish(data: Any) -> Any:
+    """Return an answer with its messages as a request in Spanish has them: they are copied, not translated."""
+    if isinstance(data, list):
+        return [told_in_spanish(one) for one in data]
+    if not isinstance(data, dict):
+        return data
+    spanish = dict(TOLD)
+    return {
+        key: spanish.get(value, value) if key == "notify" else told_in_spanish(value) for key, value in data.items()
+    }
+
+
+def renamed_problem(tree: Mapping[str, Any], at: Practice) -> str:
+    """Return what the checker has against a tree under its new names; "" = nothing."""
+    lifter = Lifter(read("", at.shown.site, at.shown.catalogue), at.shown.site)
+    try:
+        data = expanded(at.renaming.tree(tree), at.shown, at.shown_verbs, lifter).data
+    except ShortError as error:
+        return str(error)
+    loaded = load_task_json(data, catalogue=at.shown.catalogue, site=at.shown.site, library=at.shown.folders)
+    wrong = [one for one in loaded.problems if one.diagnostic.severity == "error"]
+    return f"{wrong[0].diagnostic.code} {wrong[0].message}" if wrong else ""

@@ -1,0 +1,198 @@
+"""The training pairs: always the same, right as the product judges them, under any names, without the evaluation in them."""
+
+import json
+import random
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from experiments.e2_llm.fly import world_of
+from experiments.e2_llm.requests import WORDS
+from experiments.e2_llm.second_set import second_set
+from experiments.e2_llm.train import make
+from experiments.e2_llm.train.leaks import OF_PAPER, Guard, grams, leaked
+from experiments.e2_llm.train.pairs import Made, Maker, renamed_problem, told_in_spanish
+from experiments.e2_llm.train.phrases import CASES, CLAUSES, SINGLE, TWO
+from experiments.e2_llm.train.refusing import DANGEROUS, IMPOSSIBLE, UNCLEAR
+from experiments.e2_llm.train.score import marks_of, messages_of, without_role_names
+from experiments.e2_llm.train.sites import practice
+from experiments.e2_llm.train.speaker import Metres, Speaker, Time
+from formiga_bt.lang.llm_out import from_yaml
+from formiga_bt.llm.envelope import Answer, schema_of
+from formiga_bt.llm.judge import judge
+from formiga_bt.llm.wording import read
+from formiga_bt.packaged import folder
+
+SITES = (0, 1, 11)  # 11 is held out; names are changed at one of them at least
+SEED = 1
+
+
+@pytest.fixture(scope="module")
+def made() -> list[Made]:
+    maker = Maker(SEED)
+    return [maker.made(number) for number in SITES]
+
+
+def trees_of(made: list[Made]) -> list[tuple[Made, Any, dict[str, Any]]]:
+    found = []
+    for site in made:
+        for pair in site.pairs:
+            answer = json.loads(pair.answer)
+            if "tree" in answer["answer"]:
+                found.append((site, pair, answer))
+    return found
+
+
+def test_a_seed_gives_the_same_pairs_again(made: list[Made]) -> None:
+    again = Maker(SEED).made(SITES[0])
+
+    assert again.pairs == made[0].pairs
+    assert again.practice.system == made[0].practice.system
+    assert practice(SITES[0], 8).system != made[0].practice.system
+
+
+@pytest.mark.slow
+def test_every_tree_passes_checker_and_dry_run_and_needs_no_mend(made: list[Made]) -> None:
+    trees = trees_of(made)
+    assert len(trees) >= 15
+    seen = set()
+    for site, pair, answer in trees:
+        at = site.practice
+        key = (at.number, json.dumps(answer["answer"]))
+        if key in seen:
+            continue
+        seen.add(key)
+        tree = at.renaming.inverse().tree(answer["answer"]["tree"])
+        judged = judge(Answer("", tree=tree), read("", at.flown.site, at.flown.catalogue), at.flown, at.verbs, "short")
+        assert (judged.errors, judged.mends) == (0, ()), pair.id
+        assert judged.flight is not None
+        assert judged.flight.status == "SUCCEEDED"
+        assert renamed_problem(tree, at) == ""
+
+
+def test_renamed_verbs_and_fields_are_those_of_prompt_and_schema(made: list[Made]) -> None:
+    import jsonschema
+
+    assert any(site.practice.renaming.verbs for site in made)
+    for site, pair, answer in trees_of(made):
+        at = site.practice
+        assert at.renaming.tree(at.renaming.inverse().tree(answer["answer"])) == answer["answer"]
+        jsonschema.validate(answer, schema_of(at.shown, at.shown_verbs, "short"))
+        for step in steps_in(answer["answer"]["tree"]["steps"]):
+            assert f"\n{step['do']} " in at.system, pair.id
+            for key in set(step) - {"do", "agent", "save_as"}:
+                assert f'"{key}":' in at.system, pair.id
+        old = set(at.renaming.verbs) - set(at.renaming.verbs.values())
+        assert not [name for name in old if f"{name} " in at.system or f'"{name}"' in pair.answer]
+
+
+def steps_in(data: Any) -> list[dict[str, Any]]:
+    if isinstance(data, list):
+        return [one for item in data for one in steps_in(item)]
+    if not isinstance(data, dict):
+        return []
+    return ([data] if "do" in data else []) + [one for value in data.values() for one in steps_in(value)]
+
+
+def test_no_request_shares_six_words_with_an_evaluation(made: list[Made]) -> None:
+    requests = [pair.request for site in made for pair in site.pairs]
+
+    assert len(requests) == len({one.casefold() for one in requests})
+    assert not [one for one in requests if leaked(one)]
+
+
+def test_no_wording_in_the_tables_shares_six_words_with_an_evaluation() -> None:
+    tables = [
+        *CLAUSES.values(),
+        *CASES.values(),
+        *(row[0] for of in (IMPOSSIBLE, DANGEROUS, UNCLEAR) for row in of.values()),
+    ]
+    texts = [text for both in tables for wordings in both for text in wordings]
+    texts += [text for frames in TWO.values() for text in frames] + [
+        text for frames in SINGLE.values() for text, _ in frames
+    ]
+
+    for text in texts:
+        for form in range(3):
+            assert not leaked(Speaker(random.Random(1), "en").filled(text.replace("{", "").replace("}", ""), {}, form))
+
+
+def test_the_evaluations_own_wordings_are_known_as_such() -> None:
+    texts = [text for wordings in WORDS.values() for text in wordings] + [
+        t for one in second_set() for t in one.wordings
+    ]
+
+    assert [one for one in texts if grams(one) and not leaked(one)] == []
+    assert leaked("Now a light drone takes off and flies in a circular pattern with a small radius")
+    assert not leaked("Have a light drone fly to the barn and come home")
+
+
+def test_trees_near_the_papers_tasks_are_known_and_plain_ones_are_not() -> None:
+    catalogue = world_of().catalogue
+    guard = Guard(catalogue)
+
+    for name in OF_PAPER:
+        text = (folder("trees") / f"{name}.yaml").read_text(encoding="utf-8")
+        assert guard.is_near(from_yaml(text, catalogue)), name
+    assert guard.is_near({"steps": [{"call": "FlyAlong"}, {"call": "FlyTo"}, {"call": "ReturnHome"}]})
+    assert not guard.is_near({"steps": [{"call": "FlyTo"}, {"call": "ReturnHome"}]})
+
+
+def test_held_out_sites_are_marked(made: list[Made]) -> None:
+    assert {pair.held for site in made[:2] for pair in site.pairs} == {False}
+    assert {pair.held for pair in made[2].pairs} == {True}
+
+
+def test_a_speaker_says_forms_and_values() -> None:
+    speaker = Speaker(random.Random(3), "en")
+    said = {speaker.filled("[hover|hovers] {h} up for {t}", {"h": Metres(40), "t": Time(60)}, 1) for _ in range(60)}
+
+    assert "hovers 40 m up for one minute" in said
+    assert "hovers forty metres up for 1 min" in said
+    assert Speaker(random.Random(1), "es").filled("que [vuela|vuele|volar]", {}, 1) == "que vuele"
+
+
+def test_make_writes_the_same_file_for_a_seed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for name in ("a", "b"):
+        make.main(["--pairs", "6", "--seed", "3", "--out", str(tmp_path / f"{name}.jsonl")])
+    first, systems, pairs = make.read_pairs(tmp_path / "a.jsonl")
+
+    assert (tmp_path / "a.jsonl").read_bytes() == (tmp_path / "b.jsonl").read_bytes()
+    assert (first["seed"], len(pairs)) == (3, 6)
+    assert set(systems) >= {pair.site for pair in pairs}
+    assert "6 pairs on" in capsys.readouterr().out
+
+
+def test_a_reference_scores_full_marks_and_another_answer_does_not(made: list[Made]) -> None:
+    site, pair, answer = trees_of(made)[0]
+    full = marks_of(pair.answer, None, pair, site.practice)
+    refusal = json.dumps({"plan": "", "answer": {"impossible": "no", "instead": ""}})
+
+    assert full == {"answers": True, "kind": True, "valid": True, "flies": True, "exact": True}
+    assert marks_of(refusal, None, pair, site.practice) == full | {
+        "kind": False,
+        "valid": False,
+        "flies": False,
+        "exact": False,
+    }
+    assert marks_of("no JSON", None, pair, site.practice)["answers"] is False
+    assert [one.role for one in messages_of(pair, "s", [pair])] == ["system", "user", "assistant", "user"]
+    assert answer["answer"]["tree"]["task"] not in json.dumps(without_role_names(answer["answer"]["tree"]))
+
+
+def test_names_of_roles_do_not_count_when_trees_are_compared() -> None:
+    def tree(role: str, height: str) -> dict[str, Any]:
+        step = {"do": "FlyTo", "agent": role, "to": "barn", "height": height}
+        return {"task": role, "agents": [{"name": role, "type": "lwd"}], "steps": [step]}
+
+    assert without_role_names(tree("a", "40 m")) == without_role_names(tree("b", "40 m"))
+    assert without_role_names(tree("a", "40 m")) != without_role_names(tree("a", "50 m"))
+
+
+def test_a_message_is_copied_in_the_language_of_the_request() -> None:
+    answer = {
+        "tree": {"steps": [{"if": "reply.answer == 'no'", "then": [{"notify": "Round finished"}]}, {"wait": "30 s"}]}
+    }
+
+    assert json.dumps(told_in_spanish(answer)) == json.dumps(answer).replace("Round finished", "Ronda terminada")
