@@ -22,6 +22,7 @@ FIGURES: Final[Mapping[str, str]] = {
     r"\btriang\w+|\bright angle\b": "triangle",
 }
 """What a request calls a figure -> the helper that is it."""
+_BACK_AT_CENTRE: Final = r"\b(?:back|returns?|then|over|passes|finishes|afterwards?|done)\b[^.]{0,25}\b(?:the )?(?:centre|center|middle)\b(?! all)"
 OF_CHANGES: Final = frozenset({"place_not_used", "amount_not_used", "agent_not_used"})
 """What is certain of a request that only says what is to be changed."""
 _LAND_AT: Final = r"\bland(?:s|ing)?\s+(?:together\s+)?(?:at|in|on|by|near|beside)\s+(?:the\s+)?"
@@ -188,6 +189,12 @@ def _figures(words: Words, text: str) -> Iterator[Shortfall]:
     for pattern, helper in FIGURES.items():
         if re.search(pattern, said) and f"{helper}(" not in code and "Explore" not in code:
             yield Shortfall("figure_not_used", f"the request wants a {helper}, and the task flies none")
+    ring = re.search(r"circle\((?:above\()?(\w+)", code)
+    if ring is not None and re.search(_BACK_AT_CENTRE, said):
+        after = code[ring.end() :]
+        if re.search(rf"(?:to|at): \$\{{(?:above\()?{ring[1]}\b", after) is None:
+            text_ = f"the request wants the drone back at the centre after the circle, and it does not go to {ring[1]}"
+            yield Shortfall("not_at_centre", text_, help=f"FlyTo {ring[1]} after the FlyAlong")
 
 
 def _order(words: Words, flight: Flight) -> Iterator[Shortfall]:

@@ -27,7 +27,7 @@ from formiga_bt.llm.judge import Judged, judge
 from formiga_bt.llm.points import with_points
 from formiga_bt.llm.records import Draft, Message, Reply, Round, Shortfall
 from formiga_bt.llm.vocabulary import offered, verbs_of
-from formiga_bt.llm.wording import Words, read
+from formiga_bt.llm.wording import Words, read, roles_of
 from formiga_bt.llm.world import World
 
 Progress = Callable[[str, int], None]
@@ -114,8 +114,10 @@ class _Drafting:
         self._verbs = {name: verb for name, verb in verbs_of(world).items() if name not in hidden}
         bare = options.form == "full" or self._before is not None
         self._offered = self._verbs if bare else offered(self._verbs)
-        self._schema = schema_of(world, self._offered, options.form, typed=chat.name in TYPED)
         self._words = read(request, world.site, world.catalogue)
+        typed = chat.name in TYPED
+        roles = roles_of(self._words, world.catalogue) if typed and self._before is None else ()
+        self._schema = schema_of(world, self._offered, options.form, typed=typed, roles=roles)
         if options.form == "short":
             self._world = with_points(world, self._all_words().points)
         self._began = monotonic()

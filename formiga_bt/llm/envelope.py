@@ -9,7 +9,7 @@ the values of its params. An answer can hold nothing else, and its sizes are bou
 """
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final, Literal
 
@@ -49,7 +49,14 @@ class Answer:
     run: tuple[Mapping[str, str], ...] = ()
 
 
-def schema_of(world: World, verbs: Mapping[str, Verb], form: Form = "short", *, typed: bool = False) -> Schema:
+def schema_of(
+    world: World,
+    verbs: Mapping[str, Verb],
+    form: Form = "short",
+    *,
+    typed: bool = False,
+    roles: Sequence[tuple[str, int]] = (),
+) -> Schema:
     """Return the schema of an answer: closed objects, one for each verb of the catalogue.
 
     Args:
@@ -58,9 +65,12 @@ def schema_of(world: World, verbs: Mapping[str, Verb], form: Form = "short", *, 
         form: of the tree.
         typed: values are held to the shape that is due (`40 m`, `circle(camp, 5 m)`) by patterns, which not every service
             knows. Names are free.
+        roles: agent types and how many of each a request speaks of for certain; a task in short form has those roles.
     """
     if form == "short":
         tree, definitions = _task(world), _steps(verbs, shapes() if typed else {})
+        if roles:
+            tree["properties"]["agents"] = _exactly(roles)
         kinds = [_closed({"tree": tree})]
     else:
         from formiga_bt.schemas.llm import llm_schema
@@ -87,6 +97,21 @@ def _task(world: World) -> Schema:
     return _closed(
         {"task": _STRING, "agents": {"type": "array", "items": role, "maxItems": 8}, "steps": _list_of_steps()}
     )
+
+
+def _exactly(roles: Sequence[tuple[str, int]]) -> Schema:
+    """Return the schema of these roles: each type so many times, or as one team."""
+    apart: list[Schema] = []
+    together: list[Schema] = []
+    for type_, count in roles:
+        one = {"name": _STRING, "type": {"const": type_}}
+        apart += [_closed(one)] * count
+        together.append(_closed({**one, "count": {"const": count}} if count > 1 else one))
+    kinds = [apart] if apart == together else [apart, together]
+    lists: list[Schema] = [
+        {"type": "array", "prefixItems": items, "minItems": len(items), "maxItems": len(items)} for items in kinds
+    ]
+    return lists[0] if len(lists) == 1 else {"anyOf": lists}
 
 
 def _parents(world: World, type_: str) -> tuple[str, ...]:

@@ -23,7 +23,7 @@ LONGEST_OWN: Final = 1500
 """Characters of such an example."""
 _WORD: Final = re.compile(r"[^\W_]+")
 _K1, _B = 1.2, 0.6
-_ALIKE, _UNLIKE, _SAME = 2.0, 1.5, 2.0
+_ALIKE, _UNLIKE, _SAME = 2.0, 1.0, 2.0
 _SAYS_NOTHING: Final = frozenset(
     re.findall(
         r"\S+",
@@ -45,6 +45,7 @@ _KINDS: Final = {
     "figure": r"\b(?:circle|circular|round|ring|orbit|loop|zigzag\w*|triang\w+|square|line|row|legs?|corners?|pattern)\b",
 }
 """Kind of mission -> words that tell of it."""
+_WEIGHTS: Final = {"ask": 2.0, "several": 2.0, "loop": 2.0, "region": 2.0, "figure": 1.5}
 _FAMILIES: Final = (
     ("circle", "round", "around", "ring", "circular", "circles", "orbit", "ympyrä"),
     ("zigzag", "zig", "zag"),
@@ -167,7 +168,7 @@ def most_similar(request: str, examples: Sequence[Example], count: int, names: C
 
     wanted, kinds = kind_of(request, names), [kind_of(one.request, names) for one in examples]
     worth = [
-        score(document) + _ALIKE * len(wanted & kind) - _UNLIKE * len(wanted ^ kind)
+        0.7 * score(document) + _ALIKE * _weight(wanted & kind) - _UNLIKE * _weight(kind - wanted)
         for document, kind in zip(documents, kinds, strict=True)
     ]
     chosen: list[int] = []
@@ -177,12 +178,16 @@ def most_similar(request: str, examples: Sequence[Example], count: int, names: C
     return [examples[i] for i in reversed(chosen)]
 
 
+def _weight(kinds: Collection[str]) -> float:
+    return sum(_WEIGHTS.get(one, 1.0) for one in kinds)
+
+
 def kind_of(request: str, names: Collection[str] = ()) -> frozenset[str]:
     """Return what kind of mission a request speaks of: several machines, people, loops, regions, figures, ..."""
     text = request.casefold()
     kinds = {name for name, pattern in _KINDS.items() if re.search(pattern, text)}
     places = sum(re.search(rf"(?<!\w){name.replace('_', '[ _-]')}(?!\w)", text) is not None for name in names)
-    return frozenset(kinds | {f"{min(places, 3)} places"})
+    return frozenset(kinds | {f"{max(1, min(places, 3))} places"})
 
 
 def _words(text: str) -> list[str]:

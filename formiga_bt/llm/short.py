@@ -18,13 +18,13 @@ from typing import Any, Final
 
 from formiga_bt.lang.llm_form import field_key
 from formiga_bt.llm.lifting import Lifter, split_list
-from formiga_bt.llm.teams import GAP, gap_of, in_a_row, in_compass, is_list, lands_only, member_of, turned_round
+from formiga_bt.llm.moves import FLYING, Moves
+from formiga_bt.llm.teams import at_once, in_compass, member_of
 from formiga_bt.llm.vocabulary import Verb
 from formiga_bt.llm.world import World
 
 STEPS: Final = ("parallel", "sequence", "for", "repeat", "if", "ask", "wait", "wait_until", "notify", "break_if")
 """Kinds of steps besides `do`."""
-FLYING: Final = "lib/flying.yaml"
 ASKED_FOR: Final = "15 min"
 """So long a question waits for its answer."""
 _FREE: Final = re.compile(r"[A-Za-z_]\w*")
@@ -73,12 +73,7 @@ class _Expander:
         self._roles: dict[str, dict[str, Any]] = {}
         self._first_place: dict[str, str] = {}
         self._added: list[str] = []
-        self._spots: dict[str, tuple[str, str]] = {}
-        """Agent -> the place where it is, as the model wrote it, and its height; landed = "". """
-        self._moved: dict[tuple[str, str], str] = {}
-        """Agent and place -> the spot beside it that it has instead."""
-        self._gap = gap_of(lifter.words)
-        self._stays = lands_only(lifter.words)
+        self._moves = Moves(lifter.words, verbs, self._added)
 
     def task(self, tree: Any) -> Expanded:
         tree = _object(tree, "$")
@@ -88,6 +83,7 @@ class _Expander:
             self._roles[self._lift.renamed(name)] = role
         self._pin()
         self._lift.taken |= set(self._roles)
+        tree = {**tree, "steps": self._at_once(_list(tree.get("steps"), "$.steps"))}
         steps = self.steps(tree.get("steps"), "$.steps")
         roles = [self._role(name, role, index) for index, (name, role) in enumerate(self._roles.items())]
         params, notes = self._lift.params()
@@ -100,6 +96,22 @@ class _Expander:
         data |= {"agents": roles} if roles else {}
         data["steps"] = steps
         return Expanded(data, {f"$.params[{i}]": note for i, note in notes.items()}, self._added)
+
+    def _at_once(self, steps: list[Any]) -> list[Any]:
+        """Return the steps of each machine in a branch of its own, if the request wants that and the tree has no branches."""
+        if not at_once(self._lift.words):
+            return steps
+        by_agent: dict[str, list[Any]] = {}
+        for step in steps:
+            inner = step["sequence"] if isinstance(step, dict) and set(step) == {"sequence"} else [step]
+            agents = {str(one.get("agent")) for one in inner if isinstance(one, dict) and "do" in one}
+            if len(agents) != 1 or any(not isinstance(one, dict) or not {"do", "wait"} & set(one) for one in inner):
+                return steps
+            by_agent.setdefault(agents.pop(), []).extend(inner)
+        if len(by_agent) < 2:
+            return steps
+        self._added.append(f"{' and '.join(by_agent)} fly at the same time, as the request says")
+        return [{"parallel": [{"sequence": own} for own in by_agent.values()]}]
 
     def _pin(self) -> None:
         """Give an agent that the request names by its id to the one role that it can have."""
@@ -165,89 +177,19 @@ class _Expander:
         if name not in self._verbs:
             raise ShortError(f"{path}.do", f"there is no verb '{name}'; verbs: {', '.join(self._verbs)}")
         own = {k: v for k, v in step.items() if k not in ("do", "agent", "save_as") and v is not None}
-        if name == "ReturnHome" and self._stays and (spot := self._spot_of(agent)) and "FlyAndLand" in self._verbs:
-            name, own = "FlyAndLand", {"at": spot}
-            self._added.append(f"{agent} lands where it is, as the request says, and does not fly home")
-        where = self._where(self._verbs[name])
+        name, own = self._moves.landing(name, agent, self._moves.height(own))
+        where = self._moves.where(name)
         if where and isinstance(own.get(where), str):
-            own[where] = self._wayward(own[where])
+            own[where] = self._moves.wayward(own[where])
             if self._count(agent) > 1:
                 return self._by_team(name, agent, own, where, path)
-            name, own = self._fitting(name, agent, own, where)
-            where = self._where(self._verbs[name])
-            if is_list(own[where]):
-                self._spots[agent] = (f"last({own[where]})", str(own.get("height", "")))
-            else:
-                own[where] = self._apart(name, agent, own[where], str(own.get("height", "")))
+            name, own = self._moves.of_one(name, agent, own, where)
         elif self._count(agent) > 1:
             return self._by_team(name, agent, own, "", path)
         found = self._one(name, agent, own, path, step.get("save_as"))
-        if name == "ReturnHome":
-            _, height = self._spots.pop(agent, ("", "in the air"))
-            if not height and self._verbs[name].library == FLYING:
-                found["call"] = "FetchHome"
+        if name == "ReturnHome" and self._moves.leaves_ground(agent) and self._verbs[name].library == FLYING:
+            found["call"] = "FetchHome"
         return found
-
-    def _spot_of(self, agent: str) -> str:
-        """Return the place where a machine hovers, or the places of a team; "" = it is on the ground, or nobody knows."""
-        team = self._spots.get(f"{agent} ")
-        if team is not None:
-            return team[1]
-        spot, height = self._spots.get(agent, ("", ""))
-        return spot if height else ""
-
-    def _where(self, verb: Verb) -> str:
-        """Return the field that says where to."""
-        kinds = ("place", "position", "list of place")
-        return (
-            next((key for key, type_ in verb.fields.items() if type_ in kinds), "") if verb.name != "MiniFinder" else ""
-        )
-
-    def _wayward(self, text: str) -> str:
-        turned = turned_round(in_compass(text), self._lift.words)
-        if turned != in_compass(text):
-            self._added.append(f"{turned} instead of {text}, as the request says where it begins")
-        return turned
-
-    def _fitting(self, name: str, agent: str, own: dict[str, Any], where: str) -> tuple[str, dict[str, Any]]:
-        """Return the verb that does for one machine what was meant, with its values."""
-        text, along, to = own[where], "FlyAlong" in self._verbs, "FlyTo" in self._verbs
-        if is_list(text) and name in ("FlyTo", "GoTo") and along:
-            return "FlyAlong", {"way": text, "height": own.get("height", "20 m")}
-        if name == "FlyAlong" and not is_list(text) and to:
-            return "FlyTo", {"to": text, "height": own.get("height", "20 m")}
-        if is_list(text) and name in ("FlyAndLand", "LandIn"):
-            text = own[where] = f"last({text})"
-        if (
-            name == "LandIn"
-            and "FlyAndLand" in self._verbs
-            and self._spots.get(agent, ("",))[0]
-            not in (
-                text,
-                self._moved.get((agent, text)),
-            )
-        ):
-            return "FlyAndLand", {"at": text}
-        return name, own
-
-    def _apart(self, name: str, agent: str, text: str, height: str) -> str:
-        """Return a place that no other machine is at, and keep that this one is there."""
-        if name in ("FlyAndLand", "LandIn"):
-            height = ""
-        text = self._moved.get((agent, text), text)
-        others = [one for role, one in self._spots.items() if role != agent and self._is_machine(role)]
-        if (text, height) in others and not text.startswith("fix"):
-            gap = self._gap or GAP
-            moved = f"offset({text}, east={gap})"
-            number = 2
-            while (moved, height) in others:
-                moved = f"offset({text}, east={float(gap.split()[0]) * number:g} m)"
-                number += 1
-            self._added.append(f"{agent} keeps {moved.rsplit('=')[-1].rstrip(')')} from the one at {text}")
-            self._moved[agent, text] = moved
-            text = moved
-        self._spots[agent] = (text, height)
-        return text
 
     def _is_machine(self, role: str) -> bool:
         type_ = self._world.catalogue.types.get(str(self._roles.get(role, {}).get("type", "")))
@@ -262,27 +204,13 @@ class _Expander:
         member = member_of(team, set(self._roles) | set(self._verbs))
         self._lift.local.add(member)
         of = [{"name": member, "value": {"expr": team}}]
+        name, own, where, places = self._moves.of_team(name, team, self._count(team), own, where)
         if where:
-            text, key = own[where], f"{team} "
-            if name == "FlyAlong" and is_list(text) and "FlyTo" in self._verbs:
-                name, own, where = "FlyTo", {"to": text, "height": own.get("height", "20 m")}, "to"
-            if not is_list(text):
-                known = self._spots.get(key, ("", ""))
-                row = in_a_row(text, self._count(team), self._gap or GAP)
-                text = known[1] if known[0] == text or (name == "LandIn" and known[1]) else row
-                if text == row:
-                    self._added.append(f"{team} keep {self._gap or GAP} from each other at {own[where]}")
-            if name == "LandIn" and "FlyAndLand" in self._verbs and self._spots.get(key, ("", ""))[1] != text:
-                name, own = "FlyAndLand", {"at": text}
-                where = "at"
-            self._spots[key] = (own[where], text)
-            listed = {"expr": self._lift.expression(text)}
+            listed = {"expr": self._lift.expression(places)}
             self._lift.local.add("spot")
             of.append({"name": "spot", "value": listed})
             self._note_place(team, listed, "list")
             own = {**own, where: "spot"}
-        else:
-            self._spots.pop(f"{team} ", None)
         return {"for": of, "mode": "parallel", "steps": [self._one(name, member, own, path, None)]}
 
     def _one(self, name: str, agent: str, own: dict[str, Any], path: str, save_as: Any) -> dict[str, Any]:

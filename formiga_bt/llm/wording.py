@@ -50,7 +50,7 @@ INTENTS: Final[Mapping[str, str]] = {
     r" (?:the |its |their )?(?:base|port|ports|home)|back (?:to (?:the |its |their )?(?:base|port|ports)|home)|comes? back|"
     r"palaa|palaavat|kotiin)\b",
     "ask": r"\b(?:ask|asks|asked|confirm|confirms|confirmed|confirmation|approv\w+|permission|says? so|agrees?|okays?|kysy\w*|"
-    r"vahvist\w+|question)\b",
+    r"vahvist\w+|question|\w+'s (?:word|ok|okay|answer|go-ahead))\b",
     "stay": r"\b(?:stays? there|remains?|leave (?:it|them) there|jää)\b",
     "land": r"\b(?:land|lands|landing|laskeudu\w*)\b",
 }
@@ -198,3 +198,14 @@ def types_said(request: str, catalogue: Catalogue) -> set[str]:
         if type_.name not in ("drone", "person") and any(_said(w, request) or _said(w + "s", request) for w in words):
             found.add(type_.name)
     return found
+
+
+def roles_of(words: Words, catalogue: Catalogue) -> tuple[tuple[str, int], ...]:
+    """Return the agent types and how many of each a task must have, where that is certain; () = it is not."""
+    types = catalogue.types
+    named = types_said(words.text, catalogue)
+    machines = {one for one in named if not types[one].human}
+    people = sorted(one for one in named if types[one].human)
+    if words.agents or not machines or machines != words.counts.keys() - {"*"} or (people and not words.means("ask")):
+        return ()
+    return (*((one, words.counts[one]) for one in sorted(machines)), *((one, 1) for one in people))

@@ -71,9 +71,9 @@ def found(request: str, answer: Any) -> list[tuple[str, str]]:
             ("amount_misused", "the request wants a radius of 40 m, and the task uses it as height"),
         ),
         (
-            "hover at the camp, 40 m apart",
-            tree(fly_to("camp"), home()),
-            ("amount_misused", 'the request says "40 m apart", and the task uses 40 m as a height only'),
+            "hover at the camp, 20 m apart",
+            tree(fly_to("camp", "20 m"), home()),
+            ("amount_misused", 'the request says "20 m apart", and the task uses 20 m as a height only'),
         ),
         (
             "fly to the camp and ask the watcher whether all is well",

@@ -16,7 +16,7 @@ from formiga_bt.llm.points import named
 from formiga_bt.llm.records import Draft
 from formiga_bt.llm.teams import from_to, gap_of, in_compass
 from formiga_bt.llm.vocabulary import offered, verbs_of
-from formiga_bt.llm.wording import Words, read
+from formiga_bt.llm.wording import Words, read, roles_of
 from formiga_bt.llm.world import World, world_of
 from tests.unit.llm.scripted import Scripted, fly_to, home, tree
 
@@ -266,3 +266,61 @@ def test_a_figure_that_is_named_is_flown() -> None:
     )
 
     assert errors(found) == ["the request wants a circle, and the task flies none"]
+
+
+def test_a_centre_that_is_to_be_gone_back_to_is() -> None:
+    ring = {"do": "FlyAlong", "agent": "drone", "way": "circle(camp, 20 m)", "height": "30 m"}
+    request = "A light drone flies a circle of 20 m about the camp, goes back to the centre, and comes home."
+    agents = [{"name": "drone", "type": "lwd"}]
+
+    assert errors(judged(request, ring, home(), agents=agents)) == [
+        "the request wants the drone back at the centre after the circle, and it does not go to camp"
+    ]
+    assert errors(judged(request, ring, fly_to("camp"), home(), agents=agents)) == []
+    assert errors(judged("A light drone circles the camp, 20 m from the centre.", ring, home(), agents=agents)) == []
+
+
+def test_a_machine_where_a_place_is_due_means_where_it_is() -> None:
+    around = {"do": "FlyAlong", "agent": "other", "way": "circle(one, 20 m)", "height": "30 m"}
+    request = "One light drone lands at the camp. Meanwhile another one circles it at 20 m and lands, too."
+    found = judged(request, land("one", "camp"), {"sequence": [around, land("other", "camp")]}, agents=TWO)
+
+    assert errors(found) == []
+    assert "circle(camp, radius)" in found.yaml
+    assert found.mends == (
+        "one and other fly at the same time, as the request says",
+        "other keeps 5 m from the one at camp",
+    )
+
+
+def test_a_gap_is_no_height() -> None:
+    hover = {"parallel": [fly_to("camp", "8 m", agent="one"), fly_to("lake_shore", "8 m", agent="other")]}
+    found = judged("Two light drones hover 8 m apart.", hover, agents=TWO)
+
+    assert found.mends[0] == "8 m is the gap between the machines, not the height, which is 20 m"
+
+
+@pytest.mark.parametrize(
+    ("request_", "roles"),
+    [
+        ("Two light drones land; a watcher confirms", (("lwd", 2), ("watcher", 1))),
+        ("Three LWDs and one heavy drone hover", (("hwd", 1), ("lwd", 3))),
+        ("A light drone looks at the camp", ()),
+        ("lwd_1 and two light drones hover", ()),
+        ("Two light drones look for the picker", ()),
+    ],
+)
+def test_the_roles_that_are_certain_are_in_the_schema(request_: str, roles: tuple[tuple[str, int], ...]) -> None:
+    assert roles_of(words(request_), world().catalogue) == roles
+
+
+def test_a_schema_holds_a_model_to_the_roles() -> None:
+    import jsonschema
+
+    schema = schema_of(world(), offered(verbs_of(world())), typed=True, roles=(("lwd", 2), ("watcher", 1)))
+    watcher = {"name": "w", "type": "watcher"}
+    fits = []
+    for agents in ([*TWO, watcher], [{**TEAM[0], "count": 2}, watcher], TWO, [TWO[0], watcher], [*TEAM, watcher]):
+        fits.append(jsonschema.Draft202012Validator(schema).is_valid(tree(home(), agents=agents)))
+
+    assert fits == [True, True, False, False, False]

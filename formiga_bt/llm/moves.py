@@ -1,0 +1,145 @@
+"""Where each machine of a task in the short form is sent, and what is put right about it.
+
+Two never use one spot, lists are flown, a landing that is asked for is no way home. What is put right is told.
+"""
+
+import re
+from collections.abc import Mapping
+from typing import Any, Final
+
+from formiga_bt.llm.teams import GAP, gap_of, in_a_row, in_compass, is_list, lands_only, turned_round
+from formiga_bt.llm.vocabulary import Verb
+from formiga_bt.llm.wording import Words
+
+FLYING: Final = "lib/flying.yaml"
+HEIGHT: Final = "20 m"
+"""Where a verb needs a height and none was given."""
+_WHERE: Final = ("place", "position", "list of place")
+_Own = dict[str, Any]
+
+
+class Moves:
+    """Follows the machines of one tree, step by step.
+
+    Args:
+        words: the request.
+        verbs: the vocabulary.
+        added: is told what was put right.
+    """
+
+    def __init__(self, words: Words, verbs: Mapping[str, Verb], added: list[str]) -> None:
+        self._words = words
+        self._verbs = verbs
+        self._added = added
+        self._gap = gap_of(words) or GAP
+        alike = sum(one.type == "distance" and f"{one.si:g} m" == self._gap for one in words.amounts)
+        self._only_gap = self._gap if alike == 1 and gap_of(words) and self._gap != HEIGHT else ""
+        self._stays = lands_only(words)
+        self._spots: dict[str, tuple[str, str]] = {}
+        """Agent -> the place where it is, as the model wrote it, and its height; on the ground: ""."""
+        self._teams: dict[str, tuple[str, str]] = {}
+        """Team -> the place that it was told, and the list that its members are at."""
+        self._moved: dict[tuple[str, str], str] = {}
+        """Agent and place -> the spot beside it that it has instead."""
+
+    def where(self, name: str) -> str:
+        """Return the field of a verb that says where to; "" = it has none."""
+        fields = self._verbs[name].fields if name != "MiniFinder" else {}
+        return next((key for key, type_ in fields.items() if type_ in _WHERE), "")
+
+    def landing(self, name: str, agent: str, own: _Own) -> tuple[str, _Own]:
+        """Return a landing in place of a way home, where only a landing was asked for."""
+        if name != "ReturnHome" or not self._stays or "FlyAndLand" not in self._verbs:
+            return name, own
+        spot, height = self._spots.get(agent, ("", ""))
+        places = self._teams[agent][1] if agent in self._teams else spot if height else ""
+        if not places:
+            return name, own
+        self._added.append(f"{agent} lands where it is, as the request says, and does not fly home")
+        return "FlyAndLand", {"at": places}
+
+    def leaves_ground(self, agent: str) -> bool:
+        """Return whether a machine that flies home now stands on the ground, away from home."""
+        _, height = self._spots.pop(agent, ("", "in the air"))
+        return not height
+
+    def wayward(self, text: str) -> str:
+        """Return a place or a way as the language has it, with the ends of a way as the request has them."""
+        plain = re.sub(r"[A-Za-z_]\w*", self._place_of, in_compass(text))
+        turned = turned_round(plain, self._words)
+        if turned != plain:
+            self._added.append(f"{turned} instead of {text}, as the request says where it begins")
+        return turned
+
+    def _place_of(self, match: re.Match[str]) -> str:
+        """Return where a machine was told to be, for a machine that stands where a place is due: `circle(first, 10 m)`."""
+        spot, _ = self._spots.get(match[0], ("", ""))
+        return spot if spot and not is_list(spot) and not spot.startswith("last(") else match[0]
+
+    def height(self, own: _Own) -> _Own:
+        """Return the values of a verb without a height that the request says is a gap between machines."""
+        if self._only_gap and own.get("height") == self._only_gap:
+            self._added.append(f"{self._only_gap} is the gap between the machines, not the height, which is {HEIGHT}")
+            return {**own, "height": HEIGHT}
+        return own
+
+    def of_one(self, name: str, agent: str, own: _Own, where: str) -> tuple[str, _Own]:
+        """Return the verb that does for one machine what was meant, with its values."""
+        name, own = self._fitting(name, agent, own, where)
+        where = self.where(name)
+        if is_list(own[where]):
+            self._spots[agent] = (f"last({own[where]})", str(own.get("height", "")))
+        else:
+            own[where] = self._apart(name, agent, own[where], str(own.get("height", "")))
+        return name, own
+
+    def _fitting(self, name: str, agent: str, own: _Own, where: str) -> tuple[str, _Own]:
+        text = own[where]
+        if is_list(text) and name in ("FlyTo", "GoTo") and "FlyAlong" in self._verbs:
+            return "FlyAlong", {"way": text, "height": own.get("height", HEIGHT)}
+        if name == "FlyAlong" and not is_list(text) and "FlyTo" in self._verbs:
+            return "FlyTo", {"to": text, "height": own.get("height", HEIGHT)}
+        if is_list(text) and name in ("FlyAndLand", "LandIn"):
+            text = own[where] = f"last({text})"
+        here = self._spots.get(agent, ("",))[0]
+        if name == "LandIn" and "FlyAndLand" in self._verbs and here not in (text, self._moved.get((agent, text))):
+            return "FlyAndLand", {"at": text}
+        return name, own
+
+    def _apart(self, name: str, agent: str, text: str, height: str) -> str:
+        """Return a place that no other machine is at, and keep that this one is there."""
+        if name in ("FlyAndLand", "LandIn"):
+            height = ""
+        text = self._moved.get((agent, text), text)
+        others = [one for role, one in self._spots.items() if role != agent]
+        if (text, height) in others and not text.startswith("fix"):
+            metres = float(self._gap.split()[0])
+            number = next(n for n in range(1, 100) if (_beside(text, metres * n), height) not in others)
+            moved = _beside(text, metres * number)
+            self._added.append(f"{agent} keeps {metres * number:g} m from the one at {text}")
+            self._moved[agent, text] = moved
+            text = moved
+        self._spots[agent] = (text, height)
+        return text
+
+    def of_team(self, name: str, team: str, count: int, own: _Own, where: str) -> tuple[str, _Own, str, str]:
+        """Return verb, values, the field with the place, and the list of places, one for each member."""
+        if not where:
+            self._teams.pop(team, None)
+            return name, own, "", ""
+        told = text = own[where]
+        if name == "FlyAlong" and is_list(text) and "FlyTo" in self._verbs:
+            name, own, where = "FlyTo", {"to": text, "height": own.get("height", HEIGHT)}, "to"
+        before, places = self._teams.get(team, ("", ""))
+        if not is_list(text):
+            text = places if places and (before == told or name == "LandIn") else in_a_row(text, count, self._gap)
+            if text != places:
+                self._added.append(f"{team} keep {self._gap} from each other at {told}")
+        if name == "LandIn" and "FlyAndLand" in self._verbs and places != text:
+            name, own, where = "FlyAndLand", {"at": text}, "at"
+        self._teams[team] = (told, text)
+        return name, own, where, text
+
+
+def _beside(place: str, metres: float) -> str:
+    return f"offset({place}, east={metres:g} m)"
