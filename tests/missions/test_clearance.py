@@ -106,7 +106,7 @@ steps:
   - call: ReturnHome
     with: {drone: "${drone}"}
 """
-    rehearsal.engine.core.models.add(task_of(text, site, catalogue))
+    rehearsal.engine.core.models.serve(task_of(text, site, catalogue))
 
     task = rehearsal.submit("Try", {"robot": AgentRef("lwd_1")})
     rehearsal.run_for(59)
@@ -134,7 +134,7 @@ steps:
   - call: ReturnHome
     with: {drone: "${drone}"}
 """
-    rehearsal.engine.core.models.add(task_of(text, site, catalogue))
+    rehearsal.engine.core.models.serve(task_of(text, site, catalogue))
 
     task = rehearsal.submit("Try", {"robot": AgentRef("lwd_1")})
     rehearsal.run_for(41)
