@@ -146,7 +146,7 @@ def test_held_out_sites_are_marked(made: list[Made]) -> None:
 
 def test_a_speaker_says_forms_and_values() -> None:
     speaker = Speaker(random.Random(3), "en")
-    said = {speaker.filled("[hover|hovers] {h} up for {t}", {"h": Metres(40), "t": Time(60)}, 1) for _ in range(60)}
+    said = {speaker.filled("[hover|hovers] {h} up for {t}", {"h": Metres(40), "t": Time(60)}, 1) for _ in range(600)}
 
     assert "hovers 40 m up for one minute" in said
     assert "hovers forty metres up for 1 min" in said
