@@ -105,9 +105,9 @@ class _Drafting:
         on_progress: Progress | None,
         cancel: threading.Event | None,
     ) -> None:
-        self._request, self._site, self._chat, self._options = request, world, chat, options
+        self._request, self._plain_world, self._chat, self._options = request, world, chat, options
         self._world = world
-        self._before = edit or _last_answer(previous)
+        self._before = self._shown_before = edit or _last_answer(previous)
         self._progress: Progress = on_progress or (lambda _stage, _tokens: None)
         self._cancel = cancel
         hidden = options.without_verbs
@@ -118,8 +118,9 @@ class _Drafting:
         typed = chat.name in TYPED
         roles = roles_of(self._words, world.catalogue) if typed and self._before is None else ()
         self._schema = schema_of(world, self._offered, options.form, typed=typed, roles=roles)
+        self._shown = self._words.text if options.form == "short" else request
         if options.form == "short":
-            self._world = with_points(world, self._all_words().points)
+            self._name_points()
         self._began = monotonic()
         self._rounds: list[Round] = []
 
@@ -151,9 +152,19 @@ class _Drafting:
             messages = prompt.again(asked, errors) if fresh else prompt.repair(asked, reply.text, errors, tree)
         return self._judged(best)
 
+    def _name_points(self) -> None:
+        """Have the coordinates of this request, and of the one that it changes, under the same names everywhere."""
+        every = self._all_words()
+        self._world = with_points(self._world, every.points)
+        if self._before is not None and every.points:
+            lines, count = every.text.split("\n"), self._before[0].count("\n") + 1
+            self._shown = "\n".join(lines[count:])
+            self._shown_before = ("\n".join(lines[:count]), self._before[1])
+            self._words = read(self._shown, self._world.site, self._world.catalogue)
+
     def _messages(self) -> list[Message]:
         world, options = self._world, self._options
-        system = prompt.system_prompt(self._site, self._offered, options.form)
+        system = prompt.system_prompt(self._plain_world, self._offered, options.form)
         chosen: list[Any] = []
         if options.examples and options.form == "short" and self._before is None:
             names = [*world.site.places, *world.site.regions]
@@ -161,7 +172,7 @@ class _Drafting:
             chosen = most_similar(self._words.text, examples, options.examples, names)
         if options.form == "full":
             return prompt.ask(system, self._request, chosen, previous=self._before)
-        return prompt.ask(system, self._words.text, chosen, previous=self._before, note=self._note)
+        return prompt.ask(system, self._shown, chosen, previous=self._shown_before, note=self._note)
 
     def _note(self, request: str) -> str:
         """Return what a request names for certain."""
@@ -241,7 +252,7 @@ class _Drafting:
         """Return the words of the request, and of the one that it changes: values come from both."""
         if self._before is None:
             return self._words
-        return read(f"{self._before[0]}\n{self._request}", self._world.site, self._world.catalogue)
+        return read(f"{self._before[0]}\n{self._request}", self._plain_world.site, self._plain_world.catalogue)
 
     def _said(self, answer: Answer) -> Draft:
         if answer.question:

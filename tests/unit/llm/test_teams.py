@@ -184,6 +184,24 @@ def test_coordinates_get_a_name_and_come_back_in_the_file() -> None:
     assert "66.501000 N 25.703000 E" in found.yaml.splitlines()[1]
 
 
+def test_a_follow_up_has_the_points_of_the_request_before() -> None:
+    first = draft(
+        "A light drone looks at 66.501000 N 25.703000 E from 40 m and comes home.",
+        world(),
+        Scripted(tree(fly_to("point_1", "40 m"), home())),
+        options=Options(rounds=0),
+    )
+    chat = Scripted(tree(fly_to("point_1", "40 m"), fly_to("point_2", "40 m"), home()))
+    found = draft("then also at 66.502000 N 25.704000 E", world(), chat, options=Options(rounds=0), previous=first)
+
+    assert found.kind == "task", found.say
+    shown = [one.text for one in chat.asked[0] if one.role == "user"]
+    assert "looks at point_1 from" in shown[0]
+    assert "then also at point_2" in shown[-1]
+    assert [v.text for v in found.values if v.name.startswith("point")] == ["66.501,25.703", "66.502,25.704"]
+    assert "66.501000 N" in found.request
+
+
 def test_coordinates_of_a_place_are_that_place() -> None:
     from formiga_bt.geo import Frame
 
