@@ -88,7 +88,6 @@ def test_in_the_air_it_waits_until_its_reserve_is_near_then_fails_and_recovers(f
 
 
 def test_the_people_of_the_task_are_asked_first_and_the_watchers_after_a_minute(fly: Fly) -> None:
-    rehearsal = fly(change=AWAY, scripts={"picker_1": NEVER})
     site, catalogue = packaged_world()
     text = """
 agents:
@@ -106,7 +105,7 @@ steps:
   - call: ReturnHome
     with: {drone: "${drone}"}
 """
-    rehearsal.engine.core.models.serve(task_of(text, site, catalogue))
+    rehearsal = fly(task_of(text, site, catalogue), change=AWAY, scripts={"picker_1": NEVER})
 
     task = rehearsal.submit("Try", {"robot": AgentRef("lwd_1")})
     rehearsal.run_for(59)
@@ -119,7 +118,6 @@ steps:
 
 
 def test_timers_of_the_task_do_not_stand_still_for_a_clearance(fly: Fly) -> None:
-    rehearsal = fly(change=AWAY, scripts={"watcher_1": NEVER})
     site, catalogue = packaged_world()
     text = """
 imports: [lib/flying.yaml]
@@ -134,7 +132,7 @@ steps:
   - call: ReturnHome
     with: {drone: "${drone}"}
 """
-    rehearsal.engine.core.models.serve(task_of(text, site, catalogue))
+    rehearsal = fly(task_of(text, site, catalogue), change=AWAY, scripts={"watcher_1": NEVER})
 
     task = rehearsal.submit("Try", {"robot": AgentRef("lwd_1")})
     rehearsal.run_for(41)
