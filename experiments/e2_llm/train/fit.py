@@ -89,6 +89,8 @@ class Run:
         )
         self.steps, self.spent_s, self.tokens = 0, 0.0, 0
         self.losses: list[float] = []
+        self.before = float("nan")
+        """Held-out loss of the base alone."""
 
     def encode(self, text: str) -> list[int]:
         """Return the tokens of a text; marks of the chat form are single tokens."""
@@ -135,6 +137,7 @@ class Run:
             "spent_s": self.spent_s,
             "tokens": self.tokens,
             "losses": self.losses,
+            "before": self.before,
         }
         partial = path.with_suffix(".partial")
         self.torch.save(state, partial)
@@ -147,7 +150,7 @@ class Run:
             one.data.copy_(state["weights"][name])
         self.optimizer.load_state_dict(state["optimizer"])
         self.steps, self.spent_s, self.tokens = state["steps"], state["spent_s"], state["tokens"]
-        self.losses = list(state["losses"])
+        self.losses, self.before = list(state["losses"]), state["before"]
 
     def tensors(self) -> dict[str, tuple[Any, Any]]:
         """Return the adapter's matrices by their GGUF names."""
@@ -174,7 +177,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
     if checkpoint.is_file():
         run.load(checkpoint)
         _say(f"goes on after {run.steps} steps, {run.spent_s / 60:.0f} min")
-    before = run.held_loss(held) if not run.steps else float("nan")
+    if not run.steps:
+        run.before = run.held_loss(held)
+    before = run.before
     size = sum(one.numel() for one in run.weights.values())
     _say(f"{len(learn)} sequences, {len(held)} held out; {size / 1e6:.2f} M weights; held-out loss {before:.3f}")
     _train(run, learn, checkpoint)
