@@ -11,7 +11,7 @@ from typing import Final
 
 from formiga_bt.lang.model import Task
 from formiga_bt.llm.records import Flight, Shortfall
-from formiga_bt.llm.teams import from_to
+from formiga_bt.llm.teams import from_to, gap_of
 from formiga_bt.llm.wording import Words, types_said
 from formiga_bt.llm.world import World
 from formiga_bt.units import NUMBER, UNIT, parse_quantity
@@ -29,6 +29,7 @@ _BACK_AT_CENTRE: Final = (
 OF_CHANGES: Final = frozenset({"place_not_used", "amount_not_used", "agent_not_used"})
 """What is certain of a request that only says what is to be changed."""
 _LAND_AT: Final = r"\bland(?:s|ing)?\s+(?:together\s+)?(?:at|in|on|by|near|beside)\s+(?:the\s+)?"
+_TO, _AND_LAND = r"\b(?:to|towards?)\s+(?:the\s+)?", r",?\s+(?:and|to)\s+(?:then\s+)?lands?\b"
 _QUANTITY: Final = re.compile(rf"(?<![\w.])({NUMBER})\s*({UNIT})(?![\w%])", re.ASCII)
 _NOT: Final = re.compile(
     r"\b(?:not|never|avoid|avoids|without|except|don't|instead of|rather than|ei|älä)\b", re.IGNORECASE
@@ -80,8 +81,11 @@ def _amounts(words: Words, text: str) -> Iterator[Shortfall]:
     values = [a for match in _QUANTITY.finditer(_code(text)) if (a := parse_quantity(match[0])) is not None]
     for amount in words.amounts:
         if not any(t == amount.type and abs(v - amount.si) <= 1e-6 * max(1.0, abs(v)) for t, v in values):
+            apart = gap_of(words) == f"{amount.si:g} m"
             yield Shortfall(
-                "amount_not_used", f'the request says "{amount.words}", and no value of the task is {amount.words}'
+                "amount_not_used",
+                f'the request says "{amount.words}", and no value of the task is {amount.words}',
+                help=f"one at PLACE, the other at offset(PLACE, east={amount.si:g} m)" if apart else "",
             )
 
 
@@ -243,7 +247,9 @@ def _ends(words: Words, flight: Flight) -> Iterator[Shortfall]:
     for name, said in words.places.items():
         if name == "base" or _is_refused(words.text, said):
             continue
-        if re.search(_LAND_AT + re.escape(said.casefold()), text) and name not in landed:
+        there = re.escape(said.casefold())
+        wanted = re.search(_LAND_AT + there, text) or re.search(_TO + there + _AND_LAND, text)
+        if wanted and name not in landed:
             yield Shortfall("not_landed_there", f'the request wants a landing at "{said}", and nobody lands at {name}')
     if words.means("home") and flight.stands and not homes:
         yield Shortfall("not_home", "the request wants a machine to come home, and none stands at its port at the end")

@@ -38,7 +38,7 @@ HINTS: Final[Mapping[str, str]] = {
     "figure_not_used": "use circle(PLACE, RADIUS), zigzag(FROM, TO, SIDE, LEGS) or triangle(CORNER, LEG) as the LIST",
     "wrong_count": "one role for each drone",
     "wrong_way": "turn FROM and TO round",
-    "not_landed_there": "use FlyAndLand or LandIn with that place",
+    "not_landed_there": "use FlyAndLand with that place",
 }
 """What helps a model besides what the checker says."""
 
@@ -234,7 +234,10 @@ def again(asked: Sequence[Message], problems: Sequence[Shortfall]) -> list[Messa
 
     A small model that sees its wrong answer says it again.
     """
-    said = [f"{one.text}{f' ({hint})' if (hint := HINTS.get(one.code, one.help)) else ''}" for one in problems[:3]]
+    said = []
+    for one in problems[:3]:
+        hint = one.help or HINTS.get(one.code, "")
+        said.append(f"{one.text} ({hint})" if hint else one.text)
     last = asked[-1]
     care = as_data("An earlier answer was wrong: " + "; ".join(said) + ". Do better.") if said else ""
     return [*asked[:-1], Message(last.role, f"{last.text}\n{care}".rstrip())]

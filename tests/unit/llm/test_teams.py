@@ -286,6 +286,24 @@ def test_a_figure_that_is_named_is_flown() -> None:
     assert errors(found) == ["the request wants a circle, and the task flies none"]
 
 
+def test_a_landing_after_a_flight_is_compared() -> None:
+    request = "Two light drones fly to the camp and land 5 m apart; then both return home."
+    found = judged(
+        request,
+        {"parallel": [fly_to("camp", agent="one"), fly_to("lake_shore", agent="other")]},
+        {"parallel": [home("one"), home("other")]},
+        agents=TWO,
+    )
+
+    assert [(one.text, one.help) for one in found.shortfalls if one.severity == "error"] == [
+        (
+            'the request says "5 m", and no value of the task is 5 m',
+            "one at PLACE, the other at offset(PLACE, east=5 m)",
+        ),
+        ('the request wants a landing at "camp", and nobody lands at camp', ""),
+    ]
+
+
 def test_a_centre_that_is_to_be_gone_back_to_is() -> None:
     ring = {"do": "FlyAlong", "agent": "drone", "way": "circle(camp, 20 m)", "height": "30 m"}
     request = "A light drone flies a circle of 20 m about the camp, goes back to the centre, and comes home."
