@@ -82,9 +82,8 @@ class Lifter:
         """
         name = re.sub(r"\W+", "_", role.strip()).strip("_") or "agent"
         name = f"a_{name}" if name[0].isdigit() else name
-        hidden = (
-            name in STANDARD.names() or name in _NO_NAMES or name in self._site.places or name in self._site.regions
-        )
+        site = self._site
+        hidden = name in (*STANDARD.names(), *_NO_NAMES, *site.places, *site.regions, *site.agents)
         self._roles[role] = f"{name}_agent" if hidden else name
         return self._roles[role]
 

@@ -329,6 +329,20 @@ def test_a_machine_where_a_place_is_due_means_where_it_is() -> None:
     )
 
 
+def test_a_role_that_is_called_as_an_agent_is_that_agent() -> None:
+    found = judged(
+        "A heavy drone lands at the camp, asks picker_1, and comes home.",
+        land("drone", "camp"),
+        {"ask": "All clear?", "of": ["picker_1"]},
+        home(),
+        agents=[{"name": "drone", "type": "hwd"}, {"name": "picker_1", "type": "picker", "id": "picker_1"}],
+    )
+
+    assert errors(found) == []
+    assert found.flight is not None
+    assert found.flight.asked == ("picker_1",)
+
+
 def test_a_gap_is_no_height() -> None:
     hover = {"parallel": [fly_to("camp", "8 m", agent="one"), fly_to("lake_shore", "8 m", agent="other")]}
     found = judged("Two light drones hover 8 m apart.", hover, agents=TWO)
