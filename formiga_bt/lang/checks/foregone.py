@@ -91,7 +91,9 @@ class _Foregone:
         """Check what a step itself says."""
         for name in parts_of(step):
             value = getattr(step, name)
-            if not isinstance(value, _PLAIN) and not (isinstance(value, tuple) and value and isinstance(value[0], Step)):
+            if not isinstance(value, _PLAIN) and not (
+                isinstance(value, tuple) and value and isinstance(value[0], Step)
+            ):
                 self.all_of(value, sure)
 
     def all_of(self, value: Any, sure: Mapping[str, Mark]) -> None:
