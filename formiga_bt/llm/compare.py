@@ -22,10 +22,7 @@ FIGURES: Final[Mapping[str, str]] = {
     r"\btriang\w+|\bright angle\b": "triangle",
 }
 """What a request calls a figure -> the helper that is it."""
-_BACK_AT_CENTRE: Final = (
-    r"\b(?:back|returns?|then|over|passes|finishes|afterwards?|done)\b[^.]{0,25}"
-    r"\b(?:the )?(?:centre|center|middle)\b(?! all)"
-)
+_BACK_AT_CENTRE: Final = r"\b(?:back|returns?|then)\b[^.]{0,25}\b(?:the )?(?:centre|center|middle)\b"
 OF_CHANGES: Final = frozenset({"place_not_used", "amount_not_used", "agent_not_used"})
 """What is certain of a request that only says what is to be changed."""
 _LAND_AT: Final = r"\bland(?:s|ing)?\s+(?:together\s+)?(?:at|in|on|by|near|beside)\s+(?:the\s+)?"
