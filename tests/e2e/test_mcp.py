@@ -160,10 +160,9 @@ def test_a_proposal_waits_for_a_person_and_starts_nothing(assistant: Assistant) 
     told = assistant.call("propose_task", yaml=LOOK, params={"target": "camp"}, why="look at the camp")
     place = assistant.folder / ".formiga" / "rovaniemi" / "drafts" / "1"
     assert (told["proposal"], told["file"], told["status"]) == (1, str(place / "task.yaml"), "SUCCEEDED")
-    keep = f"cp -n {told['file']} {assistant.folder.resolve() / 'look.yaml'}"
-    assert told["next"] == [
-        f"formiga show {told['file']}", keep, "formiga down", "formiga up", "formiga run Look -p target=camp"
-    ]  # fmt: skip
+    mine = assistant.folder.resolve() / "look.yaml"
+    keep = f"cp -n {told['file']} {mine}"
+    assert told["next"] == [f"formiga show {told['file']}", keep, f"formiga run {mine} -p target=camp"]
     assert (place / "task.yaml").read_text(encoding="utf-8") == LOOK
     origin = json.loads((place / "origin.json").read_text(encoding="utf-8"))
     assert (origin["by"], origin["request"], origin["approved_by"]) == ("mcp:desk helper", "look at the camp", "")
