@@ -19,7 +19,7 @@ from typing import Any, Final
 from formiga_bt.lang.llm_form import field_key
 from formiga_bt.llm.lifting import Lifter, split_list
 from formiga_bt.llm.moves import FLYING, Moves
-from formiga_bt.llm.teams import at_once, in_compass, member_of
+from formiga_bt.llm.teams import at_once, in_compass, is_list, member_of
 from formiga_bt.llm.vocabulary import Verb
 from formiga_bt.llm.world import World
 
@@ -145,7 +145,22 @@ class _Expander:
         return found
 
     def steps(self, steps: Any, path: str) -> list[dict[str, Any]]:
-        return [self.step(_object(one, f"{path}[{i}]"), f"{path}[{i}]") for i, one in enumerate(_list(steps, path))]
+        listed = self._kept(_list(steps, path))
+        return [self.step(_object(one, f"{path}[{i}]"), f"{path}[{i}]") for i, one in enumerate(listed)]
+
+    def _kept(self, steps: list[Any]) -> list[Any]:
+        """Return the steps with a question's answer kept under the name by which a later `if` asks for it."""
+        found = list(steps)
+        for index, step in enumerate(found):
+            name = re.match(
+                r"\s*(?:not\s+)?([A-Za-z_]\w*)\.answer\b", str(step.get("if", "")) if isinstance(step, dict) else ""
+            )
+            asks = [i for i, one in enumerate(found[:index]) if isinstance(one, dict) and "ask" in one]
+            if name is None or not asks or any(found[i].get("save_as") for i in asks):
+                continue
+            found[asks[-1]] = {**found[asks[-1]], "save_as": name[1]}
+            self._added.append(f"the answer is kept as {name[1]}, for a later step looks at it")
+        return found
 
     def step(self, step: Mapping[str, Any], path: str) -> dict[str, Any]:
         if "do" in step:
@@ -154,6 +169,8 @@ class _Expander:
         if not kind:
             raise ShortError(path, f"this is no step: it has none of the keys do, {', '.join(STEPS)}")
         value = step[kind]
+        if kind == "parallel" and (one := self._as_team(value)) is not None:
+            return self._do(one, path)
         if kind in ("parallel", "sequence"):
             return {kind: self.steps(value, f"{path}.{kind}")}
         if kind == "for":
@@ -170,6 +187,18 @@ class _Expander:
         if kind == "notify":
             return {"notify": _text(value, f"{path}.notify")}
         return {kind: self._condition(value)}
+
+    def _as_team(self, branches: Any) -> dict[str, Any] | None:
+        """Return the one step of a team whose branches send it to as many places as it has members."""
+        if not isinstance(branches, list) or not all(isinstance(one, dict) and "do" in one for one in branches):
+            return None
+        verb, agent = str(branches[0]["do"]) if branches else "", str(branches[0].get("agent")) if branches else ""
+        where = self._moves.where(verb) if verb in self._verbs else ""
+        rest = [{key: value for key, value in one.items() if key != where} for one in branches]
+        places = [str(one.get(where, "")) for one in branches]
+        if not where or any(one != rest[0] for one in rest) or self._count(self._lift.role(agent)) != len(branches):
+            return None
+        return None if any(map(is_list, places)) else {**branches[0], where: f"[{', '.join(places)}]"}
 
     def _do(self, step: Mapping[str, Any], path: str) -> dict[str, Any]:
         name = _text(step["do"], f"{path}.do")

@@ -343,6 +343,34 @@ def test_a_role_that_is_called_as_an_agent_is_that_agent() -> None:
     assert found.flight.asked == ("picker_1",)
 
 
+def test_an_answer_that_is_looked_at_is_kept() -> None:
+    choice = {"if": "reply.answer == 'yes'", "then": [fly_to("camp")], "else": [fly_to("lake_shore")]}
+    found = judged(
+        "A watcher decides whether a light drone looks at the camp or at the lake shore; it comes home.",
+        {"ask": "The camp?", "of": ["watcher"]},
+        choice,
+        home(),
+        agents=[{"name": "drone", "type": "lwd"}, {"name": "watcher", "type": "watcher"}],
+    )
+
+    assert errors(found) == []
+    assert found.mends == ("the answer is kept as reply, for a later step looks at it",)
+    assert "save_as: reply" in found.yaml
+    assert "expect" not in found.yaml
+
+
+def test_a_team_in_branches_goes_to_as_many_places() -> None:
+    found = judged(
+        "Two light drones look at the camp and the lake shore at the same time, then return.",
+        {"parallel": [fly_to("camp", agent="drones"), fly_to("lake_shore", agent="drones")]},
+        home("drones"),
+        agents=[{"name": "drones", "type": "lwd", "count": 2}],
+    )
+
+    assert errors(found) == []
+    assert "spot: ${[camp, lake_shore]}" in found.yaml
+
+
 def test_a_gap_is_no_height() -> None:
     hover = {"parallel": [fly_to("camp", "8 m", agent="one"), fly_to("lake_shore", "8 m", agent="other")]}
     found = judged("Two light drones hover 8 m apart.", hover, agents=TWO)
