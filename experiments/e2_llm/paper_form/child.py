@@ -45,15 +45,15 @@ def check_sandbox() -> None:
     Raises:
         NoSandboxError: this machine cannot lock up programs.
     """
-    with Child("", Limits(wall_s=20.0)) as child, suppress(GoneError, TooLongError):
+    with suppress(GoneError, TooLongError), Child("", Limits(wall_s=20.0)) as child:
         child.hear()
 
 
 class Child:
-    """A child process with one program. Use it as a context; it is killed at the end.
+    """A child process with one program. A context: entering gives it the program, leaving kills it.
 
     Raises:
-        NoSandboxError: it cannot be locked up.
+        GoneError, TooLongError: on entering: it does not take the program.
     """
 
     def __init__(self, code: str, limits: Limits, *, clock: Callable[[], float] = monotonic) -> None:
@@ -75,9 +75,14 @@ class Child:
         assert self._process.stdout is not None
         self._in, self._out = self._process.stdin.fileno(), self._process.stdout.fileno()
         os.set_blocking(self._in, False)
-        self.say({"code": code, "cpu_s": limits.cpu_s, "memory_mb": limits.memory_mb})
+        self._order = {"code": code, "cpu_s": limits.cpu_s, "memory_mb": limits.memory_mb}
 
     def __enter__(self) -> "Child":
+        try:
+            self.say(self._order)
+        except BaseException:
+            self.__exit__()
+            raise
         return self
 
     def __exit__(self, *_: object) -> None:

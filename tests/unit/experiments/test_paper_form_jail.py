@@ -155,7 +155,7 @@ def test_what_is_no_question_ends_the_program(
     (tmp_path / "child.py").write_text(line)
     monkeypatch.setattr(child_module, "_MAIN", tmp_path / "child.py")
 
-    with Child("", Limits(wall_s=20.0)) as child, pytest.raises(GoneError) as caught:
+    with pytest.raises(GoneError) as caught, Child("", Limits(wall_s=20.0)) as child:
         child.hear()
 
     assert str(caught.value) == text
