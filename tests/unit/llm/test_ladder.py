@@ -137,4 +137,7 @@ def test_an_unusable_memory_is_none(text: str, tmp_path: Path) -> None:
 
 def test_a_memory_that_cannot_be_written_is_no_error(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
-    Memory(tmp_path / "file" / "rungs.json").keep("u", "m", "json")
+    memory = Memory(tmp_path / "file" / "rungs.json")
+    memory.keep("u", "m", "json")
+    assert Memory(tmp_path / "file" / "rungs.json").recall("u", "m") is None
+    assert (tmp_path / "file").read_text() == ""
