@@ -21,7 +21,8 @@ ROOT = Path(__file__).parents[2]
 def shell(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Shell]:
     """A folder whose engine has flown a circle, and asks a person who does not answer."""
     folder = tmp_path_factory.mktemp("seeing")
-    copy(ROOT / "trees" / "demo-site.yaml", folder / "site.yaml")
+    site = (ROOT / "trees" / "demo-site.yaml").read_text(encoding="utf-8")
+    (folder / "site.yaml").write_text(site.replace(":7447", ":0"), encoding="utf-8")
     copytree(ROOT / "trees" / "lib", folder / "trees" / "lib")
     copy(ROOT / "trees" / "circle.yaml", folder / "trees")
     (folder / "trees" / "ask.yaml").write_text(ASK, encoding="utf-8")

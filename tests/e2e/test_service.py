@@ -66,7 +66,9 @@ class Shell:
         return json.loads(done.stdout)
 
     def up(self, *words: str) -> EngineAddress:
-        """Start an engine; return where it is."""
+        """Start an engine; return where it is. Its site takes a free port: tests run side by side."""
+        site = self.folder / "site.yaml"
+        assert not site.exists() or ":7447" not in site.read_text(encoding="utf-8")
         self.engines.append(self.start(*UP, *words))
         until = time.monotonic() + 30
         while not (found := find_engines(self.folder)):
@@ -85,7 +87,9 @@ class Shell:
         for engine in self.engines:
             if engine.poll() is None:
                 engine.kill()
-            engine.communicate()
+            engine.wait()
+            if engine.stdout and not engine.stdout.closed:
+                engine.stdout.close()
 
 
 def new_site(folder: Path) -> Shell:
