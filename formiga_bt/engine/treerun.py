@@ -81,6 +81,8 @@ class CompiledTrees:
         self.host = host
         self.roots: dict[str, SequenceNode] = {}
         self._pending: list[tuple[str, str, str]] = []
+        self._due = False
+        """A node may be due for a visit."""
         self._nodes: dict[str, Node] = {}
         self._tick = tick
         """Drive the nodes by py_trees' own `tick()` instead of `proceed()`: for tests, the outcome is the same."""
@@ -107,27 +109,31 @@ class CompiledTrees:
         del steps, scope, at
         tree.parent, tree.error = None, error
         self.roots[section] = tree
+        self._due = True
 
     def wake(self, key: str) -> None:
-        """Make a node due, if it still runs."""
+        """Make a node due, if it still runs and has something to do."""
         node = self._nodes.get(key)
-        if node is not None:
+        if node is not None and not node.is_quiet(self.host):
             node.wake()
+            self._due = True
 
     def run_passes(self) -> list[Ended]:
         """Run passes until nothing is dirty."""
         ended: list[Ended] = []
-        while True:
+        while self._due or self._pending:
             if self._pending:
                 section, at, scope = self._pending.pop(0)
                 self._step(section, lambda root, at=at, sc=scope: root.enter(self.host, at, sc), ended)  # type: ignore[misc]
             else:
                 dirty = [section for section, root in self.roots.items() if root.dirty and root.status is RUNNING]
                 if not dirty:
-                    return ended
+                    self._due = False
+                    break
                 for section in dirty:
                     self._step(section, self._proceed, ended)
             self.host.flush()
+        return ended
 
     def _proceed(self, root: SequenceNode) -> Status:
         if self._tick:

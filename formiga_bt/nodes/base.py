@@ -50,24 +50,26 @@ class Node(Behaviour):
     tells = True
     """Its end is the end of its step, or of a section; False: another node tells of that."""
 
+    # What a node that never ran has: of the class, so that it costs nothing before it is entered.
+    parent: Any = None
+    children: Any = ()
+    status = INVALID
+    feedback_message = ""
+    blackbox_level = common.BlackBoxLevel.NOT_A_BLACKBOX
+    path = ""
+    scope = ""
+    dirty = False
+    skipped = False
+    breaking = False
+    """A `break_if` below ended it: everything up to the nearest loop ends with success."""
+    failure: Failure | None = None
+    run: Run | None = None
+
     def __init__(self, name: str, step: Step | None = None) -> None:
         # Deliberately not Behaviour.__init__ (see the module's head).
         self.name = name
         self.step_model = step
-        self.parent: Any = None
-        self.children: list[Behaviour] = []
-        self.status = INVALID
-        self.feedback_message = ""
-        self.blackbox_level = common.BlackBoxLevel.NOT_A_BLACKBOX
         self.seg = step.seg if step else ""
-        self.path = ""
-        self.scope = ""
-        self.dirty = False
-        self.skipped = False
-        self.breaking = False
-        """A `break_if` below ended it: everything up to the nearest loop ends with success."""
-        self.failure: Failure | None = None
-        self.run: Run | None = None
 
     # -- what py_trees reads -------------------------------------------------------------------------------------
     @property
@@ -132,6 +134,13 @@ class Node(Behaviour):
         mem = run.memory(self.key)
         assert mem is not None, f"no memory for {self.key}"
         self.on_restore(run, mem)
+
+    def is_quiet(self, run: Run) -> bool:  # noqa: ARG002
+        """Return whether a visit now would change nothing: a node woken for nothing, and those around it, are not visited.
+
+        Asked at each wake. It may answer False to be on the safe side, and must not raise.
+        """
+        return False
 
     def wake(self) -> None:
         """Make this node, and the way from the root to it, due for a visit."""

@@ -82,6 +82,16 @@ class DoNode(Leaf):
         finally:  # also when `expect` cannot be computed
             run.drop_goal(self.goal)
 
+    def is_quiet(self, run: Run) -> bool:
+        """Return whether the goal goes on."""
+        if not self.goal:
+            return False  # it is just being ordered
+        view = run.goal(self.goal)
+        if view.ended or view.state == "again":
+            return False
+        self.feedback_message = view.state if not view.code else f"{view.state}({view.code})"
+        return True
+
     def conclude(self, run: Run, view: GoalView) -> Status:
         """Map a goal's end to a status: the one place where results become statuses."""
         again = view.repeatable
@@ -185,6 +195,10 @@ class AskNode(Leaf):
             return self.fail("expect", f"answered {answer['answer']}")
         return SUCCESS
 
+    def is_quiet(self, run: Run) -> bool:
+        """Return whether there is no answer yet."""
+        return bool(self.question) and run.question(self.question).reply is None
+
     def on_halt(self, run: Run) -> list[str]:
         """Withdraw the question: local, nothing to wait for."""
         if self.question:
@@ -219,6 +233,10 @@ class WaitNode(Leaf):
         """Succeed once the deadline fired."""
         return SUCCESS if run.is_due(self.key) else RUNNING
 
+    def is_quiet(self, run: Run) -> bool:
+        """Return whether the deadline has not fired."""
+        return not run.is_due(self.path)
+
 
 class ReleaseNode(Leaf):
     """`release`: done when the task no longer holds the agent."""
@@ -240,6 +258,10 @@ class ReleaseNode(Leaf):
     def on_proceed(self, run: Run) -> Status:
         """Look whether it is done."""
         return SUCCESS if run.is_released(self.agent) else RUNNING
+
+    def is_quiet(self, run: Run) -> bool:
+        """Return whether the agent is still held."""
+        return not run.is_released(self.agent)
 
     def on_restore(self, run: Run, mem: Mem) -> None:  # noqa: ARG002
         """Wait for the same agent."""

@@ -45,6 +45,10 @@ class RequestNode(Leaf):
         view = run.child(self.child)
         return self._end(run, view) if view.ended else RUNNING
 
+    def is_quiet(self, run: Run) -> bool:
+        """Return whether the task goes on."""
+        return bool(self.child) and not run.child(self.child).ended
+
     def _end(self, run: Run, view: TaskView) -> Status:
         status = view.status if view.ended else "PENDING"
         if self.step.save_as:
