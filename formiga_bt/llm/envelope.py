@@ -160,7 +160,7 @@ def shapes() -> dict[str, Schema]:
     place = f"({name}|offset\\({name}, {way}(, {way})?\\)|centroid\\({name}\\))"
     count = "[0-9]{1,2}"
     listed = (
-        f"(circle\\({place}, {far}\\)|zigzag\\({place}, {place}, {far}, {count}\\)|line\\({place}, {place}, {count}\\)"
+        f"(circle\\({place}, {far}(, points={count})?\\)|zigzag\\({place}, {place}, {far}, {count}\\)|line\\({place}, {place}, {count}\\)"
         f"|triangle\\({place}, {far}\\)|\\[{place}(, {place}){{1,5}}\\])"
     )
     patterns = {

@@ -16,7 +16,9 @@ SAME_M: Final = 2.0
 """So near to a place of the site a point is that place."""
 _NUMBER: Final = r"(\d{1,3}\.\d{3,})\s*°?\s*"
 _COORDINATES: Final = re.compile(
-    rf"(?<![\w.])(?:{_NUMBER}([NS])[\s,;]+{_NUMBER}([EW])(?!\w)|(-?\d{{1,2}}\.\d{{3,}})\s*,\s*(-?\d{{1,3}}\.\d{{3,}})(?![\w.]))",
+    rf"(?<![\w.])(?:{_NUMBER}([NS])[\s,;]+{_NUMBER}([EW])(?!\w)"
+    r"|(?:lat(?:itude)?[\s:=]+)?(-?\d{1,2}\.\d{3,})\s*°?(?:\s*,\s*|[\s,;]+(?=l(?:on|ng)))"
+    r"(?:l(?:on|ng|ong|ongitude)[\s:=]+)?(-?\d{1,3}\.\d{3,})(?:\s*°)?(?!\w|\.\d))",
     re.IGNORECASE,
 )
 

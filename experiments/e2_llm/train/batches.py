@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import Final
 
 IGNORED: Final = -100
-TURNS: Final = 5
+TURNS: Final = 7
 """Requests of a sequence, at most."""
 
 Encode = Callable[[str], list[int]]
@@ -29,11 +29,16 @@ class Example:
         return sum(label != IGNORED for label in self.labels)
 
 
+def asked(request: str, note: str) -> str:
+    """Return a request as a model is shown it: see `formiga_bt.llm.prompt.ask`, which this must agree with."""
+    return f"<request>{request}</request>\n{note}".rstrip()
+
+
 def chat_parts(system: str, turns: Sequence[tuple[str, str]]) -> list[tuple[str, bool]]:
     """Return the text of a conversation in ChatML, which both bases use, and which parts of it are learned."""
     found = [(f"<|im_start|>system\n{system}<|im_end|>\n", False)]
     for request, answer in turns:
-        found.append((f"<|im_start|>user\n<request>{request}</request><|im_end|>\n<|im_start|>assistant\n", False))
+        found.append((f"<|im_start|>user\n{request}<|im_end|>\n<|im_start|>assistant\n", False))
         found.append((f"{answer}<|im_end|>", True))
         found.append(("\n", False))
     return found
@@ -56,6 +61,17 @@ def sequence_of(encode: Encode, system: str, turns: Sequence[tuple[str, str]], m
     return found if found.learned else None
 
 
+def apart(pairs: Sequence[tuple[str, str]], rng: random.Random) -> list[list[tuple[str, str]]]:
+    """Return pairs in rows of which none has two with one answer: a model would copy it instead of reading the request."""
+    rows: list[list[tuple[str, str]]] = []
+    for one in rng.sample(list(pairs), len(pairs)):
+        free = next((row for row in rows if all(one[1] != other[1] for other in row)), None)
+        if free is None:
+            rows.append(free := [])
+        free.append(one)
+    return rows
+
+
 def sequences(
     encode: Encode,
     by_site: Sequence[tuple[str, Sequence[tuple[str, str]]]],
@@ -76,11 +92,10 @@ def sequences(
     rng = random.Random(seed)
     found: list[Example] = []
     for system, pairs in by_site:
-        shuffled = list(pairs)
-        rng.shuffle(shuffled)
-        for start in range(0, len(shuffled), turns):
-            one = sequence_of(encode, system, shuffled[start : start + turns], most)
-            if one is not None:
-                found.append(one)
+        for row in apart(pairs, rng):
+            for start in range(0, len(row), turns):
+                one = sequence_of(encode, system, row[start : start + turns], most)
+                if one is not None:
+                    found.append(one)
     rng.shuffle(found)
     return found

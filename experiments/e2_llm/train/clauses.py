@@ -7,6 +7,7 @@ from typing import Any, Final
 from msgspec import Struct
 
 from experiments.e2_llm.train.phrases import CLAUSES, FACTS, PLANS, TOLD
+from experiments.e2_llm.train.phrases_plain import PLAIN, PLAIN_PLANS
 from experiments.e2_llm.train.sites import Practice
 from experiments.e2_llm.train.speaker import Metres, Speaker, Spot, Time, Times
 
@@ -15,9 +16,10 @@ HEIGHTS: Final = (15, 20, 25, 30, 35, 40, 45, 50, 60, 70, 80, 90)
 SECONDS: Final = (10, 15, 20, 25, 30, 40, 45, 50, 90, 60, 60, 120, 180, 240, 300)
 GOES: Final = ("over", "over_plain", "watch", "land", "stop", "shuttle")
 """Their place may be given in degrees; helpers of the language take names."""
+ALL: Final = {**CLAUSES, **PLAIN}
+ALL_PLANS: Final = {**PLANS, **PLAIN_PLANS}
 ASSUMED_M: Final = 30
 """A height that nobody gives."""
-NEEDS_AIR_BEFORE_HOME: Final = ("land", "stop")
 
 
 class Clause(Struct, frozen=True):
@@ -28,13 +30,13 @@ class Clause(Struct, frozen=True):
 
     def said(self, speaker: Speaker, form: int) -> str:
         """Return it in words."""
-        return speaker.filled(speaker.pick(CLAUSES[self.kind]), self.values, form)
+        return speaker.filled(speaker.pick(ALL[self.kind]), self.values, form)
 
     @property
     def plan(self) -> str:
         """Return it as a plan has it."""
         told = {key: _told(value) for key, value in self.values.items()}
-        return PLANS[self.kind].format_map(told)
+        return ALL_PLANS[self.kind].format_map(told)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -108,6 +110,9 @@ class Draw:
         rng = self.rng
         p, h, t = self.spot(degrees=kind in GOES), self.height(), self.time()
         q = self.spot(plain=True)
+        if kind.endswith("_plain") and kind != "over_plain":
+            plain = self.clause(kind.removesuffix("_plain"))
+            return Clause(kind, plain.values | {"h": Metres(ASSUMED_M)})
         match kind:
             case "over":
                 values: dict[str, Any] = {"p": p, "h": h}
@@ -162,6 +167,11 @@ def over(role: str, spot: Spot, height: Metres | None) -> dict[str, Any]:
     return {"do": "FlyTo", "agent": role, "to": spot.value, "height": (height or Metres(ASSUMED_M)).value}
 
 
+def beside(spot: Spot, side: tuple[str, str], gap: Metres) -> str:
+    """Return a spot so far to one side of a place."""
+    return f"offset({spot.value}, {side[0]}={gap.m} m)"
+
+
 def along(role: str, way: str, height: Metres) -> dict[str, Any]:
     """Return the step that flies along a way."""
     return {"do": "FlyAlong", "agent": role, "way": way, "height": height.value}
@@ -188,6 +198,8 @@ _MAKERS: Final[Mapping[str, Callable[[str, Mapping[str, Any]], Steps]]] = {
     "pass": lambda r, v: [along(r, _listed(v["ps"]), v["h"])],
     "shuttle": lambda r, v: [{"repeat": v["n"].value, "steps": [over(r, v["p"], v["h"]), over(r, v["q"], v["h"])]}],
     "guard": lambda r, v: [{"repeat": v["t"].value, "steps": [over(r, one, v["h"]) for one in v["ps"]]}],
+    "recentre": lambda r, v: [over(r, v["p"], v["h"])],
+    "aside_land": lambda r, v: [{"do": "FlyAndLand", "agent": r, "at": beside(v["p"], v["side"], v["g"])}],
     "wait": lambda _, v: [{"wait": v["t"].value}],
     "tell": lambda _, v: [{"notify": v["x"][0]}],
     "ask": lambda _, v: [{"ask": v["question"], "of": [v["who"]]}],
@@ -202,19 +214,19 @@ def _tour(role: str, spots: Sequence[Spot], height: Metres, time: Time) -> Steps
     return [step for one in spots for step in (over(role, one, height), {"wait": time.value})]
 
 
-def steps_of(clause: Clause, role: str, before: Clause | None, last: Clause | None) -> Steps:
+def steps_of(clause: Clause, role: str, last: Clause | None) -> Steps:
     """Return the steps of a part.
 
     Args:
         clause: the part.
         role: who does it.
-        before: the flight before it, = where the machine is.
         last: the last part that flew to a place; `stay` lands there.
     """
     if clause.kind == "home":
-        up = [{"do": "TakeOff", "agent": role}] if before is not None and before.kind in NEEDS_AIR_BEFORE_HOME else []
-        return [*up, {"do": "ReturnHome", "agent": role}]
+        return [{"do": "ReturnHome", "agent": role}]
     if clause.kind == "stay":
         assert last is not None
-        return [{"do": "LandIn", "agent": role, "at": last.values["p"].value}]
-    return _MAKERS[clause.kind](role, clause.values)
+        return [{"do": "FlyAndLand", "agent": role, "at": last.values["p"].value}]
+    return _MAKERS[clause.kind.removesuffix("_plain") if clause.kind != "over_plain" else clause.kind](
+        role, clause.values
+    )

@@ -20,7 +20,7 @@ from typing import Any, Final
 
 from experiments.e2_llm.train.adapter import MOST_BYTES, Adapter, gguf_name, write_adapter
 from experiments.e2_llm.train.bases import BASES, Base, base_file
-from experiments.e2_llm.train.batches import IGNORED, Example, sequences
+from experiments.e2_llm.train.batches import IGNORED, Example, asked, sequences
 from experiments.e2_llm.train.card import card_of
 
 CHECKPOINT_S: Final = 600.0
@@ -39,7 +39,7 @@ def by_site(path: Path, *, held: bool) -> list[tuple[str, list[tuple[str, str]]]
         if "system" in row:
             found.append((row["system"], []))
         elif "request" in row and row["held"] == held:
-            found[-1][1].append((row["request"], row["answer"]))
+            found[-1][1].append((asked(row["request"], row["note"]), row["answer"]))
     return [one for one in found if one[1]]
 
 

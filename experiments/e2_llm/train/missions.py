@@ -104,11 +104,9 @@ def tree(task: str, agents: Sequence[Machine | Person], steps: Steps) -> dict[st
 def chain(clauses: Sequence[Clause], role: str) -> Steps:
     """Return the steps of parts in a row."""
     found: Steps = []
-    before = last = None
+    last = None
     for one in clauses:
-        found += steps_of(one, role, before, last)
-        if one.kind not in ("wait", "tell", "ask"):
-            before = one
+        found += steps_of(one, role, last)
         if "p" in one.values:
             last = one
     return found
@@ -147,6 +145,15 @@ TASKS: Final = {
     "pass": "FlyPast",
     "shuttle": "BackAndForth",
     "guard": "GuardRound",
+    "watch_plain": "WatchPlace",
+    "ring_plain": "CirclePlace",
+    "zigzag_plain": "ZigzagSweep",
+    "line_plain": "FlyLine",
+    "corners_plain": "FlyTriangle",
+    "explore_plain": "ExploreRegion",
+    "tour_plain": "TourPlaces",
+    "pass_plain": "FlyPast",
+    "aside_land": "LandBeside",
 }
 MAIN: Final = (
     "over",
@@ -166,17 +173,31 @@ MAIN: Final = (
     "pass",
     "shuttle",
     "guard",
+    "watch_plain",
+    "ring_plain",
+    "ring_plain",
+    "zigzag_plain",
+    "line_plain",
+    "corners_plain",
+    "explore_plain",
+    "tour_plain",
+    "pass_plain",
 )
+RINGS: Final = ("ring", "rings", "ring_plain")
 
 
 def parts(draw: Draw, machine_type: str, most: int, *, kinds: Sequence[str] = MAIN) -> list[Clause]:
     """Return flights of one machine without an end; what only some can do is left to those."""
-    able = [kind for kind in kinds if kind != "explore" or machine_type == "lwd"]
+    able = [kind for kind in kinds if not kind.startswith("explore") or machine_type == "lwd"]
     found = [draw.clause(draw.rng.choice(able)) for _ in range(draw.rng.randint(1, most))]
     if len(found) > 1:
         found = [
             one if one.kind != "guard" or i == len(found) - 1 else draw.clause("over") for i, one in enumerate(found)
         ]
+    at = next((i for i, one in enumerate(found) if one.kind in RINGS), -1)
+    if at >= 0 and len(kinds) > 8 and draw.rng.random() < 0.45:
+        ring = found[at].values
+        found.insert(at + 1, Clause("recentre", {"p": ring["p"], "h": ring["h"]}))
     return found
 
 
@@ -186,7 +207,7 @@ def ended(draw: Draw, clauses: list[Clause]) -> list[Clause]:
     dice = draw.rng.random()
     if last.kind == "land":  # to take off again at once would be for nothing
         return clauses
-    if dice < 0.2 and last.kind in ("over", "over_plain", "watch"):
+    if dice < 0.2 and last.kind in ("over", "over_plain", "watch", "watch_plain", "recentre"):
         return [*clauses, draw.clause("stay")]
     return [*clauses, draw.clause("home")]
 
@@ -363,7 +384,7 @@ def follow(draw: Draw) -> Mission:
             "steps": [
                 {"do": "MiniFinder", "agent": asked.role, "base": base, "save_as": "fix"},
                 {"break_if": "fix.in_range"},
-                {"do": "GoTo", "agent": "drone", "to": f"above(fix.go_to, {h.value})"},
+                {"do": "FlyTo", "agent": "drone", "to": "fix.go_to", "height": h.value},
             ],
         },
         {"do": "ReturnHome", "agent": "drone"},

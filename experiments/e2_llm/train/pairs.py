@@ -9,12 +9,12 @@ import json
 import random
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Final
 
 from msgspec import Struct
 
-from experiments.e2_llm.train import missions, refusals, teams
+from experiments.e2_llm.train import formations, missions, refusals, teams
 from experiments.e2_llm.train.clauses import Draw
 from experiments.e2_llm.train.leaks import Guard, leaked, shape
 from experiments.e2_llm.train.missions import Mission
@@ -27,19 +27,24 @@ from formiga_bt.llm.envelope import Answer
 from formiga_bt.llm.feasible import impossible
 from formiga_bt.llm.judge import Judged, judge
 from formiga_bt.llm.lifting import Lifter
+from formiga_bt.llm.points import Point, with_points
+from formiga_bt.llm.prompt import reading
 from formiga_bt.llm.short import ShortError, expanded
-from formiga_bt.llm.wording import read
+from formiga_bt.llm.wording import Words, read
+from formiga_bt.llm.world import World
 
-MISSIONS: Final = 4
+MISSIONS: Final = 7
 """Of a practice."""
-WORDINGS: Final = 3
+WORDINGS: Final = 2
 """Of a mission."""
 HELD_EVERY: Final = 12
 """Each so-many-th practice is held out, and may use wordings that training never has."""
 SPANISH: Final = 0.33
 KINDS: Final[tuple[tuple[Callable[[Draw], Mission], int], ...]] = (
-    (missions.single, 40),
-    (teams.side_by_side, 15),
+    (missions.single, 34),
+    (teams.side_by_side, 14),
+    (formations.formation, 9),
+    (formations.parting, 10),
     (teams.in_turn, 4),
     (teams.meet, 4),
     (missions.yes_no, 7),
@@ -64,6 +69,11 @@ class Pair(Struct, frozen=True, kw_only=True):
     language: str
     held: bool
     request: str
+    """As a model is shown it: coordinates have names."""
+    points: dict[str, tuple[float, float]] = {}
+    """Latitude and longitude, degrees, of those names."""
+    note: str
+    """What stands behind it: what the product reads in it for certain."""
     answer: str
     """As a model should write it, with the names of the shown world."""
     shape: str = ""
@@ -158,14 +168,17 @@ class Maker:
             return None
         self._requests.add(request.casefold())
         told = mission.answer if speaker.language == "en" else told_in_spanish(mission.answer)
-        answer = {"plan": mission.plan, "answer": at.renaming.tree(told)}
+        words = read(request, at.shown.site, at.shown.catalogue)
+        answer = with_names({"plan": mission.plan, "answer": at.renaming.tree(told)}, words)
         return Pair(
             id=id_,
             site=at.number,
             kind=mission.kind,
             language=speaker.language,
             held=held,
-            request=request,
+            request=words.text,
+            points={name: (one.lat, one.lng) for name, one in words.points.items()},
+            note=reading(words, with_points(at.shown, words.points)),
             answer=json.dumps(answer, ensure_ascii=False),
             shape=shape({"steps": mission.answer["tree"]["steps"]}) if judged is not None else "",
         )
@@ -184,12 +197,32 @@ class Maker:
         ):
             return ""
         words = read(request, at.flown.site, at.flown.catalogue)
+        named = {name: said for name, said in words.places.items() if name not in words.points}
+        words = replace(words, places=named)  # the judged tree has coordinates, not the names of its points
         against = impossible(words, at.flown, at.verbs)
         if against is not None:
             return f"called impossible ({mission.kind})"
         found = compare(words, judged.task, judged.yaml, judged.flight, at.flown)
         alarms = ("wrong_person",) if mission.kind == "escalate" else ()  # the dry run's first yes is enough
         return next((one.code for one in found if one.severity == "error" and one.code not in alarms), "")
+
+
+def with_points_of(pair: Pair, world: World) -> World:
+    """Return a world in which the names of a pair's coordinates are places."""
+    return with_points(world, {name: Point(lat, lng, name) for name, (lat, lng) in pair.points.items()})
+
+
+def with_names(data: Any, words: Words) -> Any:
+    """Return an answer in which coordinates have the names that they have in the request as it is shown."""
+    if isinstance(data, list):
+        return [with_names(one, words) for one in data]
+    if isinstance(data, dict):
+        return {key: with_names(value, words) for key, value in data.items()}
+    if not isinstance(data, str):
+        return data
+    for name, point in words.points.items():
+        data = data.replace(f"{point.lat:.5f}, {point.lng:.5f}", name)
+    return data
 
 
 def told_in_spanish(data: Any) -> Any:
@@ -204,13 +237,20 @@ def told_in_spanish(data: Any) -> Any:
     }
 
 
-def renamed_problem(tree: Mapping[str, Any], at: Practice) -> str:
-    """Return what the checker has against a tree under its new names; "" = nothing."""
-    lifter = Lifter(read("", at.shown.site, at.shown.catalogue), at.shown.site)
+def renamed_problem(tree: Mapping[str, Any], at: Practice, pair: Pair | None = None) -> str:
+    """Return what the checker has against a tree under its new names; "" = nothing.
+
+    Args:
+        tree: with the names of the flown world.
+        at: the practice.
+        pair: whose coordinates have names in the tree; None = they stand there as they are.
+    """
+    world = with_points_of(pair, at.shown) if pair is not None else at.shown
+    lifter = Lifter(read("", world.site, world.catalogue), world.site)
     try:
-        data = expanded(at.renaming.tree(tree), at.shown, at.shown_verbs, lifter).data
+        data = expanded(at.renaming.tree(tree), world, at.shown_verbs, lifter).data
     except ShortError as error:
         return str(error)
-    loaded = load_task_json(data, catalogue=at.shown.catalogue, site=at.shown.site, library=at.shown.folders)
+    loaded = load_task_json(data, catalogue=world.catalogue, site=world.site, library=world.folders)
     wrong = [one for one in loaded.problems if one.diagnostic.severity == "error"]
     return f"{wrong[0].diagnostic.code} {wrong[0].message}" if wrong else ""

@@ -18,14 +18,17 @@ from pathlib import Path
 from typing import Any
 
 from experiments.e2_llm.train.bases import BASES, base_file
+from experiments.e2_llm.train.batches import asked
 from experiments.e2_llm.train.card import card_of
 from experiments.e2_llm.train.make import read_pairs
-from experiments.e2_llm.train.pairs import Pair, renamed_problem
+from experiments.e2_llm.train.pairs import Pair, renamed_problem, with_points_of
+from experiments.e2_llm.train.renaming import verbs_renamed
 from experiments.e2_llm.train.sites import Practice, practice
 from formiga_bt.llm.envelope import Answer, NoAnswer, read_answer, schema_of
 from formiga_bt.llm.judge import judge
 from formiga_bt.llm.records import Message
-from formiga_bt.llm.wording import read
+from formiga_bt.llm.vocabulary import offered
+from formiga_bt.llm.wording import read, roles_of
 
 MOST_TOKENS = 900
 
@@ -76,12 +79,13 @@ def marks_of(text: str, data: Any, pair: Pair, at: Practice) -> dict[str, bool |
     found |= {"answers": True, "kind": is_kind == kind_of(due)}
     if not wants_tree or given.tree is None:
         return found
-    found["valid"] = not renamed_problem(at.renaming.inverse().tree(given.tree), at)
+    tree = at.renaming.inverse().tree(given.tree)
+    found["valid"] = not renamed_problem(tree, at, pair)
     found["exact"] = without_role_names(given.tree) == without_role_names(due["tree"])
     if found["valid"]:
-        back = Answer(given.plan, tree=at.renaming.inverse().tree(given.tree))
-        words = read(pair.request, at.flown.site, at.flown.catalogue)
-        judged = judge(back, words, at.flown, at.verbs, "short")
+        world = with_points_of(pair, at.flown)
+        words = read(pair.request, world.site, world.catalogue)
+        judged = judge(Answer(given.plan, tree=tree), words, world, at.verbs, "short")
         found["flies"] = judged.flight is not None and judged.flight.status == "SUCCEEDED" and not judged.errors
     return found
 
@@ -90,8 +94,8 @@ def messages_of(pair: Pair, system: str, others: Sequence[Pair]) -> list[Message
     """Return the prompt: the system part, other pairs of the site, the request."""
     found = [Message("system", system)]
     for one in others:
-        found += [Message("user", f"<request>{one.request}</request>"), Message("assistant", one.answer)]
-    return [*found, Message("user", f"<request>{pair.request}</request>")]
+        found += [Message("user", asked(one.request, one.note)), Message("assistant", one.answer)]
+    return [*found, Message("user", asked(pair.request, pair.note))]
 
 
 def summed(rows: Sequence[Mapping[str, bool | None]], seconds: Sequence[float]) -> dict[str, Any]:
@@ -157,7 +161,9 @@ def _scored(
             same = pair.id.rsplit("/", 1)[0] + "/"
             others = [one for one in held if one.site == pair.site and not one.id.startswith(same)][: given.examples]
             messages = messages_of(pair, systems[pair.site], others)
-            schema = schema_of(at.shown, at.shown_verbs, "short")
+            verbs = verbs_renamed(offered(at.verbs), at.renaming)
+            roles = roles_of(read(pair.request, at.shown.site, at.shown.catalogue), at.shown.catalogue)
+            schema = schema_of(at.shown, verbs, "short", typed=True, roles=roles)
             reply = chat.complete(messages, schema, max_tokens=MOST_TOKENS, temperature=0.0, seed=1)
             rows.append(marks_of(reply.text, reply.data, pair, at))
             seconds.append(reply.seconds)

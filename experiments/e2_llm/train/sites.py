@@ -21,8 +21,8 @@ from experiments.e2_llm.train.speaker import Spot, side_in
 from formiga_bt.geo import Frame, Place
 from formiga_bt.lang.loader import load_catalogue, load_site
 from formiga_bt.lang.model import Site
-from formiga_bt.llm.prompt import system_prompt
-from formiga_bt.llm.vocabulary import Verb, verbs_of
+from formiga_bt.llm.prompt import brief_prompt
+from formiga_bt.llm.vocabulary import Verb, offered, verbs_of
 from formiga_bt.llm.world import World
 from formiga_bt.packaged import folder
 
@@ -146,9 +146,8 @@ class Practice:
     def beside(self, name: str, side: str, m: int) -> Spot:
         """Return a spot so far to one side of a place."""
         en, es = PLACES[name]
-        key, sign = ("north" if side in ("north", "south") else "east"), "-" if side in ("south", "west") else ""
         return Spot(
-            f"offset({name}, {key}={sign}{m} m)",
+            f"offset({name}, {side}={m} m)",
             f"{m} m {side} of {en}",
             f"{m} m al {side_in('es', side)} de {es}",
             (name,),
@@ -182,11 +181,10 @@ def practice(number: int, seed: int) -> Practice:
     verbs = verbs_of(flown)
     shown = _shown(renaming, site)
     shown_verbs = verbs_renamed(verbs, renaming)
-    order = list(shown_verbs)
+    told = list(verbs_renamed(offered(verbs), renaming))
     if rng.random() < 0.7:
-        rng.shuffle(order)
-    shown_verbs = {name: shown_verbs[name] for name in order}
-    system = renaming.text(system_prompt(shown, shown_verbs))
+        rng.shuffle(told)
+    system = renaming.text(brief_prompt(shown, {name: shown_verbs[name] for name in told}))
     return Practice(number, flown, verbs, shown, shown_verbs, renaming, system, kinds, ids)
 
 

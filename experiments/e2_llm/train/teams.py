@@ -35,6 +35,13 @@ _KINDS: Final = (
     "tour",
     "pass",
     "shuttle",
+    "watch_plain",
+    "ring_plain",
+    "ring_plain",
+    "zigzag_plain",
+    "explore_plain",
+    "tour_plain",
+    "over_plain",
 )
 
 
@@ -115,7 +122,7 @@ def meet(draw: Draw) -> Mission:
         case "then_home":
             after = home
         case "then_land":
-            after = [{"do": "LandIn", "agent": who.role, "at": spot.value} for who, spot, _ in both]
+            after = [{"do": "FlyAndLand", "agent": who.role, "at": spot.value} for who, spot, _ in both]
         case _:
             after = [
                 {"sequence": [over(who.role, other, h), back]} for (who, _, other), back in zip(both, home, strict=True)

@@ -6,9 +6,10 @@ import pytest
 
 from experiments.e2_llm.train.adapter import gguf_name
 from experiments.e2_llm.train.bases import BASES, base_file
-from experiments.e2_llm.train.batches import IGNORED, sequence_of, sequences
+from experiments.e2_llm.train.batches import IGNORED, asked, sequence_of, sequences
 from experiments.e2_llm.train.card import card_of
 from experiments.e2_llm.train.fit import by_site, rate_at
+from formiga_bt.llm.prompt import ask
 
 FACTS = {
     "base": "smollm2", "base_sha256": "b1", "data_sha256": "d1", "first_row": "{}", "steps": "9", "tokens": "900",
@@ -22,12 +23,23 @@ def letters(text: str) -> list[int]:
 
 
 def test_only_answers_are_learned() -> None:
-    found = sequence_of(letters, "SYS", [("ask", "ANSWER"), ("more", "OTHER")], 1000)
+    turns = [(asked("ask", "(drones: lwd)"), "ANSWER"), (asked("more", ""), "OTHER")]
+    found = sequence_of(letters, "SYS", turns, 1000)
 
     assert found is not None
     learned = "".join(chr(one) for one in found.labels if one != IGNORED)
     assert learned == "ANSWER<|im_end|>OTHER<|im_end|>"
-    assert "<request>ask</request>" in "".join(map(chr, found.ids))
+    shown = [one.text for one in ask("", "ask", note=lambda _request: "(drones: lwd)") if one.role == "user"]
+    assert shown == [turns[0][0]]  # as the product shows it
+    assert f"user\n{shown[0]}<|im_end|>" in "".join(map(chr, found.ids))
+
+
+def test_no_sequence_has_one_answer_twice() -> None:
+    data = [("SYS", [("first wording", "A"), ("second wording", "A"), ("third", "A"), ("other", "B")])]
+    found = ["".join(map(chr, one.ids)) for one in sequences(letters, data, most=9999, seed=1)]
+
+    assert len(found) == 3
+    assert all(text.count("\nA<|im_end|>") == 1 for text in found)
 
 
 def test_a_sequence_that_is_too_long_loses_its_last_turns() -> None:
@@ -63,13 +75,13 @@ def test_the_rate_rises_falls_and_never_ends() -> None:
 def test_held_out_pairs_are_not_among_those_that_are_learned(tmp_path: Path) -> None:
     file = tmp_path / "pairs.jsonl"
     rows = [
-        '{"format": 1}', '{"site": 0, "system": "S"}', '{"request": "r", "answer": "a", "held": false}',
-        '{"site": 1, "system": "T"}', '{"request": "q", "answer": "b", "held": true}',
+        '{"format": 1}', '{"site": 0, "system": "S"}', '{"request": "r", "note": "", "answer": "a", "held": false}',
+        '{"site": 1, "system": "T"}', '{"request": "q", "note": "(drones: lwd)", "answer": "b", "held": true}',
     ]  # fmt: skip
     file.write_text("\n".join(rows), encoding="utf-8")
 
-    assert by_site(file, held=False) == [("S", [("r", "a")])]
-    assert by_site(file, held=True) == [("T", [("q", "b")])]
+    assert by_site(file, held=False) == [("S", [("<request>r</request>", "a")])]
+    assert by_site(file, held=True) == [("T", [("<request>q</request>\n(drones: lwd)", "b")])]
 
 
 def test_layers_have_the_names_of_llama_cpp() -> None:

@@ -12,16 +12,18 @@ from experiments.e2_llm.requests import WORDS
 from experiments.e2_llm.second_set import second_set
 from experiments.e2_llm.train import make
 from experiments.e2_llm.train.leaks import OF_PAPER, Guard, grams, leaked
-from experiments.e2_llm.train.pairs import Made, Maker, renamed_problem, told_in_spanish
+from experiments.e2_llm.train.pairs import Made, Maker, renamed_problem, told_in_spanish, with_points_of
 from experiments.e2_llm.train.phrases import CASES, CLAUSES, SINGLE, TWO
 from experiments.e2_llm.train.refusing import DANGEROUS, IMPOSSIBLE, UNCLEAR
+from experiments.e2_llm.train.renaming import verbs_renamed
 from experiments.e2_llm.train.score import marks_of, messages_of, without_role_names
 from experiments.e2_llm.train.sites import practice
 from experiments.e2_llm.train.speaker import Metres, Speaker, Time
 from formiga_bt.lang.llm_out import from_yaml
 from formiga_bt.llm.envelope import Answer, schema_of
 from formiga_bt.llm.judge import judge
-from formiga_bt.llm.wording import read
+from formiga_bt.llm.vocabulary import offered
+from formiga_bt.llm.wording import read, roles_of
 from formiga_bt.packaged import folder
 
 SITES = (0, 1, 11)  # 11 is held out; names are changed at one of them at least
@@ -64,11 +66,12 @@ def test_every_tree_passes_checker_and_dry_run_and_needs_no_mend(made: list[Made
             continue
         seen.add(key)
         tree = at.renaming.inverse().tree(answer["answer"]["tree"])
-        judged = judge(Answer("", tree=tree), read("", at.flown.site, at.flown.catalogue), at.flown, at.verbs, "short")
+        world = with_points_of(pair, at.flown)
+        judged = judge(Answer("", tree=tree), read("", world.site, world.catalogue), world, at.verbs, "short")
         assert (judged.errors, judged.mends) == (0, ()), pair.id
         assert judged.flight is not None
         assert judged.flight.status == "SUCCEEDED"
-        assert renamed_problem(tree, at) == ""
+        assert renamed_problem(tree, at, pair) == ""
 
 
 def test_renamed_verbs_and_fields_are_those_of_prompt_and_schema(made: list[Made]) -> None:
@@ -78,7 +81,9 @@ def test_renamed_verbs_and_fields_are_those_of_prompt_and_schema(made: list[Made
     for site, pair, answer in trees_of(made):
         at = site.practice
         assert at.renaming.tree(at.renaming.inverse().tree(answer["answer"])) == answer["answer"]
-        jsonschema.validate(answer, schema_of(at.shown, at.shown_verbs, "short"))
+        verbs = verbs_renamed(offered(at.verbs), at.renaming)
+        roles = roles_of(read(pair.request, at.shown.site, at.shown.catalogue), at.shown.catalogue)
+        jsonschema.validate(answer, schema_of(at.shown, verbs, "short", typed=True, roles=roles))  # as the product asks
         for step in steps_in(answer["answer"]["tree"]["steps"]):
             assert f"\n{step['do']} " in at.system, pair.id
             for key in set(step) - {"do", "agent", "save_as"}:

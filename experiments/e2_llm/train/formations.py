@@ -1,0 +1,211 @@
+"""Missions of machines that do the same, each at its own place; and of two that come together, wait, and part."""
+
+from collections.abc import Callable, Sequence
+from typing import Any, Final
+
+from experiments.e2_llm.train.clauses import Clause, Draw, Steps, beside
+from experiments.e2_llm.train.missions import Machine, Mission, Person, chain, machine, person, tree
+from experiments.e2_llm.train.phrases_plain import FORMATION, FORMATION_THEN, PARTING
+from experiments.e2_llm.train.speaker import Metres, Speaker, Spot
+
+SIDES: Final = (("north", "norte"), ("south", "sur"), ("east", "este"), ("west", "oeste"))
+_TASKS: Final = {
+    "line": "StandInLine",
+    "row": "StandInRow",
+    "each": "OneEach",
+    "ring": "Surround",
+    "triangle": "StandAsTriangle",
+}
+
+
+def formation(draw: Draw) -> Mission:
+    """Return several machines of one type that go to a list of places together, and what they do then."""
+    rng = draw.rng
+    of = rng.choice([key for key in ("lwd", "lwd", "hwd") if len(draw.at.ids[key]) > 1] or ["lwd"])
+    name, label, spanish = draw.at.kinds[of]
+    have = len(draw.at.ids[of])
+    count = rng.randint(2, max(2, min(have, 4)))
+    kinds = [one for one in ("line", "row", "each", "ring", "triangle") if one != "triangle" or count == 3]
+    kind = rng.choice([*kinds, "triangle", "triangle"] if count == 3 else kinds)
+    p, h, t = draw.spot(plain=True), Metres(rng.choice((15, 20, 25, 30, 35, 40))), draw.time()
+    values: dict[str, Any] = {"p": p, "h": h, "n": count, "ms": _plural(label, spanish)}
+    spots = draw.spots(min(count, 4))
+    match kind:
+        case "line":
+            values["q"] = q = spots[0]
+            way = f"line({p.value}, {q.value}, {count})"
+        case "row":
+            values["g"] = g = Metres(rng.choice((8, 10, 12, 15, 20, 25)))
+            way = f"line({p.value}, offset({p.value}, east={g.m * (count - 1)} m), {count})"
+        case "each":
+            values["ps"] = spots
+            way = "[" + ", ".join(one.value for one in spots) + "]"
+        case "ring":
+            values["r"] = r = Metres(rng.choice((20, 25, 30, 40)))
+            way = f"circle({p.value}, {r.value}, points={count})"
+        case _:
+            values["r"] = r = Metres(rng.choice((12, 18, 25, 35, 40)))
+            way = f"triangle({p.value}, {r.value})"
+    then = rng.choice(list(FORMATION_THEN))
+    asked, (question, en, es) = person(draw), draw.fact()
+    told = draw.told()
+    team = {"name": "drones", "type": name, "count": count}
+    steps: Steps = [{"do": "FlyTo", "agent": "drones", "to": way, "height": h.value}]
+    if then.startswith("wait"):
+        steps.append({"wait": t.value})
+    if then.startswith("ask"):
+        steps.append({"ask": question, "of": [asked.role]})
+    if then.startswith("tell"):
+        steps.append({"notify": told[0]})
+    if then.endswith("land"):
+        steps.append({"do": "FlyAndLand", "agent": "drones", "at": way})
+    else:
+        steps.append({"do": "ReturnHome", "agent": "drones"})
+    agents = [team, asked.entry] if then.startswith("ask") else [team]
+
+    def say(speaker: Speaker) -> str:
+        more = {"t": t, "u": asked.said, "x": (en, es), "y": told}
+        end = speaker.filled(speaker.pick(FORMATION_THEN[then]), more)
+        text = speaker.filled(speaker.pick(FORMATION[kind]).replace("{c}", "\0"), values).replace("\0", end)
+        return text[:1].upper() + text[1:]
+
+    ends = {"wait": f"wait {t.value}", "ask": f"{asked.said[0]} must confirm", "tell": "people are told"}
+    end = ends.get(then.split("_")[0], "")
+    last = "land there" if then.endswith("land") else "return"
+    plan = f"{count} {name} go to {way} at {h.value}, " + (f"{end}, " if end else "") + f"then they {last}"
+    names = tuple(name for one in (p, *spots) for name in one.names)
+    return Mission("formation", {"tree": {"task": _TASKS[kind], "agents": agents, "steps": steps}}, plan, say, names)
+
+
+def _plural(label: str, spanish: str) -> tuple[str, str]:
+    first, *rest = spanish.split()
+    many = first + ("es" if first[-1] not in "aeiouó" else "s")
+    words = [
+        f"{word}s"
+        if word[-1] in "aeo" and word not in ("de", "con", "cámara", "carga")
+        else f"{word}es"
+        if word[-1] == "r"
+        else word
+        for word in rest
+    ]
+    return f"{label}s", " ".join([many, *words])
+
+
+_Then = tuple[str, Callable[[str], Steps], tuple[str, ...]]
+
+
+def parting(draw: Draw) -> Mission:
+    """Return two machines, each at its place; after an answer or a time each goes its own way."""
+    rng = draw.rng
+    same = rng.random() < 0.6
+    first_of, second_of = ("lwd", "lwd") if same and len(draw.at.ids["lwd"]) > 1 else rng.sample(("lwd", "hwd"), 2)
+    twins = first_of == second_of
+    one = machine(draw, "one" if twins else _role(first_of), first_of, plain=True)
+    two = machine(draw, "other" if twins else _role(second_of), second_of, other=twins, plain=True)
+    p, q, r = draw.spots(3)
+    h, t, g = draw.height(), draw.time(), Metres(rng.choice((6, 8, 10, 12, 15, 20)))
+    apart = rng.random() < 0.5
+    lands = rng.random() < 0.6
+    to_one, to_two = (p.value, beside(p, SIDES[2], g)) if apart else (p.value, q.value)
+    both: Steps = [
+        {"do": "FlyAndLand", "agent": who.role, "at": spot}
+        if lands
+        else {"do": "FlyTo", "agent": who.role, "to": spot, "height": h.value}
+        for who, spot in ((one, to_one), (two, to_two))
+    ]
+    timed = rng.random() < 0.35
+    asked, (question, en, es) = person(draw), draw.fact()
+    between: Steps = [{"wait": t.value}] if timed else [{"ask": question, "of": [asked.role]}]
+    jobs = [
+        _job(draw, kind, r, h)
+        for kind in rng.choice(
+            (
+                ("home", "land"),
+                ("home", "look"),
+                ("look", "home"),
+                ("land", "home"),
+                ("home", "home"),
+                ("home", "stay"),
+                ("ring", "home"),
+            )
+        )
+    ]
+    branches: Steps = []
+    for who, clauses in zip((one, two), jobs, strict=True):
+        steps = chain(clauses, who.role)
+        if steps:
+            branches.append(steps[0] if len(steps) == 1 else {"sequence": steps})
+    after: Steps = [{"parallel": branches}] if len(branches) > 1 else [*(branches[0].get("sequence") or branches)]
+    steps = [{"parallel": both}, *between, *after]
+
+    def say(speaker: Speaker) -> str:
+        form = 1 if speaker.language == "en" else 0
+        es_ = speaker.language == "es"
+        stays = "se queda donde está" if es_ else "stays where it is"
+        texts = [_joined(clauses, speaker, form) or stays for clauses in jobs]
+        values: dict[str, Any] = {
+            "a": one.said(speaker),
+            "b": two.said(speaker),
+            "u": asked.said,
+            "x": (en, es),
+            "t": t,
+            "p": p,
+            "g": g,
+        }
+        values["e1"] = speaker.pick(PARTING["one"]).format(c=texts[0])
+        values["e2"] = speaker.pick(PARTING["other"]).format(c=texts[1])
+        if not twins:
+            values["e1"], values["e2"] = f"{_the(one, es_)} {texts[0]}", f"{_the(two, es_)} {texts[1]}"
+        both_said = twins and speaker.rng.random() < 0.6
+        values |= {"n": 2, "ms": _plural(*draw.at.kinds[first_of][1:])}
+        if apart:
+            land = (
+                ("aterrizan" if es_ else "land")
+                if lands
+                else ("flotan a " + h.value if es_ else f"hover ({h.value} high)")
+            )
+            head = speaker.filled(speaker.pick(PARTING["apart_two" if both_said else "apart"]), values | {"land": land})
+            return head + speaker.filled(speaker.pick(PARTING["after_time" if timed else "after_ask"]), values)
+        verb = ("aterriza en" if es_ else "lands at") if lands else ("vuela a" if es_ else "flies to")
+        up = "" if lands else (f" a {h.value}" if es_ else f" at {h.value}")
+        values["d1"], values["d2"] = f"{verb} {speaker.say(p)}{up}", f"{verb} {speaker.say(q)}{up}"
+        if both_said:
+            head = speaker.filled(speaker.pick(PARTING["pair"]), values)
+            return head + speaker.filled(speaker.pick(PARTING["after_time" if timed else "after_ask"]), values)
+        return speaker.filled(speaker.pick(PARTING["parting_timed" if timed else "parting"]), values)
+
+    agents: list[Machine | Person] = [one, two] if timed else [one, two, asked]
+    first, second = (", ".join(c.plan for c in clauses) or "stays" for clauses in jobs)
+    pause = f"wait {t.value}" if timed else f"{asked.said[0]} must confirm"
+    plan = f"{one.role} goes to {to_one}, {two.role} to {to_two}; {pause}; then {one.role} {first}; {two.role} {second}"
+    return Mission("parting", tree("MeetAndPart", agents, steps), plan, say, (*p.names, *q.names, *r.names))
+
+
+def _role(of: str) -> str:
+    return "light" if of == "lwd" else "heavy"
+
+
+def _the(who: Machine, spanish: bool) -> str:
+    said = (who.es if spanish else who.en)[0]
+    return ("el " if spanish else "the ") + said.split(" ", 1)[1]
+
+
+def _job(draw: Draw, kind: str, spot: Spot, height: Metres) -> list[Clause]:
+    match kind:
+        case "home":
+            return [draw.clause("home")]
+        case "land":
+            return [Clause("land", {"p": spot})]
+        case "look":
+            return [Clause("watch", {"p": spot, "h": height, "t": draw.time()}), draw.clause("home")]
+        case "ring":
+            return [
+                Clause("ring", {"p": spot, "r": Metres(draw.rng.choice((12, 18, 25))), "h": height}),
+                draw.clause("home"),
+            ]
+    return []
+
+
+def _joined(clauses: Sequence[Clause], speaker: Speaker, form: int) -> str:
+    parts = [one.said(speaker, form) for one in clauses]
+    return (" y " if speaker.language == "es" else " and ").join(parts)
