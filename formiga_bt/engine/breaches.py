@@ -63,9 +63,7 @@ class Breaches:
 
     def _lands_later(self, agent: AgentRecord) -> tuple[Place, ...]:
         """Return where it was landing when it was stopped, or waits to land: it may be low there."""
-        goals = [
-            g for g in self._core.state.goals.values() if g.agent == agent.id and g.state in ("interrupted", "gated")
-        ]
+        goals = [g for g in self._core.index.goals_of(agent.id) if g.state in ("interrupted", "gated")]
         specs = [(goal, self._core.action(goal.action)) for goal in goals]
         targets = [goal.fields.get(spec.moves_to) for goal, spec in specs if spec.lands]
         return tuple(target for target in targets if isinstance(target, Place))

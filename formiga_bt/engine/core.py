@@ -4,8 +4,8 @@ Nothing here decides anything. Parts (`fleet`, `goals`, `people`, `gatekeeper`, 
 through `emit`, which applies each change at once, so that what is read next is already so.
 """
 
-import heapq
 from collections.abc import Callable, Mapping
+from operator import attrgetter
 from types import MappingProxyType
 from typing import Any, Final
 
@@ -15,6 +15,7 @@ from formiga_bt.blackboard import Blackboard
 from formiga_bt.clock import Micros
 from formiga_bt.energy import Power, power_of
 from formiga_bt.engine import changes as ch
+from formiga_bt.engine.index import DeadlineHeap, Index, Instants
 from formiga_bt.engine.inputs import Effect, PublishState, SendGoal
 from formiga_bt.engine.library import Bundles, Library
 from formiga_bt.engine.records import AgentRecord, Deadline, GoalRecord, TaskRecord
@@ -46,6 +47,8 @@ GATE_READS: Final = (
 )
 """Fields of an agent that the gate's verdict on some goal depends on."""
 
+_read_by_gate = attrgetter(*GATE_READS)
+
 
 class Core:
     """State and the step under construction."""
@@ -70,22 +73,19 @@ class Core:
         self.wake_now: Callable[[str], None] | None = None
         self.due: set[tuple[str, str]] = set()
         """(task, node key) whose deadline fired in this step"""
-        self.instants: dict[tuple[str, str], Micros] = {}
-        """(task, node key) -> when its live condition next turns with `now`: in every step from then on it is looked at"""
+        self.instants = Instants()
         self.answered: list[str] = []
         """Confirm goals that ended in this step and whose question must be looked at."""
         self.stale: set[str] = set()
         """Agents of which something changed that a waiting goal may wait for; `EVERYTHING` = look at all."""
         self.moved: dict[str, None] = dict.fromkeys(state.agents)
         """Agents that changed since the gate last looked at them as traffic."""
-        self.gated: dict[str, None] = {goal.id: None for goal in state.goals.values() if goal.state == "gated"}
-        """Goals that wait at the gate: an index of the state."""
+        self.index = Index(state)
         self.open: dict[str, None] = {task.id: None for task in state.tasks.values() if task.section != "done"}
         """Tasks that have not ended: an index of the state."""
         self.touched: dict[str, None] = {}
         """Tasks whose ending or sections must be looked at."""
-        self._heap: list[tuple[Micros, int, str]] = [(d.at, d.seq, key) for key, d in state.deadlines.items()]
-        heapq.heapify(self._heap)
+        self._deadlines = DeadlineHeap(state)
 
     # -- the step ------------------------------------------------------------------------------------------------
     @property
@@ -99,29 +99,15 @@ class Core:
         self.state.seq += 1
         self.changes, self.effects = [], []
         self.due.clear()
-        for (task_id, key), at in self.instants.items():
-            if at <= now:
-                self.wake(task_id, key)
+        for task_id, key in self.instants.until(now):
+            self.wake(task_id, key)
 
     def emit(self, change: ch.Change) -> None:
         """Record a change and apply it."""
         self.changes.append(change)
-        if type(change) is ch.AgentPut:
-            self._note_agent(change.agent)
-        elif type(change) is ch.GoalPut:
-            self._note_goal(change.goal)
-        elif type(change) is ch.TaskPut:
-            if change.task.section == "done":
-                self.open.pop(change.task.id, None)
-            else:
-                self.open[change.task.id] = None
-        elif type(change) is ch.GoalDrop:
-            self.gated.pop(change.goal, None)
-        elif type(change) is ch.ClearancePut:
-            self.stale.add(change.agent)
-            self.moved[change.agent] = None
-        elif type(change) is ch.OrderPut:
-            self.stale.add(change.agent)
+        kind = type(change)
+        if kind in _NOTED:
+            _NOTED[kind](self, change)
         apply(self.state, self.board, change)
         if self.board.has_hits:
             for reader in self.board.take_hits():
@@ -130,7 +116,7 @@ class Core:
 
     def _note_agent(self, new: AgentRecord) -> None:
         old = self.state.agents.get(new.id)
-        if old is None or any(getattr(old, name) != getattr(new, name) for name in GATE_READS):
+        if old is None or _read_by_gate(old) != _read_by_gate(new):
             self.stale.add(new.id)
             self.moved[new.id] = None
         task = self.state.tasks.get(new.task)
@@ -138,13 +124,20 @@ class Core:
             self.touch(task.id)  # it may be down now: an order brings it home, too
 
     def _note_goal(self, goal: GoalRecord) -> None:
-        if goal.state == "gated":
-            self.gated[goal.id] = None
-            return
-        self.gated.pop(goal.id, None)
-        if goal.leg is not None or goal.area is not None:
+        self.index.goal(goal)
+        if goal.state != "gated" and (goal.leg is not None or goal.area is not None):
             self.stale.add(goal.agent)
             self.moved[goal.agent] = None
+
+    def _note_task(self, task: TaskRecord) -> None:
+        if task.section == "done":
+            self.open.pop(task.id, None)
+        else:
+            self.open[task.id] = None
+
+    def _note_clearance(self, agent: str) -> None:
+        self.stale.add(agent)
+        self.moved[agent] = None
 
     def effect(self, effect: Effect) -> None:
         """Add an effect; it leaves the process after the step is persisted."""
@@ -251,7 +244,7 @@ class Core:
             return
         seq = self.state.counters.get("deadline", 0) + 1
         self.emit(ch.DeadlineSet(key, Deadline(at, seq, task, pausable)))
-        heapq.heappush(self._heap, (at, seq, key))
+        self._deadlines.push(at, seq, key)
 
     def clear_deadline(self, key: str) -> None:
         """Forget a deadline, also one that stands still."""
@@ -264,7 +257,8 @@ class Core:
 
     def pause_deadlines(self, task_id: str) -> None:
         """Let the pausable deadlines of a task stand still."""
-        mine = {k: d for k, d in self.state.deadlines.items() if d.task == task_id and d.pausable}
+        own = {key: self.state.deadlines[key] for key in self.index.deadlines_of(task_id)}
+        mine = {key: deadline for key, deadline in own.items() if deadline.pausable}
         if mine:
             left = {key: deadline.at - self.now for key, deadline in mine.items()}
             self.put_task(task_id, paused={**self.task(task_id).paused, **left})
@@ -281,19 +275,29 @@ class Core:
 
     def next_deadline(self) -> tuple[Micros, str] | None:
         """Return the earliest live deadline, ties in the order of setting."""
-        while self._heap:
-            at, seq, key = self._heap[0]
-            live = self.state.deadlines.get(key)
-            if live is not None and live.seq == seq:
-                return at, key
-            heapq.heappop(self._heap)
-        return None
+        return self._deadlines.first()
 
     def set_wall(self, key: str, after_us: Micros | None) -> None:
         """Ask the driver for WallDue(key) after so much wall time, or (None) no more."""
         if after_us is None and key not in self.state.wall:
             return
         self.emit(ch.WallTimerSet(key, after_us))
+
+
+_NOTED: Final[Mapping[type, Callable[[Core, Any], None]]] = MappingProxyType(
+    {
+        ch.AgentPut: lambda core, change: core._note_agent(change.agent),
+        ch.GoalPut: lambda core, change: core._note_goal(change.goal),
+        ch.GoalDrop: lambda core, change: core.index.drop_goal(change.goal),
+        ch.TaskPut: lambda core, change: core._note_task(change.task),
+        ch.ClearancePut: lambda core, change: core._note_clearance(change.agent),
+        ch.OrderPut: lambda core, change: core.stale.add(change.agent),
+        ch.DeadlineSet: lambda core, change: core.index.deadline(change.key, change.deadline),
+        ch.QuestionPut: lambda core, change: core.index.question(change.question),
+        ch.QuestionDrop: lambda core, change: core.index.drop_question(change.question),
+    }
+)
+"""What is noted of a change before it is applied."""
 
 
 def clock_stands(task: TaskRecord) -> bool:

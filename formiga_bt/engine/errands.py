@@ -89,7 +89,7 @@ class Errands:
         core = self._core
         if core.task(task_id).section != "recover":
             return
-        for goal in [g for g in core.state.goals.values() if g.agent == agent_id and g.task == task_id]:
+        for goal in [g for g in core.index.goals_of(agent_id) if g.task == task_id]:
             if goal.state in ("gated", "interrupted") and core.action(goal.action).requires == "airborne":
                 self._goals.end(goal.id, "canceled", "requires", f"{agent_id} stands on the ground")
 

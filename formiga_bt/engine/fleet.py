@@ -242,7 +242,7 @@ class Fleet:
             if was == "SUSPECT":
                 self._ask_about_goals(agent_id)
         if agent.human:
-            self.people.invalidate()
+            self.people.invalidate(agent_id)
         kind = core.catalogue.types.get(agent.type)  # None: not admitted
         if kind is not None and wall and f"live|{agent_id}" not in core.state.wall:
             core.set_wall(f"live|{agent_id}", kind.suspect_after_us)
@@ -266,7 +266,7 @@ class Fleet:
             self._core.put_agent(agent_id, quarantine="lost")
 
     def _ask_about_goals(self, agent_id: str) -> None:
-        goals = tuple(g.id for g in self._core.state.goals.values() if g.agent == agent_id and g.in_flight)
+        goals = tuple(g.id for g in self._core.index.goals_of(agent_id) if g.in_flight)
         if goals:
             self._core.effect(QueryGoal(agent_id, goals))
 

@@ -10,8 +10,8 @@ from formiga_bt.engine.core import EVERYTHING, Core
 from formiga_bt.engine.gateview import GateView
 from formiga_bt.engine.inputs import SendGoal
 from formiga_bt.engine.ports import ClearancePort
-from formiga_bt.engine.records import GoalRecord
-from formiga_bt.engine.room import BUSY, Room
+from formiga_bt.engine.records import BUSY, GoalRecord
+from formiga_bt.engine.room import Room
 from formiga_bt.safety.gate import Go, Hold, Refuse, Verdict, judge, may_go_again
 from formiga_bt.transport.messages import to_wire
 
@@ -127,8 +127,15 @@ class Gatekeeper:
         """Look again at the waiting goals that wait for something that has changed."""
         core = self._core
         stale, core.stale = core.stale, set()
-        waiting = [g for g in (core.state.goals[goal_id] for goal_id in core.gated) if _may_go(g, stale)]
-        waiting.sort(key=self.room.rank)
+        index = core.index
+        # A goal that waits for a machine in its way waits on while neither that machine nor its own has changed.
+        names = (
+            index.gated
+            if EVERYTHING in stale
+            else dict.fromkeys(goal_id for agent in stale for goal_id in index.held_up_by(agent))
+        )
+        waiting = [core.state.goals[goal_id] for goal_id in names]
+        waiting.sort(key=lambda goal: (*self.room.rank(goal), goal.id))
         for goal in waiting:
             if core.state.goals.get(goal.id) is goal:
                 self.try_send(goal.id)
@@ -152,8 +159,3 @@ class Gatekeeper:
     def port_waited(self, goal_id: str) -> None:
         """Timer `port`."""
         self.room.port_waited(goal_id)
-
-
-def _may_go(goal: GoalRecord, stale: set[str]) -> bool:
-    # A goal that waits for a machine in its way waits on while neither that machine nor its own has changed.
-    return EVERYTHING in stale or goal.agent in stale or (goal.code in BUSY and goal.text in stale)

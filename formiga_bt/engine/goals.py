@@ -27,8 +27,7 @@ from formiga_bt.engine.core import EVERYTHING, Core
 from formiga_bt.engine.fleet import Fleet
 from formiga_bt.engine.gatekeeper import Gatekeeper
 from formiga_bt.engine.inputs import Alarm, CancelGoal, EffectFailed, QueryGoal
-from formiga_bt.engine.records import GO_ON, STOPPED, GoalRecord
-from formiga_bt.engine.room import BUSY
+from formiga_bt.engine.records import BUSY, GO_ON, STOPPED, GoalRecord
 from formiga_bt.geo import Place, Position
 from formiga_bt.lang.types import Type
 from formiga_bt.nodes.run import Failure, GoalOrder
@@ -91,8 +90,8 @@ class Goals:
         return goal if found is None else replace(goal, action=found[0], fields=found[1], rest_of=goal.action)
 
     def _mine_in_flight(self, task_id: str, agent_id: str) -> bool:
-        goals = self._core.state.goals.values()
-        return any(g.task == task_id and g.agent == agent_id and not g.ended and not g.cancel_asked for g in goals)
+        goals = self._core.index.goals_of(agent_id)
+        return any(g.task == task_id and not g.ended and not g.cancel_asked for g in goals)
 
     def cancel(self, goal_id: str, why: str = "") -> bool:
         """Cancel a goal; return whether its end must be waited for."""
@@ -129,7 +128,7 @@ class Goals:
     def interrupt_all(self, agent_id: str) -> None:
         """An order stops a machine: what it does is canceled, and waits for a person's word."""
         core = self._core
-        for goal in [g for g in core.state.goals.values() if g.agent == agent_id and g.in_flight]:
+        for goal in [g for g in core.index.goals_of(agent_id) if g.in_flight]:
             if goal.cancel_why == GO_ON:
                 core.put_goal(goal.id, cancel_why=STOPPED)
             if goal.cancel_asked or goal.owner == "!none":
@@ -294,9 +293,7 @@ class Goals:
 
     def _read_anew(self, agent_id: str) -> None:
         """The engine moved a machine to another layer: what waits for its way is ordered again, from there."""
-        for goal in [
-            g for g in self._core.state.goals.values() if g.agent == agent_id and g.state == "gated" and g.task
-        ]:
+        for goal in [g for g in self._core.index.goals_of(agent_id) if g.state == "gated" and g.task]:
             if goal.code in (*BUSY, "draining"):
                 self.again(goal.id)
 
@@ -344,7 +341,7 @@ class Goals:
 
     def lose(self, agent_id: str, state: str, code: str = "") -> None:
         """End every goal that an agent has or waits for (`lost`, `in_doubt`)."""
-        for goal in [g for g in self._core.state.goals.values() if g.agent == agent_id and not g.ended]:
+        for goal in [g for g in self._core.index.goals_of(agent_id) if not g.ended]:
             if goal.in_flight or state == "lost":
                 if goal.state in ("gated", "interrupted"):
                     self._gate.forget(goal)

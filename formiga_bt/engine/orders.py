@@ -151,10 +151,14 @@ class Orders:
     def review(self, stale: Iterable[str]) -> None:
         """Machines changed: go on with their orders."""
         core = self._core
-        agents = core.state.agents
-        names = list(agents) if EVERYTHING in stale else [name for name in agents if name in stale]
+        agents, orders = core.state.agents, core.state.orders
+        if not orders:
+            return
+        names = list(agents) if EVERYTHING in stale else [name for name in stale if name in agents]
+        names.sort(key=lambda name: agents[name].order)
         for name in names:
-            self.advance(name)
+            if name in orders:
+                self.advance(name)
 
     def advance(self, agent_id: str) -> None:
         """Take the next step of a machine's order, if it is time for one."""
@@ -185,7 +189,7 @@ class Orders:
 
     def is_busy(self, agent_id: str) -> bool:
         """Return whether a machine has a goal in flight."""
-        return any(g.agent == agent_id and g.in_flight for g in self._core.state.goals.values())
+        return any(goal.in_flight for goal in self._core.index.goals_of(agent_id))
 
     def _recovered_by_its_task(self, agent: AgentRecord, order: StandingOrder) -> bool:
         task = self._core.state.tasks.get(agent.task)

@@ -22,7 +22,6 @@ class People:
 
     def __init__(self, core: Core) -> None:
         self._core = core
-        self._stale = True
 
     def of_role(self, site_role: str) -> tuple[str, ...]:
         """Return the people of a site role; without a list in the site file, `watchers` are all watchers known."""
@@ -60,7 +59,6 @@ class People:
         core.emit(ch.QuestionPut(question))
         if order.escalate_us is not None and len(order.tiers) > 1:
             core.set_deadline(f"escalate|{order.id}", core.now + order.escalate_us)
-        self._stale = True
 
     def escalate(self, question_id: str) -> None:
         """Open a question to the next group as well."""
@@ -71,7 +69,6 @@ class People:
         core.emit(ch.QuestionPut(replace(question, tier=question.tier + 1)))
         if question.tier + 2 < len(question.tiers) and question.escalate_us is not None:
             core.set_deadline(f"escalate|{question_id}", core.now + question.escalate_us)
-        self._stale = True
 
     def close(self, question_id: str) -> None:
         """Withdraw a question from everybody, or forget an answered one."""
@@ -83,7 +80,6 @@ class People:
         for person in question.asked:
             self._take_back(question.showing(person))
         core.emit(ch.QuestionDrop(question_id))
-        self._stale = True
 
     def _take_back(self, goal_id: str) -> None:
         core = self._core
@@ -96,35 +92,35 @@ class People:
         core.emit(ch.GoalDrop(goal_id))
 
     # -- showing -------------------------------------------------------------------------------------------------
-    def invalidate(self) -> None:
-        """A person came, went, or became free: look at the queues again."""
-        self._stale = True
+    def invalidate(self, person: str) -> None:
+        """A person came, went, or became free: look at that queue again."""
+        self._core.index.free_people[person] = None
 
     def pump(self) -> None:
         """Show each reachable person what is next in their queue."""
-        if not self._stale:
+        core, index = self._core, self._core.index
+        if not index.free_people:
             return
-        self._stale = False
-        core = self._core
+        people, index.free_people = index.free_people, {}
+        asked = dict.fromkeys(question for person in people for question in index.asked_of(person))
+        if not asked:
+            return
         concurrency = core.action("Confirm").concurrency
-        shown: dict[str, int] = {}
-        for goal in core.state.goals.values():
-            if goal.owner == "!question" and not goal.ended:
-                shown[goal.agent] = shown.get(goal.agent, 0) + 1
-        queue = sorted(core.state.questions.values(), key=lambda q: (PRIORITIES[q.priority], q.order))
+        queue = sorted((core.state.questions[one] for one in asked), key=lambda q: (PRIORITIES[q.priority], q.order))
         for question in queue:
             if question.reply is not None:
                 continue
             for person in question.asked:
+                if person not in people:
+                    continue
                 agent = core.state.agents.get(person)
-                if agent is None or not reachable(agent) or shown.get(person, 0) >= concurrency:
+                if agent is None or not reachable(agent) or index.shown_to(person) >= concurrency:
                     continue
                 if question.showing(person) in core.state.goals or person in question.declined:
                     continue
                 if any(a.by == person for a in question.answers):
                     continue
                 self._show(question, person)
-                shown[person] = shown.get(person, 0) + 1
 
     def _show(self, question: Question, person: str) -> None:
         core = self._core
@@ -154,7 +150,6 @@ class People:
             return None
         question = core.state.questions.get(goal_id.rsplit("~", 1)[0])
         core.emit(ch.GoalDrop(goal_id))
-        self._stale = True
         if question is None or question.reply is not None:
             return None
         if goal.state in ("in_doubt", "lost"):

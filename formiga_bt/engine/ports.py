@@ -48,7 +48,7 @@ class GoalPort(Protocol):
 class PeoplePort(Protocol):
     """`People`, for the fleet."""
 
-    def invalidate(self) -> None:
+    def invalidate(self, person: str) -> None:
         """Somebody came or went: look at the queues again."""
         ...
 

@@ -47,6 +47,9 @@ ENDED: Final[frozenset[str]] = frozenset(
 IN_FLIGHT: Final[frozenset[str]] = frozenset({"sent", "accepted", "running", "canceling"})
 """Goal states in which the agent has, or may have, the goal. `interrupted` (by a pilot or a stop) waits for a person's word."""
 
+BUSY: Final = ("spot_busy", "leg_busy", "port_busy")
+"""Codes of waits at the gate for another machine."""
+
 STOPPED: Final = "stopped"
 """Why a goal is canceled, and then interrupted: an order stands on its machine."""
 GO_ON: Final = "go_on"

@@ -89,7 +89,7 @@ class Recovery:
         for agent_id, owner in list(core.task(task_id).releasing.items()):
             agent = core.state.agents[agent_id]
             if agent.task == task_id:
-                if any(g.agent == agent_id and not g.ended for g in core.state.goals.values()):
+                if any(not goal.ended for goal in core.index.goals_of(agent_id)):
                     continue
                 after = core.task(task_id).release_after.get(agent_id, ())
                 if any(tidy.id in after and not tidy.ended for tidy in core.task(task_id).tidying):

@@ -18,7 +18,7 @@ from formiga_bt.engine.core import Core
 from formiga_bt.engine.gateview import GateView
 from formiga_bt.engine.inputs import Alarm
 from formiga_bt.engine.ports import ClearancePort
-from formiga_bt.engine.records import PRIORITIES, AgentRecord, GoalRecord
+from formiga_bt.engine.records import BUSY, PRIORITIES, AgentRecord, GoalRecord
 from formiga_bt.geo import Place, Position, distance_m, horizontal_m
 from formiga_bt.lang.model import Port
 from formiga_bt.safety.gate import Go
@@ -38,9 +38,6 @@ SOON_US = 5 * SECOND
 
 THERE_M = 1.0
 """So near to where it should wait a machine stays."""
-
-BUSY = ("spot_busy", "leg_busy", "port_busy")
-"""Codes of waits for another machine."""
 
 Send = Callable[[GoalRecord], bool]
 """Show a new safety goal to the gate: send it if it may go now, else forget it; return which."""
@@ -103,11 +100,10 @@ class Room:
         """
         core = self._core
         here = core.state.agents[goal.agent].position
-        if goal.safety or here is None or not core.gated:
+        if goal.safety or here is None or not core.index.busy:
             return ""
         ways = path(go.leg) if go.leg is not None else ()
-        for goal_id in core.gated:
-            claim = core.state.goals[goal_id]
+        for claim in self._busy():
             if (
                 claim.code != "leg_busy"
                 or claim.section != "recover"
@@ -129,6 +125,11 @@ class Room:
                 return claim.agent
         return ""
 
+    def _busy(self) -> list[GoalRecord]:
+        """Return the goals that wait for another machine, oldest first."""
+        goals = self._core.state.goals
+        return sorted((goals[goal_id] for goal_id in self._core.index.busy), key=lambda goal: (goal.order, goal.id))
+
     # -- ways --------------------------------------------------------------------------------------------------------
     def _leg_busy(self, goal: GoalRecord) -> None:
         core = self._core
@@ -142,8 +143,7 @@ class Room:
 
     def _circle(self, goal: GoalRecord) -> list[GoalRecord]:
         """Return the goals that wait for each other in a circle with this one, itself first; none if there is no circle."""
-        goals = self._core.state.goals
-        waiting = {g.agent: g for g in (goals[goal_id] for goal_id in self._core.gated) if g.code in BUSY}
+        waiting = {g.agent: g for g in self._busy()}
         found = [goal]
         for _ in waiting:
             following = waiting.get(found[-1].text)

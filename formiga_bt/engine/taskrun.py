@@ -175,10 +175,10 @@ class TaskRun:
         else:
             instants = old.instants
         self._watched[path] = Watched(keys, conditions, instants)
-        self._core.instants.pop((self.task_id, path), None)
+        self._core.instants.drop(self.task_id, path)
         coming = min((at for at in instants if at > self.now), default=None)
         if coming is not None:
-            self._core.instants[(self.task_id, path)] = coming
+            self._core.instants.set(self.task_id, path, coming)
             if self.deadline(path) != coming:  # what depends on `now` never stands still
                 self._core.set_deadline(node_deadline(self.task_id, path), coming, self.task_id)
 
@@ -209,7 +209,7 @@ class TaskRun:
 
     def unwatch(self, path: str) -> None:
         """Forget a watch."""
-        self._core.instants.pop((self.task_id, path), None)
+        self._core.instants.drop(self.task_id, path)
         watched = self._watched.pop(path, None)
         for key in watched.keys if watched else ():
             self._core.board.unwatch(key, f"{self.task_id}|{path}")

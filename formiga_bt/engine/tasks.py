@@ -487,9 +487,9 @@ class Tasks:
         for agent_id in task.granted:
             if core.state.agents[agent_id].task == task_id:
                 self._fleet.release(agent_id)
-        for key in [k for k, d in core.state.deadlines.items() if d.task == task_id]:
+        for key in core.index.deadlines_of(task_id):
             core.clear_deadline(key)
-        for question in [q.id for q in core.state.questions.values() if q.task == task_id]:
+        for question in core.index.questions_of(task_id):
             self._people.close(question)
         core.emit(ch.RequestPut(task_id, None))
         if task.again:

@@ -1,0 +1,284 @@
+"""What a wake costs among 100,000 active tasks, beside the same engine with 100 of them.
+
+A third of the tasks waits for a deadline more than ten minutes away, a third for a key of one of 1,000 machines that report once
+a second, a third for a goal of a person (people are shared: many tasks address one). Inputs go straight into the engine, so the
+figures are those of `Engine.handle`: everything but wires and the journal. Per wake, in the small and in the large engine, in
+turns, as processor time:
+
+    timer     a deadline fires, its task goes on to the next wait
+    key       a status changes the key that tasks wait for: per task woken, its share of the step
+    result    a goal ends, its task goes on to the next one
+    progress  news of a goal that goes on: its task is woken for nothing
+    report    a status that changes nothing that anybody waits for: no wake
+
+    python benchmarks/bench_scale.py [--tasks 100000] [--agents 1000] [--json FILE]
+
+Prints one line per figure, then everything as one line of JSON.
+"""
+
+import argparse
+import gc
+import json
+import resource
+import statistics
+import time
+from collections.abc import Callable
+from typing import Any
+
+from agents_sim.world import grid_fleet
+from formiga_bt.clock import SECOND
+from formiga_bt.engine import inputs as inp
+from formiga_bt.engine.engine import Engine
+from formiga_bt.geo import Position
+from formiga_bt.lang.loader import load_catalogue, load_task_text
+from formiga_bt.lang.types import AgentRef
+from formiga_bt.packaged import files
+from formiga_bt.simulation import fleet_site
+from formiga_bt.transport.messages import AgentCard, AgentStatus, GoalEvent
+
+PEOPLE = 200
+START = 1_000_000 * SECOND
+SMALL = 100
+KEYS = 16
+"""Wakes of a key are told per status, of which each wakes all who wait for that machine."""
+
+DEADLINE = """
+formiga: 1
+task: WaitsForTime
+params: {after: {type: duration}}
+steps:
+  - repeat: 1000
+    steps:
+      - wait: ${after}
+"""
+KEY = """
+formiga: 1
+task: WaitsForKey
+params: {who: {type: agent, of: [lwd]}}
+steps:
+  - wait_until: who.battery < 20 %
+    timeout: 24 h
+  - wait: 2 h
+"""
+GOAL = """
+formiga: 1
+task: WaitsForGoal
+params: {who: {type: agent, of: [picker]}}
+agents:
+  person: {type: picker, id: "${who}"}
+steps:
+  - repeat: 1000
+    steps:
+      - do: person.MiniFinder
+        with: {base: "${base}"}
+        timeout: 24 h
+"""
+
+
+class World:
+    """One engine with so many tasks, a third of each kind."""
+
+    def __init__(self, tasks: int, machines: int) -> None:
+        specs = grid_fleet(machines, 0, PEOPLE, 1)
+        catalogue, problems, _ = load_catalogue(files("actions"))
+        assert not problems, problems
+        site = fleet_site(specs)
+        models = {}
+        for text in (DEADLINE, KEY, GOAL):
+            loaded = load_task_text(text, "scale.yaml", catalogue=catalogue, site=site)
+            assert loaded.task is not None, loaded.diagnostics
+            models[loaded.task.name] = loaded.task
+        self.engine = Engine(site, catalogue, models)
+        self.now = START
+        self.tasks = tasks
+        self.goals: dict[str, str] = {}
+        """Goals that are under way -> their persons."""
+        self.n: dict[str, int] = {}
+        self.seq = 0
+        self.give(inp.Started(1))
+        self.machines = [(s.id, s.at) for s in specs if s.type == "lwd"]
+        self.people = [s.id for s in specs if s.type == "picker"]
+        for spec in specs:
+            actions = catalogue.types[spec.type].actions
+            human = catalogue.types[spec.type].human
+            self.give(
+                inp.AgentSeenInput(AgentCard(id=spec.id, type=spec.type, boot_id="b", actions=actions, human=human))
+            )
+        for machine in range(machines):
+            self.report(machine, 90.0)
+        for number, person in enumerate(self.people):
+            self.status(person, "picker", 90.0, Position(5.0 * number, 5.0, 0.0))
+
+    # -- inputs ------------------------------------------------------------------------------------------------------
+    def give(self, given: inp.Input) -> inp.Step:
+        step = self.engine.handle(self.now, given)
+        for effect in step.effects:
+            if isinstance(effect, inp.SendGoal):
+                self.goals[effect.goal_id] = effect.agent
+        return step
+
+    def timers(self) -> None:
+        """Let the deadlines of the present instant fire."""
+        while (due := self.engine.next_deadline()) is not None and due[0] <= self.now:
+            self.give(inp.TimerDue(due[1]))
+
+    def let(self, us: int) -> None:
+        """Let so much time pass, deadlines included."""
+        until = self.now + us
+        while (due := self.engine.next_deadline()) is not None and due[0] <= until:
+            self.now = max(self.now, due[0])
+            self.give(inp.TimerDue(due[1]))
+        self.now = until
+
+    def status(self, agent: str, kind: str, battery: float, at: Position) -> inp.AgentStatusInput:
+        """Return a status and hand it in."""
+        given = self.a_status(agent, kind, battery, at)
+        self.give(given)
+        return given
+
+    def a_status(self, agent: str, kind: str, battery: float, at: Position) -> inp.AgentStatusInput:
+        self.seq += 1
+        landed = "grounded"
+        return inp.AgentStatusInput(
+            AgentStatus(
+                id=agent,
+                type=kind,
+                battery=battery,
+                position=at,
+                boot_id="b",
+                seq=self.seq,
+                stamp=self.now,
+                landed=landed,
+            )
+        )
+
+    def report(self, machine: int, battery: float) -> inp.AgentStatusInput:
+        name, at = self.machines[machine]
+        return self.status(name, "lwd", battery, Position(at.east_m, at.north_m, 0.0))
+
+    def fill(self) -> None:
+        """Submit all tasks and let them come to their waits."""
+        for number in range(self.tasks):
+            kind, index = number % 3, number // 3
+            if kind == 0:
+                wish = inp.Submit("WaitsForTime", {"after": 660.0 + index * 3600.0 / self.tasks})
+            elif kind == 1:
+                wish = inp.Submit("WaitsForKey", {"who": AgentRef(self.machines[index % len(self.machines)][0])})
+            else:
+                wish = inp.Submit("WaitsForGoal", {"who": AgentRef(self.people[index % len(self.people)])})
+            reply = self.give(wish).reply
+            assert not reply.startswith("error"), reply
+            if number % 1000 == 999:
+                self.let(200_000)
+        self.let(2 * SECOND)
+        active = sum(task.status == "ACTIVE" for task in self.engine.state.tasks.values())
+        assert active == self.tasks, f"{active} of {self.tasks} are active"
+        assert not self.engine.state.requests
+
+    # -- what is measured: each returns (inputs, how many tasks each of them wakes) -------------------------------------
+    def timer(self) -> tuple[list[inp.Input], float]:
+        """Every next deadline of a task."""
+        due = self.engine.next_deadline()
+        assert due is not None
+        self.now = max(self.now, due[0])
+        return [inp.TimerDue(due[1])], 1.0
+
+    def key(self) -> tuple[list[inp.Input], float]:
+        """The next machine's battery changes; what waits for it stays false."""
+        machine = self.seq % min(len(self.machines), max(1, self.tasks // 3))
+        name, at = self.machines[machine]
+        self.now += 1000
+        waits = len(range(machine, self.tasks // 3, len(self.machines)))
+        level = 50.0 + self.seq % 400 / 10
+        return [self.a_status(name, "lwd", level, Position(at.east_m, at.north_m, 0.0))], float(max(1, waits))
+
+    def report_only(self) -> tuple[list[inp.Input], float]:
+        """The same machine again, nothing changed."""
+        name, at = self.machines[-1]
+        self.now += 1000
+        battery = self.engine.state.agents[name].battery or 0.0
+        return [self.a_status(name, "lwd", battery, Position(at.east_m, at.north_m, 0.0))], 1.0
+
+    def progress(self) -> tuple[list[inp.Input], float]:
+        """The oldest goal goes on."""
+        goal = next(iter(self.goals))
+        return [self._event(goal, "running")], 1.0
+
+    def result(self) -> tuple[list[inp.Input], float]:
+        """The oldest goal ends; its task sends the next one."""
+        goal = next(iter(self.goals))
+        given = self._event(goal, "succeeded", {"in_range": True, "go_to": {"east_m": 1.0, "north_m": 2.0}})
+        del self.goals[goal], self.n[goal]
+        return [given], 1.0
+
+    def _event(self, goal: str, state: Any, result: dict[str, Any] | None = None) -> inp.GoalEventInput:
+        self.now += 1000
+        self.n[goal] = self.n.get(goal, 0) + 1
+        return inp.GoalEventInput(
+            GoalEvent(goal_id=goal, agent=self.goals[goal], state=state, n=self.n[goal], result=result or {})
+        )
+
+
+def one_us(world: World, make: Callable[[], tuple[list[inp.Input], float]]) -> float:
+    """Return the processor time of one wake, microseconds."""
+    inputs, wakes = make()
+    began = time.thread_time_ns()
+    for given in inputs:
+        world.give(given)
+    return (time.thread_time_ns() - began) / 1000 / wakes
+
+
+def rss_bytes() -> int:
+    """Return the memory that this process has now."""
+    with open("/proc/self/statm", encoding="ascii") as file:
+        return int(file.read().split()[1]) * resource.getpagesize()
+
+
+def main() -> None:
+    """Measure and print."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--tasks", type=int, default=100_000)
+    parser.add_argument("--agents", type=int, default=1000)
+    parser.add_argument("--rounds", type=int, default=400)
+    parser.add_argument("--json", default="")
+    options = parser.parse_args()
+    small = World(SMALL, options.agents)
+    small.fill()
+    large = World(options.tasks, options.agents)
+    gc.collect()
+    before, began = rss_bytes(), time.process_time()
+    gc.freeze()
+    large.fill()
+    gc.collect()
+    gc.freeze()
+    filled_s = time.process_time() - began
+    found: dict[str, Any] = {"tasks": options.tasks, "agents": options.agents, "goals": len(large.goals)}
+    found["kb_per_task"] = round((rss_bytes() - before) / options.tasks / 1000, 2)
+    found["admitted_per_s"] = round(options.tasks / filled_s)
+    print(f"{options.tasks:,} active tasks, {options.agents:,} machines, {PEOPLE} people, {len(large.goals):,} goals")
+    print(f"memory: {found['kb_per_task']:.1f} kB a task, its request and explanation included")
+    print(
+        f"request, grant and start: {filled_s / options.tasks * 1e6:.0f} us a task, {found['admitted_per_s']:,} a second"
+    )
+    worst, slowest = 0.0, 0.0
+    for name in ("timer", "key", "result", "progress", "report_only"):
+        pairs = [
+            (one_us(small, getattr(small, name)), one_us(large, getattr(large, name))) for _ in range(options.rounds)
+        ]
+        few, many = (statistics.median(side) for side in zip(*pairs, strict=True))
+        found[name] = {"us": round(many, 2), f"us_among_{SMALL}": round(few, 2), "ratio": round(many / few, 2)}
+        print(f"{name}: {many:.1f} us among {options.tasks:,}, {few:.1f} us among {SMALL}: {many / few:.2f} times")
+        if name != "report_only":
+            worst, slowest = max(worst, many / few), max(slowest, many)
+    found["core_percent_at_1000_wakes_s"] = round(slowest / 10, 2)
+    print(
+        f"1,000 wakes a second of the slowest kind: {slowest / 10:.1f} % of a core; at most {worst:.2f} times as much"
+    )
+    print(json.dumps(found))
+    if options.json:
+        with open(options.json, "w", encoding="utf-8") as out:
+            json.dump(found, out, indent=2)
+
+
+if __name__ == "__main__":
+    main()
