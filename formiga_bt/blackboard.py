@@ -17,7 +17,8 @@ class Blackboard:
         self._values: dict[str, Any] = {}
         self._versions: dict[str, int] = {}
         self._readers: dict[str, dict[str, None]] = {}
-        self._hits: dict[str, None] = {}
+        self.hits: dict[str, None] = {}
+        """Readers hit since `take_hits`, in the order of the writes."""
 
     def put(self, key: str, value: Any) -> bool:
         """Write a value; return whether it differs from the former one. Readers of a changed key are noted as hit."""
@@ -27,19 +28,14 @@ class Blackboard:
         self._versions[key] = self._versions.get(key, 0) + 1
         readers = self._readers.get(key)
         if readers:
-            self._hits.update(readers)
+            self.hits.update(readers)
         return True
 
     def touch(self, key: str) -> None:
         """Note the readers of a key as hit, without keeping a value: for names that live elsewhere (a task's scopes)."""
         readers = self._readers.get(key)
         if readers:
-            self._hits.update(readers)
-
-    @property
-    def has_hits(self) -> bool:
-        """Return whether a reader was hit since `take_hits`."""
-        return bool(self._hits)
+            self.hits.update(readers)
 
     def drop(self, key: str) -> None:
         """Forget a key, if it exists."""
@@ -68,8 +64,8 @@ class Blackboard:
 
     def take_hits(self) -> tuple[str, ...]:
         """Return the readers hit since the last call, in the order of the writes."""
-        hits = tuple(self._hits)
-        self._hits.clear()
+        hits = tuple(self.hits)
+        self.hits.clear()
         return hits
 
     def under(self, prefix: str) -> Iterator[tuple[str, Any]]:

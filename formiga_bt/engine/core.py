@@ -71,6 +71,8 @@ class Core:
         self.running = ""
         """The task whose trees run a pass now, and how its nodes are woken at once."""
         self.wake_now: Callable[[str], None] | None = None
+        self.named: dict[str, int] = {}
+        """task -> how often its names have changed in this process"""
         self.due: set[tuple[str, str]] = set()
         """(task, node key) whose deadline fired in this step"""
         self.instants = Instants()
@@ -109,7 +111,7 @@ class Core:
         if kind in _NOTED:
             _NOTED[kind](self, change)
         apply(self.state, self.board, change)
-        if self.board.has_hits:
+        if self.board.hits:
             for reader in self.board.take_hits():
                 task_id, _, key = reader.partition("|")
                 self.wake(task_id, key)
@@ -134,6 +136,9 @@ class Core:
             self.open.pop(task.id, None)
         else:
             self.open[task.id] = None
+
+    def _note_names(self, task: str) -> None:
+        self.named[task] = self.named.get(task, 0) + 1
 
     def _note_clearance(self, agent: str) -> None:
         self.stale.add(agent)
@@ -246,13 +251,12 @@ class Core:
         self.emit(ch.DeadlineSet(key, Deadline(at, seq, task, pausable)))
         self._deadlines.push(at, seq, key)
 
-    def clear_deadline(self, key: str) -> None:
-        """Forget a deadline, also one that stands still."""
-        deadline = self.state.deadlines.get(key)
-        if deadline is not None:
+    def clear_deadline(self, key: str, task_id: str = "") -> None:
+        """Forget a deadline, also one that stands still; `task_id` saves finding out whose it is."""
+        if key in self.state.deadlines:
             self.emit(ch.DeadlineSet(key, None))
-        task = self.state.tasks.get(_task_of(key))
-        if task is not None and key in task.paused:
+        task = self.state.tasks.get(task_id or _task_of(key))
+        if task is not None and task.paused and key in task.paused:
             self.put_task(task.id, paused={k: left for k, left in task.paused.items() if k != key})
 
     def pause_deadlines(self, task_id: str) -> None:
@@ -292,6 +296,9 @@ _NOTED: Final[Mapping[type, Callable[[Core, Any], None]]] = MappingProxyType(
         ch.TaskPut: lambda core, change: core._note_task(change.task),
         ch.ClearancePut: lambda core, change: core._note_clearance(change.agent),
         ch.OrderPut: lambda core, change: core.stale.add(change.agent),
+        ch.VarPut: lambda core, change: core._note_names(change.task),
+        ch.ScopePut: lambda core, change: core._note_names(change.task),
+        ch.TaskForget: lambda core, change: core.named.pop(change.task, None),
         ch.DeadlineSet: lambda core, change: core.index.deadline(change.key, change.deadline),
         ch.QuestionPut: lambda core, change: core.index.question(change.question),
         ch.QuestionDrop: lambda core, change: core.index.drop_question(change.question),

@@ -22,6 +22,7 @@ from formiga_bt.engine.fleet import Fleet
 from formiga_bt.engine.gatekeeper import Gatekeeper
 from formiga_bt.engine.goals import Goals
 from formiga_bt.engine.happenings import Happenings
+from formiga_bt.engine.keeping import note_journal, refuse_if_full
 from formiga_bt.engine.lockdown import Lockdowns
 from formiga_bt.engine.orders import Orders
 from formiga_bt.engine.people import People
@@ -121,8 +122,17 @@ class Engine:
         return inp.Step(core.state.seq, now, given, tuple(core.changes), tuple(core.effects), reply)
 
     def _dispatch(self, given: inp.Input) -> str:
-        match given:
+        match given:  # the frequent ones first
+            case inp.AgentStatusInput(status, wall):
+                self.fleet.on_status(status, wall)
+            case inp.GoalEventInput(event, wall):
+                self._goal_event(event, wall)
+            case inp.TimerDue(key):
+                self._timer(key)
+            case inp.WallDue(key, at):
+                self._wall(key, at)
             case inp.Submit():
+                refuse_if_full(self.core)
                 self.authority.admit(given)
                 return self.tasks.submit(given)
             case inp.Approve() | inp.Duty():
@@ -147,26 +157,20 @@ class Engine:
                 self.tasks.poke_allocator()
             case inp.AgentGoneInput(agent):
                 self.fleet.on_gone(agent)
-            case inp.AgentStatusInput(status, wall):
-                self.fleet.on_status(status, wall)
-            case inp.GoalEventInput(event, wall):
-                self._goal_event(event, wall)
             case inp.AgentEventInput(event):
                 self.happenings.on_event(event)
             case inp.QueryReplyInput(agent, boot_id, goals):
                 self.fleet.on_query_reply(agent, boot_id, goals)
             case inp.BadStatusInput(agent, text):
                 self.fleet.on_bad(agent, text)
-            case inp.TimerDue(key):
-                self._timer(key)
-            case inp.WallDue(key, at):
-                self._wall(key, at)
             case inp.EffectFailed():
                 self.goals.on_effect_failed(given)
             case inp.Started(epoch):
                 self.core.emit(ch.CounterSet("epoch", epoch))
                 if self.state.counters.get("deposed"):
                     self.core.emit(ch.CounterSet("deposed", 0))
+            case inp.JournalState():
+                note_journal(self.core, given)
         return ""
 
     def _goal_event(self, event: GoalEvent, wall: Micros) -> None:
@@ -183,12 +187,12 @@ class Engine:
         core.emit(ch.DeadlineSet(key, None))
         word, _, rest = key.partition("|")
         match word:
-            case "alloc":
-                self.allocation.look()
             case "node":
                 task, _, node = rest.partition("|")
                 core.due.add((task, node))
                 core.wake(task, node)
+            case "alloc":
+                self.allocation.look()
             case "task":
                 task, _, what = rest.partition("|")
                 self.tasks.on_deadline(task, what)
@@ -228,8 +232,7 @@ class Engine:
                 self._answers()
             elif core.touched:
                 touched, core.touched = core.touched, {}
-                order = sorted(touched, key=lambda t: core.state.tasks[t].order if t in core.state.tasks else 0)
-                for task_id in order:
+                for task_id in touched if len(touched) == 1 else sorted(touched, key=self._order_of):
                     self.tasks.settle(task_id)
             elif core.stale:
                 self.lockdowns.review(core.stale)
@@ -239,6 +242,10 @@ class Engine:
                 self.people.pump()
                 return
         raise AssertionError("the step does not settle")
+
+    def _order_of(self, task_id: str) -> int:
+        task = self.core.state.tasks.get(task_id)
+        return task.order if task is not None else 0
 
     def _answers(self) -> None:
         core = self.core

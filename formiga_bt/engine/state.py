@@ -1,5 +1,8 @@
 """The engine's state, and `apply`: the one function that changes it. The live engine and the fold of a journal share it."""
 
+from collections.abc import Callable, Mapping
+from operator import attrgetter
+from types import MappingProxyType
 from typing import Any, Final
 
 import msgspec
@@ -28,6 +31,7 @@ from formiga_bt.geo import Place, Position, Region
 from formiga_bt.lang.types import AgentRef
 from formiga_bt.nodes.memory import Mem
 from formiga_bt.nodes.run import Failure
+from formiga_bt.safety.drafted import Drafted
 
 KEPT_EVENTS: Final = 100
 """So many events of an agent are kept for those who will wait for them."""
@@ -57,6 +61,8 @@ class EngineState(Struct):
     """hash of a bundle and its site -> who approved it (`mode: real`)"""
     duty: dict[str, Micros] = field(default_factory=dict)
     """pilots on duty -> since when (`mode: real`)"""
+    drafted: dict[str, Drafted] = field(default_factory=dict)
+    """bundle of a task that a model wrote -> who asked for it"""
     library: dict[str, tuple[Version, ...]] = field(default_factory=dict)
     """task -> its versions, oldest first, once another than the first is served"""
     happenings: dict[str, list[Happening]] = field(default_factory=dict)
@@ -68,70 +74,167 @@ class EngineState(Struct):
 
 def apply(state: EngineState, board: Blackboard, change: ch.Change) -> None:
     """Change `state`, and the blackboard that shows it, as `change` says."""
-    match change:
-        case ch.TaskPut(task):
-            state.tasks[task.id] = task
-            board.put(f"/tasks/{task.id}/status", task.status)
-        case ch.AgentPut(agent):
-            state.agents[agent.id] = agent
-            _show_agent(board, agent)
-        case ch.GoalPut(goal):
-            state.goals[goal.id] = goal
-        case ch.GoalDrop(goal_id):
-            state.goals.pop(goal_id, None)
-        case ch.QuestionPut(question):
-            state.questions[question.id] = question
-        case ch.QuestionDrop(question_id):
-            state.questions.pop(question_id, None)
-        case ch.ClearancePut(agent_id, clearance):
-            _set_or_drop(state.clearances, agent_id, clearance)
-        case ch.Happened(one):
-            state.happenings[one.agent] = [*state.happenings.get(one.agent, ()), one][-KEPT_EVENTS:]
-            state.counters["happening"] = one.order
-            board.touch(event_key(one.agent, one.event))
-        case ch.OrderPut(agent_id, order):
-            _set_or_drop(state.orders, agent_id, order)
-        case ch.LockdownPut(lockdown):
-            state.lockdown = lockdown
-        case ch.ApprovalPut(digest, approval):
-            _set_or_drop(state.approvals, digest, approval)
-        case ch.DutyPut(pilot, since):
-            _set_or_drop(state.duty, pilot, since)
-        case ch.LibraryPut(name, versions):
-            state.library[name] = versions
-        case ch.ScopePut(task_id, scope, values):
-            _set_or_drop(state.scopes.setdefault(task_id, {}), scope, None if values is None else dict(values))
-        case ch.VarPut(task_id, scope, name, value):
-            state.scopes[task_id][scope][name] = value
-            board.touch(name_key(task_id, scope, name))
-        case ch.NodeMem(task_id, path, mem):
-            _set_or_drop(state.memory.setdefault(task_id, {}), path, mem)
-        case ch.NodesEnded():
-            pass  # history, not state
-        case ch.DeadlineSet(key, deadline):
-            _set_or_drop(state.deadlines, key, deadline)
-            if deadline is not None:
-                state.counters["deadline"] = deadline.seq
-        case ch.WallTimerSet(key, after_us):
-            _set_or_drop(state.wall, key, after_us)
-        case ch.RequestPut(task_id, request):
-            _set_or_drop(state.requests, task_id, request)
-            if request is None and "|" in task_id:  # of a block: its explanation ends with its wait
-                state.explanations.pop(task_id, None)
-            board.put(f"/allocation/requests/{task_id}", request)
-        case ch.Granted(task_id, roles, _):
-            board.put(f"/allocation/grants/{task_id}", roles)
-        case ch.Explained(task_id, _, verdicts):
-            state.explanations[task_id] = verdicts
-        case ch.CounterSet("epoch", value):
-            state.epoch = value
-        case ch.CounterSet(name, value):
-            state.counters[name] = value
-        case ch.TaskForget(task_id):
-            state.memory.pop(task_id, None)
-            state.scopes.pop(task_id, None)
-            board.drop(f"/allocation/requests/{task_id}")
-            board.drop(f"/allocation/grants/{task_id}")
+    _APPLY[type(change)](state, board, change)
+
+
+def _task(state: EngineState, board: Blackboard, change: ch.TaskPut) -> None:
+    task = change.task
+    old = state.tasks.get(task.id)
+    state.tasks[task.id] = task
+    if old is None or old.status != task.status:
+        board.put(f"/tasks/{task.id}/status", task.status)
+
+
+def _agent(state: EngineState, board: Blackboard, change: ch.AgentPut) -> None:
+    agent = change.agent
+    old = state.agents.get(agent.id)
+    state.agents[agent.id] = agent
+    _show_agent(board, agent, old)
+
+
+def _goal(state: EngineState, _: Blackboard, change: ch.GoalPut) -> None:
+    state.goals[change.goal.id] = change.goal
+
+
+def _goal_drop(state: EngineState, _: Blackboard, change: ch.GoalDrop) -> None:
+    state.goals.pop(change.goal, None)
+
+
+def _question(state: EngineState, _: Blackboard, change: ch.QuestionPut) -> None:
+    state.questions[change.question.id] = change.question
+
+
+def _question_drop(state: EngineState, _: Blackboard, change: ch.QuestionDrop) -> None:
+    state.questions.pop(change.question, None)
+
+
+def _clearance(state: EngineState, _: Blackboard, change: ch.ClearancePut) -> None:
+    _set_or_drop(state.clearances, change.agent, change.clearance)
+
+
+def _happened(state: EngineState, board: Blackboard, change: ch.Happened) -> None:
+    one = change.happening
+    state.happenings[one.agent] = [*state.happenings.get(one.agent, ()), one][-KEPT_EVENTS:]
+    state.counters["happening"] = one.order
+    board.touch(event_key(one.agent, one.event))
+
+
+def _order(state: EngineState, _: Blackboard, change: ch.OrderPut) -> None:
+    _set_or_drop(state.orders, change.agent, change.order)
+
+
+def _lockdown(state: EngineState, _: Blackboard, change: ch.LockdownPut) -> None:
+    state.lockdown = change.lockdown
+
+
+def _approval(state: EngineState, _: Blackboard, change: ch.ApprovalPut) -> None:
+    _set_or_drop(state.approvals, change.digest, change.approval)
+
+
+def _duty(state: EngineState, _: Blackboard, change: ch.DutyPut) -> None:
+    _set_or_drop(state.duty, change.pilot, change.since)
+
+
+def _library(state: EngineState, _: Blackboard, change: ch.LibraryPut) -> None:
+    state.library[change.task] = change.versions
+
+
+def _scope(state: EngineState, _: Blackboard, change: ch.ScopePut) -> None:
+    values = None if change.values is None else dict(change.values)
+    _set_or_drop(state.scopes.setdefault(change.task, {}), change.scope, values)
+
+
+def _var(state: EngineState, board: Blackboard, change: ch.VarPut) -> None:
+    state.scopes[change.task][change.scope][change.name] = change.value
+    board.touch(name_key(change.task, change.scope, change.name))
+
+
+def _memory(state: EngineState, _: Blackboard, change: ch.NodeMem) -> None:
+    memory = state.memory.get(change.task)
+    if memory is None:
+        memory = state.memory[change.task] = {}
+    if change.mem is None:
+        memory.pop(change.path, None)
+    else:
+        memory[change.path] = change.mem
+
+
+def _ended(_: EngineState, __: Blackboard, ___: ch.NodesEnded) -> None:
+    """Nothing: it is history, not state."""
+
+
+def _deadline(state: EngineState, _: Blackboard, change: ch.DeadlineSet) -> None:
+    deadline = change.deadline
+    if deadline is None:
+        state.deadlines.pop(change.key, None)
+    else:
+        state.deadlines[change.key] = deadline
+        state.counters["deadline"] = deadline.seq
+
+
+def _wall(state: EngineState, _: Blackboard, change: ch.WallTimerSet) -> None:
+    _set_or_drop(state.wall, change.key, change.after_us)
+
+
+def _request(state: EngineState, board: Blackboard, change: ch.RequestPut) -> None:
+    task_id, request = change.task, change.request
+    _set_or_drop(state.requests, task_id, request)
+    if request is None and "|" in task_id:  # of a block: its explanation ends with its wait
+        state.explanations.pop(task_id, None)
+    board.put(f"/allocation/requests/{task_id}", request)
+
+
+def _granted(_: EngineState, board: Blackboard, change: ch.Granted) -> None:
+    board.put(f"/allocation/grants/{change.task}", change.roles)
+
+
+def _explained(state: EngineState, _: Blackboard, change: ch.Explained) -> None:
+    state.explanations[change.task] = change.verdicts
+
+
+def _counter(state: EngineState, _: Blackboard, change: ch.CounterSet) -> None:
+    if change.name == "epoch":
+        state.epoch = change.value
+    else:
+        state.counters[change.name] = change.value
+
+
+def _forget(state: EngineState, board: Blackboard, change: ch.TaskForget) -> None:
+    task_id = change.task
+    state.memory.pop(task_id, None)
+    state.scopes.pop(task_id, None)
+    board.drop(f"/allocation/requests/{task_id}")
+    board.drop(f"/allocation/grants/{task_id}")
+
+
+_APPLY: Final[Mapping[type, Callable[[EngineState, Blackboard, Any], None]]] = MappingProxyType(
+    {
+        ch.TaskPut: _task,
+        ch.AgentPut: _agent,
+        ch.GoalPut: _goal,
+        ch.GoalDrop: _goal_drop,
+        ch.QuestionPut: _question,
+        ch.QuestionDrop: _question_drop,
+        ch.ClearancePut: _clearance,
+        ch.Happened: _happened,
+        ch.OrderPut: _order,
+        ch.LockdownPut: _lockdown,
+        ch.ApprovalPut: _approval,
+        ch.DutyPut: _duty,
+        ch.LibraryPut: _library,
+        ch.ScopePut: _scope,
+        ch.VarPut: _var,
+        ch.NodeMem: _memory,
+        ch.NodesEnded: _ended,
+        ch.DeadlineSet: _deadline,
+        ch.WallTimerSet: _wall,
+        ch.RequestPut: _request,
+        ch.Granted: _granted,
+        ch.Explained: _explained,
+        ch.CounterSet: _counter,
+        ch.TaskForget: _forget,
+    }
+)
 
 
 def fold(state: EngineState, board: Blackboard, step: Step) -> None:
@@ -181,17 +284,30 @@ _SHOWN = (
     "home",
     "payload_kg",
 )
+_NEVER: Final = object()
 
 
-def _show_agent(board: Blackboard, agent: AgentRecord) -> None:
+_shown = attrgetter(*_SHOWN)
+
+
+def _show_agent(board: Blackboard, agent: AgentRecord, old: AgentRecord | None = None) -> None:
+    """Write what people and conditions may read of an agent; of one that was shown before only what differs."""
+    now = _shown(agent)
+    if old is None or old.type != agent.type:
+        was: tuple[Any, ...] = (_NEVER,) * len(_SHOWN)
+    else:
+        was = _shown(old)
+        if now == was and is_member(agent) == is_member(old):
+            return
     root = f"/fleet/{agent.type}/{agent.id}"
     member = is_member(agent)
     if board.get(f"{root}/member", False) != member:
         board.put(f"{root}/member", member)
         key = members_key(agent.type)
         board.put(key, board.get(key, 0) + (1 if member else -1))
-    for name in _SHOWN:
-        board.put(f"{root}/{name}", getattr(agent, name))
+    for name, value, before in zip(_SHOWN, now, was, strict=True):
+        if value is not before:
+            board.put(f"{root}/{name}", value)
 
 
 # -- snapshots ---------------------------------------------------------------------------------------------------------

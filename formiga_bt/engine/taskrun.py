@@ -42,6 +42,8 @@ class Watched(NamedTuple):
     keys: tuple[str, ...]
     conditions: tuple[Expr, ...]
     instants: tuple[Micros, ...]
+    stamp: int = -1
+    """Of the task's names when the keys were found; -1 = they depend on more than those."""
 
 
 class TaskRun:
@@ -70,6 +72,7 @@ class TaskRun:
         self._watched: dict[str, Watched] = {}
         self.tidies = Tidies(core, task_id)
         self.trees: TaskTrees = factory(self)
+        self._compiled = self.trees if isinstance(self.trees, CompiledTrees) else None
         self.tidies.trees = self.trees
 
     @property
@@ -129,13 +132,13 @@ class TaskRun:
 
     def register(self, path: str, node: Any) -> None:
         """Let wakes reach a node of compiled trees."""
-        if isinstance(self.trees, CompiledTrees):
-            self.trees.register(path, node)
+        if self._compiled is not None:
+            self._compiled.register(path, node)
 
     def unregister(self, path: str) -> None:
         """Forget a node of compiled trees."""
-        if isinstance(self.trees, CompiledTrees):
-            self.trees.unregister(path)
+        if self._compiled is not None:
+            self._compiled.unregister(path)
 
     # -- time ------------------------------------------------------------------------------------------------------
     def set_deadline(self, path: str, at: Micros) -> None:
@@ -144,8 +147,10 @@ class TaskRun:
 
     def clear_deadline(self, path: str) -> None:
         """Forget a node's deadline."""
-        self._core.due.discard((self.task_id, path))
-        self._core.clear_deadline(node_deadline(self.task_id, path))
+        core = self._core
+        if core.due:
+            core.due.discard((self.task_id, path))
+        core.clear_deadline(node_deadline(self.task_id, path), self.task_id)
 
     def deadline(self, path: str) -> Micros | None:
         """Return a node's deadline; of one that stands still, as if it ran from now."""
@@ -162,10 +167,14 @@ class TaskRun:
 
     def watch(self, path: str, conditions: tuple[Expr, ...], scope: str) -> None:
         """Wake a node when what its live conditions read changes, or a comparison with `now` does."""
-        env, old = self.env(scope), self._watched.get(path)
-        keys = tuple(
-            dict.fromkeys(key for cond in conditions for key in watch_keys(self._core, env, cond, self.task_id, scope))
-        )
+        old, stamp = self._watched.get(path), self._core.named.get(self.task_id, 0)
+        if old is not None and old.stamp == stamp and not old.instants and old.conditions == conditions:
+            return  # the names are what they were, so the keys are
+        env = self.env(scope)
+        found = [watch_keys(self._core, env, cond, self.task_id, scope) for cond in conditions]
+        keys = tuple(dict.fromkeys(key for some, _ in found for key in some))
+        if not all(fixed for _, fixed in found):
+            stamp = -1
         if old is None or old.keys != keys:
             self.unwatch(path)
             for key in keys:
@@ -174,7 +183,7 @@ class TaskRun:
             instants = tuple(instant(env) for cond in conditions for instant in cond.deadlines)
         else:
             instants = old.instants
-        self._watched[path] = Watched(keys, conditions, instants)
+        self._watched[path] = Watched(keys, conditions, instants, stamp)
         self._core.instants.drop(self.task_id, path)
         coming = min((at for at in instants if at > self.now), default=None)
         if coming is not None:

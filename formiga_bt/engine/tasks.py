@@ -170,12 +170,14 @@ class Tasks:
     def settle(self, task_id: str) -> None:
         """Run a task's trees until they are quiet, follow ended sections and drained goals to the next part."""
         core = self._core
-        if task_id not in core.state.tasks or core.task(task_id).section in ("", "done"):
+        task = core.state.tasks.get(task_id)
+        if task is None or task.section in ("", "done"):
             core.woken.pop(task_id, None)
             return
         run = self.run_of(task_id)
-        run.tidies.proceed()
-        for key in core.woken.pop(task_id, {}):
+        if task.tidying:
+            run.tidies.proceed()
+        for key in core.woken.pop(task_id, ()):
             run.trees.wake(key)
         core.running, core.wake_now = task_id, run.trees.wake
         try:
@@ -184,9 +186,11 @@ class Tasks:
             core.running, core.wake_now = "", None
         for ended in sections:
             self._section_ended(task_id, ended)
-        if core.task(task_id).releasing:
+        task = core.task(task_id)
+        if task.releasing:
             self.recovery.releases(task_id)
-        self._drain(task_id)
+        if task.releasing or task.stopping or sections:
+            self._drain(task_id)
 
     def _section_ended(self, task_id: str, ended: Ended) -> None:
         core = self._core

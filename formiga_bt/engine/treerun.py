@@ -123,15 +123,14 @@ class CompiledTrees:
         ended: list[Ended] = []
         while self._due or self._pending:
             if self._pending:
-                section, at, scope = self._pending.pop(0)
-                self._step(section, lambda root, at=at, sc=scope: root.enter(self.host, at, sc), ended)  # type: ignore[misc]
+                self._step(*self._pending.pop(0), ended)
             else:
                 dirty = [section for section, root in self.roots.items() if root.dirty and root.status is RUNNING]
                 if not dirty:
                     self._due = False
                     break
                 for section in dirty:
-                    self._step(section, self._proceed, ended)
+                    self._step(section, "", "", ended)
             self.host.flush()
         return ended
 
@@ -142,10 +141,11 @@ class CompiledTrees:
             return root.status
         return root.proceed(self.host)
 
-    def _step(self, section: str, act: Callable[[SequenceNode], Status], ended: list[Ended]) -> None:
+    def _step(self, section: str, at: str, scope: str, ended: list[Ended]) -> None:
+        """Enter the tree of a section at a path, or (no path) go on with it."""
         root = self.roots[section]
         try:
-            status = act(root)
+            status = root.enter(self.host, at, scope) if at else self._proceed(root)
         except LeafError as error:
             failure = Failure(code="exception", reason=str(error), step=error.path, retryable=False)
             ended.append(Ended(section, failure, fatal=True))

@@ -13,12 +13,17 @@ KEY_OF_FIELD: Final = {"status": "pool", "airborne": "landed", "payload": "paylo
 """Fields whose blackboard key has another name."""
 
 
-def watch_keys(core: Core, env: TaskEnv, cond: Expr, task_id: str, scope: str) -> list[str]:
-    """Return the keys whose change may change the condition. Each name is also watched in the scopes around."""
+def watch_keys(core: Core, env: TaskEnv, cond: Expr, task_id: str, scope: str) -> tuple[list[str], bool]:
+    """Return the keys whose change may change the condition, and whether they stay the same while the task's names do.
+
+    Each name is also watched in the scopes around.
+    """
     keys: list[str] = []
+    fixed = True
     for read in cond.reads:
         of = type_read(read)
         if of:
+            fixed = False
             keys += [members_key(one) for one in with_extensions(core, of)]
         else:
             keys += [name_key(task_id, where, read.name) for where in scopes_up(core, task_id, scope)]
@@ -32,7 +37,9 @@ def watch_keys(core: Core, env: TaskEnv, cond: Expr, task_id: str, scope: str) -
             agent = core.state.agents.get(ref.id) if isinstance(ref, AgentRef) else None
             if agent is not None:
                 keys.append(f"/fleet/{agent.type}/{agent.id}/{KEY_OF_FIELD.get(read.field, read.field)}")
-    return keys
+            else:
+                fixed = False  # it may yet come
+    return keys, fixed
 
 
 def scopes_up(core: Core, task_id: str, scope: str) -> list[str]:

@@ -47,6 +47,8 @@ class Node(Behaviour):
     kind: ClassVar[str] = "node"
     watches: ClassVar[bool] = False
     """Nodes of this class hold a watch while they run."""
+    gives_error: ClassVar[bool] = False
+    """Nodes of this class may tell their children what `error` is."""
     tells = True
     """Its end is the end of its step, or of a section; False: another node tells of that."""
 
@@ -64,6 +66,8 @@ class Node(Behaviour):
     """A `break_if` below ended it: everything up to the nearest loop ends with success."""
     failure: Failure | None = None
     run: Run | None = None
+    kept = False
+    """It has memory, and may have a deadline and a watch."""
 
     def __init__(self, name: str, step: Step | None = None) -> None:
         # Deliberately not Behaviour.__init__ (see the module's head).
@@ -130,6 +134,7 @@ class Node(Behaviour):
         """Rebuild this running node from its memory."""
         self.run, self.path, self.scope = run, path, scope
         self.status = RUNNING
+        self.kept = True
         run.register(self.key, self)
         mem = run.memory(self.key)
         assert mem is not None, f"no memory for {self.key}"
@@ -173,8 +178,11 @@ class Node(Behaviour):
     # -- common ----------------------------------------------------------------------------------------------------
     def remember(self, run: Run, mem: Mem) -> None:
         """Keep memory under this node's key, and be reachable for wakes."""
-        run.remember(self.key, mem)
-        run.register(self.key, self)
+        key = self.key
+        run.remember(key, mem)
+        if not self.kept:
+            self.kept = True
+            run.register(key, self)
 
     def fail(self, code: str, reason: str = "", agent: str = "", *, retryable: bool = True) -> Status:
         """Set the failure and return FAILURE."""
@@ -190,10 +198,13 @@ class Node(Behaviour):
     def error_here(self) -> Failure | None:
         """Return the failure that `error` names at this place: that of the nearest fallback's former child."""
         node: Any = self.parent
-        while isinstance(node, Node) and node.kind != "call":
-            failure = node.error_for_children()
-            if failure is not None:
-                return failure
+        while node is not None:
+            if node.gives_error:
+                failure: Failure | None = node.error_for_children()
+                if failure is not None:
+                    return failure
+            elif node.kind == "call":
+                return None
             node = node.parent
         return None
 
@@ -231,12 +242,16 @@ class Node(Behaviour):
             run.ended(self.path, "H")
 
     def _leave(self, run: Run) -> None:
-        run.clear_deadline(self.key)
-        if self.watches:
-            run.unwatch(self.key)
-        run.remember(self.key, None)
-        run.unregister(self.key)
         self.dirty = False
+        if not self.kept:
+            return
+        self.kept = False
+        key = self.key
+        run.clear_deadline(key)
+        if self.watches:
+            run.unwatch(key)
+        run.remember(key, None)
+        run.unregister(key)
 
     # -- py_trees' own driving -----------------------------------------------------------------------------------
     def tick(self) -> Generator[Behaviour, None, None]:

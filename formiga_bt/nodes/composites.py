@@ -150,6 +150,7 @@ class FallbackNode(Chain, composites.Selector):
     """`fallback`: the first child that succeeds."""
 
     kind: ClassVar[str] = "fallback"
+    gives_error = True
     memory = True
 
     def __init__(self, name: str, step: model.Fallback, children: Seq[Node]) -> None:

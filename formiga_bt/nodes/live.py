@@ -228,6 +228,8 @@ class ReactiveNode(Watcher):
     In a sequence a check that turns false stops what runs and fails; in a fallback one that turns true stops it and succeeds.
     """
 
+    gives_error = True
+
     def __init__(self, step: model.Sequence | model.Fallback, children: Seq[Node]) -> None:
         Node.__init__(self, step.title, step)
         self.is_fallback = isinstance(step, model.Fallback)

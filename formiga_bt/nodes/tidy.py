@@ -19,6 +19,8 @@ from formiga_bt.nodes.run import AROUND, THROUGH, Failure, Run, Runaway, TidyOrd
 class FinallyNode(SequenceNode):
     """The steps of a `finally`, below their sequence or on their own."""
 
+    gives_error = True
+
     def __init__(self, children: Sequence[Node], error: Failure | None = None) -> None:
         super().__init__("finally", None, children, joint=".")
         self.error = error
@@ -32,6 +34,7 @@ class TidyNode(Node):
     """Runs a sequence, then its `finally`, then ends as the sequence did."""
 
     kind: ClassVar[str] = "finally"
+    gives_error = True
 
     def __init__(self, step: model.Sequence, main: Node, tidy: Callable[[], FinallyNode]) -> None:
         super().__init__(step.title, step)
