@@ -17,7 +17,10 @@ from formiga_bt.cli.client import Client, connect, print_json, print_table, show
 from formiga_bt.cli.inputs import UnusableFile, World, find_tasks, is_demo, read_task, read_world, rendered, task_files
 from formiga_bt.errors import FormigaError, TreeError
 from formiga_bt.packaged import folder
-from formiga_bt.safety.approval import TYPED, approval_digest, lands_away
+from formiga_bt.safety.approval import TYPED, approval_digest, lands_away, others_than, same_person
+from formiga_bt.safety.drafted import Drafted
+from formiga_bt.services.drafted import known_of, texts_of, who_drafted
+from formiga_bt.show.clean import cleaned
 from formiga_bt.site_folder import FOLDER, SiteFolder, is_running
 
 if TYPE_CHECKING:
@@ -41,7 +44,8 @@ def command(
     """Approve a task for flights on a site in mode real: as it is now, with its imports, the catalogue and the site's fences.
 
     Shows what it may do, and asks to type the first 8 characters of the digest. Any change of one of the files voids the
-    approval. A task that lands away from its machine's home must be approved by another person than its requester.
+    approval. A task that lands away from its machine's home must be approved by another person than its requester; one that
+    a language model wrote also by another than who had it written.
     """
     if not site.exists():
         raise UnusableFile(f"there is no {site}\n  help: name the site's file: formiga approve ... --site FILE")
@@ -62,7 +66,9 @@ def command(
     digest = approval_digest(found, world.site)
     _check(world.site, by)
     if not revoke:
-        typer.echo("\n".join(summary(found, world, digest)))
+        wrote = who_drafted(found, known_of(runtime), texts_of(found))
+        typer.echo("\n".join(summary(found, world, digest, wrote)))
+        _check_another(world.site, found.name, wrote, by)
         _ask(found.name, digest)
     body = {"task": found.name, "by": by, "digest": digest, "typed": digest[:TYPED], "revoke": revoke}
     with _keeper(runtime, site, world.site.name) as client:
@@ -78,6 +84,14 @@ def _check(site: "Site", by: str) -> None:
     if by not in approvers:
         known = ", ".join(approvers) or "nobody: name people in site.yaml under people: approvers"
         raise FormigaError(f"{by} is no approver of {site.name}; it has {known}")
+
+
+def _check_another(site: "Site", task: str, wrote: Drafted | None, by: str) -> None:
+    """Refuse the word of who had a model write a task; a running engine refuses it too."""
+    if wrote is not None and any(same_person(by, one) for one in wrote.people):
+        others = ", ".join(others_than(wrote.people, site.people.get(APPROVERS, ())))
+        known = others or "nobody else is named in site.yaml under people: approvers"
+        raise FormigaError(f"{task} {wrote.told}; another approver ({known}) must approve it")
 
 
 def _approvers(site: "Site") -> str:
@@ -145,13 +159,15 @@ def _task(word: str, site: Path, world: World) -> "Task":
     raise UnusableFile(f"there is no task '{word}'\n  help: one of {', '.join(sorted(set(names)))}, or a file")
 
 
-def summary(task: "Task", world: World, digest: str) -> list[str]:
+def summary(task: "Task", world: World, digest: str, wrote: Drafted | None = None) -> list[str]:
     """Return what a person should know before a task flies, in lines."""
     site = world.site
     assert site is not None
     away = lands_away(task, world.catalogue)
-    lines = [f"{task.name}: {task.description}".rstrip(": "), "  made of"]
+    lines = [f"{task.name}: {cleaned(task.description)}".rstrip(": "), "  made of"]
     lines += [f"    {name}" for name in (*task.files, *_catalogue_files(world), site.file)]
+    if wrote is not None:
+        lines.append(f"  origin  it {wrote.told}: who asked for it, or requests it, may not approve it")
     lines.append(f"  digest  {digest}")
     home = "only at its machines' own homes"
     lines.append(f"  lands   {'AWAY from home, so that its requester may not approve it:' if away else home}")

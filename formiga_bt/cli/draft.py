@@ -56,6 +56,8 @@ def command(
     but a question, a reason why it cannot be, or what is wrong; or the model does not answer; or it was not started. 2: the
     command line or a file cannot be used.
     """
+    from msgspec.structs import replace
+
     from formiga_bt.llm.client import open_chat
     from formiga_bt.llm.draft import Options, draft
     from formiga_bt.llm.drafts import drafts_folder, numbers, read_draft
@@ -91,7 +93,9 @@ def command(
     finally:
         progress.clear()
         chat.close()
-    kept = kept_with_origin(made, folder, by=by or user(), unix_millis=int(time.time() * 1000))
+    now = int(time.time() * 1000)
+    kept = kept_with_origin(made, folder, world, by=by or user(), unix_millis=now, people=[user()])
+    made = replace(made, yaml=kept.draft.yaml)
     task = _task(made, world)
     if out is not None and task is not None and made.is_flyable:
         written(made.yaml, out, force=force)
@@ -243,9 +247,11 @@ def _run(
     file = out if out is not None else _task_file(task.name, site)
     typer.echo()
     if world.site.mode == "real":
+        from formiga_bt.safety.approval import others_than
+
         _keep_file(made, file, out)
-        approver = world.site.people.get("approvers", ("NAME",))[0]
-        typer.echo(f"{world.site.name} is a real site: an approver reads {file} and approves it")
+        approver = next(iter(others_than([by, user()], world.site.people.get("approvers", ()))), "NAME")
+        typer.echo(f"{world.site.name} is a real site: an approver who did not ask for it reads {file} and approves it")
         show_next(f"formiga load {file}, then: formiga approve {file} --by {approver}, then: formiga run {file}")
         raise typer.Exit(1)
     typed = typer.prompt("Run it? Type the task's name", default="", show_default=False)

@@ -6,13 +6,17 @@ Called by `formiga load`, `formiga run FILE` and `formiga draft --run`.
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import typer
 
 from formiga_bt.cli.calling import Client
 from formiga_bt.cli.inputs import UnusableFile, readable
 from formiga_bt.packaged import folder
+
+if TYPE_CHECKING:
+    from formiga_bt.safety.drafted import Drafted
+    from formiga_bt.services.drafted import Known
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,6 +26,8 @@ class Bundle:
     file: str
     texts: dict[str, str]
     """By path below the site's folder."""
+    drafted: "Drafted | None" = None
+    """A model wrote it, as the folder here knows; the engine may be elsewhere, with another one."""
 
 
 def is_file_word(word: str) -> bool:
@@ -46,9 +52,12 @@ def load_file(client: Client, path: Path, *, by: str, site: Path | None = None, 
         UnusableFile: it cannot be read, or lies outside of the site's folder.
         ApiError: the engine refuses it.
     """
+    from formiga_bt.safety.drafted import written
+
     answer: dict[str, Any] = {}
     for bundle in bundles_of(path, site_root(client, site)):
-        answer = client.post("/v1/library", {"file": bundle.file, "texts": bundle.texts, "by": by})
+        said = {"drafted": written(bundle.drafted)} if bundle.drafted is not None else {}
+        answer = client.post("/v1/library", {"file": bundle.file, "texts": bundle.texts, "by": by, **said})
         if not quiet and answer["what"] != "same":
             for text in answer["warnings"]:
                 typer.echo(f"warning: {text}\n", err=True)
@@ -69,24 +78,28 @@ def bundles_of(path: Path, root: Path) -> list[Bundle]:
     Raises:
         UnusableFile: a file cannot be read, or lies outside of `root` or in a hidden folder.
     """
-    return list(_bundles(readable(path).resolve(), root, set()))
+    from formiga_bt.services.drafted import known_below
+
+    return list(_bundles(readable(path).resolve(), root, set(), known_below(root)))
 
 
-def _bundles(file: Path, root: Path, seen: set[Path]) -> Iterator[Bundle]:
+def _bundles(file: Path, root: Path, seen: set[Path], known: "Known") -> Iterator[Bundle]:
     from formiga_bt.cli.inputs import read_world
     from formiga_bt.lang.loader import load_task
+    from formiga_bt.services.drafted import who_drafted
 
     seen.add(file)
     loaded = load_task(file, catalogue=read_world().catalogue)
     for other in (Path(one) for one in loaded.task.requests.values() if one) if loaded.task is not None else ():
         if other not in seen and not _ships(other):
-            yield from _bundles(other, root, seen)
+            yield from _bundles(other, root, seen, known)
     if str(file) not in loaded.sources:
         raise UnusableFile(f"cannot read {file}: {loaded.diagnostics[0].message if loaded.diagnostics else 'no text'}")
     # Labels of what ships are short, all others are whole paths, as the task's own is.
     own = {name: text for name, text in loaded.sources.items() if Path(name).is_absolute()}
     own = {name: text for name, text in own.items() if name == str(file) or not _ships(Path(name))}
-    yield Bundle(_below(file, root), {_below(Path(name), root): text for name, text in own.items()})
+    wrote = who_drafted(loaded.task, known, own.values()) if loaded.task is not None else None
+    yield Bundle(_below(file, root), {_below(Path(name), root): text for name, text in own.items()}, wrote)
 
 
 def _ships(path: Path) -> bool:

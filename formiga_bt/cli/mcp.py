@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from formiga_bt.cli.client import TokenFileOption, UrlOption
+from formiga_bt.cli.client import TokenFileOption, UrlOption, user
 from formiga_bt.cli.inputs import UnusableFile, is_demo, readable
 
 if TYPE_CHECKING:
@@ -26,6 +26,7 @@ def command(
         list[Path] | None,
         typer.Option(help="Catalogue file; may be repeated. Default: the one that ships with formiga.", metavar="FILE"),
     ] = None,
+    by: Annotated[str, typer.Option(help="For whom the assistant works. Default: you.", metavar="NAME")] = "",
     url: UrlOption = "",
     token_file: TokenFileOption = None,
 ) -> None:
@@ -50,4 +51,4 @@ def command(
 
         return connect_source(None if url or file is None else Path(file), url, token_file)
 
-    serve(where, engine, lambda: time.time_ns() // 1_000_000)
+    serve(where, engine, lambda: time.time_ns() // 1_000_000, [by or user(), user()])

@@ -32,6 +32,7 @@ _TABLE = (
     Verb("new", "new", "Make a task file to start from."),
     Verb("schema", "schema", "Print the JSON Schema for editors, or for language models."),
     Verb("draft", "draft", "Write a task for a mission in words, with a language model."),
+    Verb("drafts", "drafts", "List, show and delete what models wrote and left for a person."),
     Verb("lsp", "lsp", "Serve an editor: problems as you type, completion, rename."),
     Verb("mcp", "mcp", "Serve an assistant: look, check, dry-run, propose."),
     Verb("show", "show", "Draw a task as a tree, also one that runs."),

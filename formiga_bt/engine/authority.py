@@ -21,10 +21,12 @@ from formiga_bt.engine.preemption import parents_of, why_not_preemptible
 from formiga_bt.engine.records import PRIORITIES, Approval, Request
 from formiga_bt.errors import TaskError
 from formiga_bt.lang.model import Task
-from formiga_bt.safety.approval import TYPED, UNNAMED, approval_digest, needs_another, same_person
+from formiga_bt.safety.approval import TYPED, UNNAMED, approval_digest, needs_another, others_than, same_person
+from formiga_bt.safety.drafted import Drafted
 
 APPROVERS: Final = "approvers"
 """The site's people role that may approve."""
+NOBODY_ELSE: Final = "nobody else is named in site.yaml under people: approvers"
 
 
 class Authority:
@@ -58,7 +60,11 @@ class Authority:
             if old is None:
                 raise TaskError("not_approved", f"{given.task} ({short(given.digest)}) is not approved")
             core.emit(ch.ApprovalPut(given.digest, None))
-        elif old is None or (old.task, old.by) != (given.task, given.by):
+            return
+        why = self._why_not_by(given)
+        if why and not given.at:
+            raise TaskError("not_approver", why)
+        if old is None or (old.task, old.by) != (given.task, given.by):
             core.emit(ch.ApprovalPut(given.digest, Approval(task=given.task, by=given.by, at=given.at or core.now)))
 
     def _duty(self, given: Duty) -> None:
@@ -101,17 +107,55 @@ class Authority:
         approval = core.state.approvals.get(digest)
         how = f"formiga approve {task.name} --by NAME"
         who = ", ".join(core.site.people.get(APPROVERS, ())) or "no approvers are named in site.yaml"
-        if approval is None:
+        wrote = core.state.drafted.get(task.bundle)
+        if approval is None and wrote is None:
             return f"{task.name} ({short(digest)}) is not approved as it is now; an approver ({who}) must: {how}"
-        if not needs_another(task, core.catalogue):
+        if not needs_another(task, core.catalogue, by_program=wrote is not None):
             return ""
+        approved_by = approval.by if approval is not None else ""
+        if wrote is not None:
+            return self._lack_of_drafted(task, wrote, requester, approved_by)
         if requester in UNNAMED:
             return f"{task.name} lands away from home, so that its requester must be named, and another than who approved it"
-        if same_person(requester, approval.by):
+        if same_person(requester, approved_by):
             return (
                 f"{task.name} lands away from home, so that another person than its requester {requester} must approve it"
                 f" ({who}): {how}"
             )
+        return ""
+
+    def _lack_of_drafted(self, task: Task, wrote: Drafted, requester: str, approved_by: str) -> str:
+        """Return what is missing for a task that a model wrote: the word of one who neither had it written nor requests it."""
+        told = f"{task.name} {wrote.told}"
+        named = requester not in UNNAMED
+        others = others_than(
+            (*wrote.people, requester) if named else wrote.people, self._core.site.people.get(APPROVERS, ())
+        )
+        another = f"another approver ({', '.join(others)})" if others else f"another approver ({NOBODY_ELSE})"
+        must = f"{another} must: formiga approve {task.name} --by NAME"
+        if not approved_by:
+            digest = approval_digest(task, self._core.site)
+            return f"{task.name} ({short(digest)}) is not approved as it is now, and {wrote.told}; {must}"
+        if any(same_person(one, approved_by) for one in wrote.people):
+            return f"{told}, who cannot approve it alone; {must}"
+        if not named:
+            return f"{told}, so that its requester must be named, and another than {approved_by}, who approved it"
+        if same_person(requester, approved_by):
+            return f"{told}, and {requester}, who requests it, approved it; {must}"
+        return ""
+
+    def _why_not_by(self, given: Approve) -> str:
+        """Return why this approver's word does not count for this version, or ""."""
+        core = self._core
+        for model in core.library.kept(given.task):
+            wrote = core.state.drafted.get(model.bundle)
+            if wrote is None or approval_digest(model, core.site) != given.digest:
+                continue
+            if any(same_person(one, given.by) for one in wrote.people):
+                others = others_than(wrote.people, core.site.people.get(APPROVERS, ()))
+                return (
+                    f"{given.task} {wrote.told}; another approver ({', '.join(others) or NOBODY_ELSE}) must approve it"
+                )
         return ""
 
     # -- grants ----------------------------------------------------------------------------------------------------

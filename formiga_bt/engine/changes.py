@@ -24,6 +24,7 @@ from formiga_bt.engine.records import (
     Version,
 )
 from formiga_bt.nodes.memory import Mem
+from formiga_bt.safety.drafted import Drafted
 
 
 class TaskPut(Struct, frozen=True, tag=True):
@@ -100,6 +101,13 @@ class DutyPut(Struct, frozen=True, tag=True):
 
     pilot: str
     since: Micros | None
+
+
+class DraftedPut(Struct, frozen=True, tag=True):
+    """A model wrote this version of a task."""
+
+    bundle: str
+    drafted: Drafted
 
 
 class LibraryPut(Struct, frozen=True, tag=True):
@@ -195,5 +203,5 @@ class TaskForget(Struct, frozen=True, tag=True):
 Change = (
     TaskPut | AgentPut | GoalPut | GoalDrop | QuestionPut | QuestionDrop | ClearancePut | ScopePut | VarPut | NodeMem
     | DeadlineSet | WallTimerSet | RequestPut | Granted | Explained | CounterSet | TaskForget | OrderPut | LockdownPut
-    | ApprovalPut | DutyPut | Happened | NodesEnded | LibraryPut
+    | ApprovalPut | DutyPut | Happened | NodesEnded | LibraryPut | DraftedPut
 )  # fmt: skip

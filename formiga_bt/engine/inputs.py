@@ -10,6 +10,7 @@ from msgspec import Struct
 from formiga_bt.clock import Micros
 from formiga_bt.engine.changes import Change
 from formiga_bt.engine.records import Priority
+from formiga_bt.safety.drafted import Drafted
 from formiga_bt.transport.messages import AgentCard, AgentEvent, AgentStatus, Clearance, GoalEvent
 
 # -- inputs ------------------------------------------------------------------------------------------------------------
@@ -32,6 +33,8 @@ class Serve(Struct, frozen=True, tag=True):
     task: str
     bundle: str
     by: str = ""
+    drafted: Drafted | None = None
+    """Who had a model write it, as far as is known; that is never taken back."""
 
 
 class Abort(Struct, frozen=True, tag=True):
@@ -164,9 +167,18 @@ class Started(Struct, frozen=True, tag=True):
     epoch: int
 
 
+class JournalState(Struct, frozen=True, tag=True):
+    """How the journal stands: `ok`, `slow`, or `full`: it cannot be written. Given by the driver when that changes."""
+
+    state: Literal["ok", "slow", "full"]
+    text: str = ""
+    """Why, and what to do."""
+
+
 Input = (
     Submit | Serve | Abort | Operator | LockdownOrder | Approve | Duty | AgentSeenInput | AgentGoneInput | AgentStatusInput
     | GoalEventInput | AgentEventInput | QueryReplyInput | BadStatusInput | TimerDue | WallDue | EffectFailed | Started
+    | JournalState
 )  # fmt: skip
 
 # -- effects -----------------------------------------------------------------------------------------------------------

@@ -19,6 +19,7 @@ from formiga_bt.engine.records import TaskRecord, Version
 from formiga_bt.engine.state import EngineState
 from formiga_bt.errors import TaskError
 from formiga_bt.lang.model import Task
+from formiga_bt.safety.drafted import merged
 
 TYPED: Final = 8
 """So many characters of a bundle are shown."""
@@ -115,6 +116,10 @@ class Library:
             raise TaskError("not_served", f"{request.task} is not served as {bundle[:TYPED]}")
         return model
 
+    def kept(self, name: str) -> Sequence[Task]:
+        """Return every model of a name that was ever added."""
+        return self._kept.versions(name)
+
     def number(self, model: Task) -> int:
         """Return which version of its name a model is, from 1."""
         return next((one.n for one in reversed(self._versions(model.name)) if one.bundle == model.bundle), 1)
@@ -142,15 +147,18 @@ class Library:
         """
         if self._kept.version(given.task, given.bundle) is None:
             raise TaskError("unknown_bundle", f"there is no model of {given.task} {given.bundle[:TYPED]}")
+        known = self._state.drafted.get(given.bundle)
+        told = merged((known, given.drafted))
+        wrote: list[ch.Change] = [ch.DraftedPut(given.bundle, told)] if told is not None and told != known else []
         versions = self._versions(given.task)
         if versions and versions[-1].bundle == given.bundle:
-            return []
+            return wrote
         order = self._state.counters.get("library", 0) + 1
         n = versions[-1].n + 1 if versions else 1
         eldest = min((self._state.tasks[one].library for one in open_), default=order)
         still = next((at for at in reversed(range(len(versions))) if versions[at].order <= eldest), 0)
         kept = (*versions[still:], Version(order, n, given.bundle))
-        return [ch.CounterSet("library", order), ch.LibraryPut(given.task, kept)]
+        return [*wrote, ch.CounterSet("library", order), ch.LibraryPut(given.task, kept)]
 
     def _versions(self, name: str) -> tuple[Version, ...]:
         first = self._first.get(name)

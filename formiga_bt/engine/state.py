@@ -135,6 +135,10 @@ def _duty(state: EngineState, _: Blackboard, change: ch.DutyPut) -> None:
     _set_or_drop(state.duty, change.pilot, change.since)
 
 
+def _drafted(state: EngineState, _: Blackboard, change: ch.DraftedPut) -> None:
+    state.drafted[change.bundle] = change.drafted
+
+
 def _library(state: EngineState, _: Blackboard, change: ch.LibraryPut) -> None:
     state.library[change.task] = change.versions
 
@@ -221,6 +225,7 @@ _APPLY: Final[Mapping[type, Callable[[EngineState, Blackboard, Any], None]]] = M
         ch.LockdownPut: _lockdown,
         ch.ApprovalPut: _approval,
         ch.DutyPut: _duty,
+        ch.DraftedPut: _drafted,
         ch.LibraryPut: _library,
         ch.ScopePut: _scope,
         ch.VarPut: _var,

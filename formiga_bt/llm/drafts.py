@@ -6,10 +6,12 @@
 | `origin.json` | who asked, in which words, through which model or assistant; who approved (`records.Origin`) |
 | `draft.json` | the whole draft (`records.Draft`); written last, so that a folder without it is no draft |
 
-Numbers only grow, and a folder is never written twice by two programs. Nothing here starts anything.
+Numbers only grow, and a folder is never written twice by two programs. Nothing here starts anything. What a model wrote is
+known for good from another file (`services.drafted`), so that drafts may be removed.
 """
 
 import os
+import shutil
 from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
@@ -25,6 +27,8 @@ DRAFTS: Final = "drafts"
 TASK: Final = "task.yaml"
 ORIGIN: Final = "origin.json"
 DRAFT: Final = "draft.json"
+PROPOSED: Final = "mcp:"
+"""Before the name of an assistant, as the provider of its proposals."""
 
 
 class Kept(msgspec.Struct, frozen=True):
@@ -34,6 +38,28 @@ class Kept(msgspec.Struct, frozen=True):
     folder: Path
     draft: Draft
     origin: Origin
+
+
+class Brief(msgspec.Struct, frozen=True):
+    """A line of the list of drafts."""
+
+    number: int
+    folder: Path
+    kind: str
+    task: str
+    origin: Origin
+
+    @property
+    def is_proposal(self) -> bool:
+        """Return whether an assistant left it (`formiga mcp`)."""
+        return self.origin.provider.startswith(PROPOSED)
+
+
+class _Head(msgspec.Struct):
+    """What the list needs of a draft, which is large."""
+
+    kind: str = ""
+    task: str = ""
 
 
 def drafts_folder(site_file: Path | None, site: str) -> Path:
@@ -88,6 +114,37 @@ def read_draft(folder: Path, number: int) -> Kept:
 def numbers(folder: Path) -> list[int]:
     """Return the numbers of the drafts of a folder, oldest first."""
     return sorted(n for n in _numbered(folder) if (folder / str(n) / DRAFT).is_file())
+
+
+def briefs(folder: Path) -> list[Brief]:
+    """Return the drafts of a folder, oldest first; those that cannot be read are left out."""
+    found = []
+    for number in numbers(folder):
+        place = folder / str(number)
+        with suppress(OSError, UnicodeDecodeError, msgspec.DecodeError):
+            head = msgspec.json.decode((place / DRAFT).read_bytes(), type=_Head)
+            origin = msgspec.json.decode((place / ORIGIN).read_bytes(), type=Origin)
+            found.append(Brief(number, place, head.kind, head.task, origin))
+    return found
+
+
+def delete(folder: Path, number: int) -> None:
+    """Remove a draft. What was started from it goes on: the engine has a copy of its own.
+
+    Raises:
+        UnusableFile: there is none of that number, or it cannot be removed.
+    """
+    place = folder / str(number)
+    if number not in numbers(folder):
+        there = ", ".join(str(one) for one in numbers(folder)) or "none"
+        raise UnusableFile(f"there is no draft {number} in {folder}; drafts: {there}")
+    try:
+        (place / DRAFT).unlink()  # first: what is left after a power cut is no draft
+        shutil.rmtree(place)
+        if number > max(_numbered(folder), default=0):
+            place.mkdir()  # numbers only grow
+    except OSError as error:
+        raise UnusableFile(f"cannot remove {place}: {error.strerror or error}") from error
 
 
 def _numbered(folder: Path) -> Iterator[int]:

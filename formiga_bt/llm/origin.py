@@ -1,25 +1,44 @@
 """Where a drafted task came from: who asked, through which model, after which prompt; and who approved it."""
 
 import hashlib
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import msgspec
+from msgspec import Struct
 from msgspec.structs import replace
 
+from formiga_bt.lang.loader import load_task_text
+from formiga_bt.lang.model import Site, Task
 from formiga_bt.llm.drafts import ORIGIN, Kept, keep
 from formiga_bt.llm.records import Draft, Flight, Origin
+from formiga_bt.llm.world import World
+from formiga_bt.packaged import files
+from formiga_bt.safety.approval import approval_digest, others_than
+from formiga_bt.safety.drafted import Drafted, drafted, said_in, stamped
+from formiga_bt.safety.meaning import meaning
+from formiga_bt.services.crew import standing
+from formiga_bt.services.drafted import note
 from formiga_bt.site_folder import write_durably
 
 
-def kept_with_origin(draft: Draft, folder: Path, *, by: str, unix_millis: int) -> Kept:
+def kept_with_origin(
+    draft: Draft, folder: Path, world: World, *, by: str, unix_millis: int, people: Sequence[str] = ()
+) -> Kept:
     """Keep a draft with its rounds, messages and replies, and where it came from. No keys are in it.
+
+    Its text begins with the line that says who had it written (`safety.drafted`), and what it does is written down beside the
+    drafts (`services.drafted`): on a site in mode real another person approves it.
 
     Args:
         draft: what came of a request.
         folder: of the site's drafts.
+        world: its site and catalogue.
         by: who asked.
         unix_millis: when.
+        people: under which other names that person is known.
     """
+    record = drafted([by], f"{draft.provider} {draft.model}", people)
     origin = Origin(
         by=by,
         request=draft.request,
@@ -29,7 +48,29 @@ def kept_with_origin(draft: Draft, folder: Path, *, by: str, unix_millis: int) -
         rounds=len(draft.rounds),
         unix_millis=unix_millis,
     )
-    return keep(folder, _plain(draft), origin)
+    texts = dict.fromkeys([draft.yaml, *(one.yaml for one in draft.rounds)])
+    if draft.yaml:
+        draft = replace(draft, yaml=stamped(draft.yaml, record))
+    kept = keep(folder, _plain(draft), origin)
+    tasks = [task for text in texts if (task := _task(text, world)) is not None]
+    note_drafted(folder.parent, tasks, record, world, draft=kept.number, unix_millis=unix_millis)
+    return kept
+
+
+def note_drafted(
+    runtime: Path, tasks: Sequence[Task], record: Drafted, world: World, *, draft: int, unix_millis: int
+) -> None:
+    """Write down what a model wrote; not tasks of the site and of the library that people wrote, which it only said again."""
+    texts = [*world.tasks.values(), *(path.read_text(encoding="utf-8") for path in files("trees"))]
+    own = [task for text in texts if said_in(text) is None and (task := _task(text, world)) is not None]
+    of_people = {meaning(one) for one in own} if tasks else set()
+    new = [one for one in tasks if meaning(one) not in of_people]
+    note(runtime, new, record, draft=draft, unix_millis=unix_millis)
+
+
+def _task(text: str, world: World) -> Task | None:
+    loaded = load_task_text(text, "draft.yaml", catalogue=world.catalogue, site=world.site, library=world.folders)
+    return loaded.task
 
 
 def approve(kept: Kept, *, approved_by: str, bundle: str) -> Origin:
@@ -54,3 +95,35 @@ def _facts(flight: Flight | None) -> Flight | None:
     if flight is None:
         return None
     return replace(flight, drawing=None, timeline=None, chart=None, steps=(), lines=())
+
+
+# -- proposals of assistants -------------------------------------------------------------------------------------------
+class Asker(Struct, frozen=True):
+    """For whom an assistant, or a model, wrote a task."""
+
+    model: str
+    people: tuple[str, ...] = ()
+    """The first name is told, the others are known."""
+
+    @property
+    def record(self) -> Drafted:
+        """Return what is kept of it."""
+        return drafted(self.people[:1], self.model, self.people[1:])
+
+    def marked(self, yaml: str) -> str:
+        """Return a task's text with the line that says who had it written."""
+        return stamped(yaml, self.record)
+
+    def approver(self, site: Site) -> str:
+        """Return an approver of the site who did not ask for it, or `NAME`."""
+        return next(iter(others_than(self.people, site.people.get("approvers", ()))), "NAME")
+
+
+def approved(runtime: Path) -> Callable[[Task, Site], bool]:
+    """Return what tells whether a task stands approved on a site, as its runtime folder says now.
+
+    Raises:
+        SiteError: what the folder says cannot be read.
+    """
+    given = {one.digest for one in standing(runtime)}
+    return lambda task, site: bool(given) and approval_digest(task, site) in given

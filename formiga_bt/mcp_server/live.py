@@ -14,6 +14,7 @@ from formiga_bt.show.source import Source
 Connect = Callable[[], Source]
 """Finds the engine of the site, or raises NoEngine."""
 
+ENDED = ("SUCCEEDED", "FAILED", "CANCELED")
 MOST_TASKS = 50
 MOST_QUESTIONS = 50
 MOST_CAUSES = 100
@@ -27,6 +28,15 @@ def agents_now(connect: Connect) -> tuple[str, dict[str, AgentFact]]:
     except FormigaError as error:
         return cleaned(str(error).partition("\n")[0]), {}
     return "running", {agent.id: agent for agent in found.agents}
+
+
+def running(connect: Connect) -> set[str]:
+    """Return the names of the tasks that have not ended; none, if no engine runs."""
+    try:
+        found = connect().now(count=1000)
+    except FormigaError:
+        return set()
+    return {task.name for task in found.tasks if task.status not in ENDED}
 
 
 def now(connect: Connect, site: str, mode: str) -> NowOut:

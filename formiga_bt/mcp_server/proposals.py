@@ -4,20 +4,30 @@ Nothing here starts anything: what is written is data, and only a person's word 
 """
 
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from functools import cache
 from pathlib import Path
 from shlex import quote
 from typing import Final
 
 from formiga_bt.errors import FormigaError
-from formiga_bt.llm.drafts import TASK, Kept, keep, numbers
+from formiga_bt.lang.model import Site, Task
+from formiga_bt.llm.drafts import PROPOSED, TASK, Brief, Kept, briefs, delete, keep
+from formiga_bt.llm.origin import Asker, approved, note_drafted
 from formiga_bt.llm.records import Draft, Flight, Origin, Value
+from formiga_bt.llm.world import World
 from formiga_bt.mcp_server.ground import Ground
 from formiga_bt.mcp_server.outside import cleaned
 from formiga_bt.mcp_server.records import FlightOut
 
 MOST_OPEN: Final = 50
-"""Drafts that may wait; an assistant that proposes without end is stopped here."""
+"""Proposals that are kept; then the oldest gives way, so that an assistant that proposes without end fills no disk."""
+
+
+def assistant(client: str) -> str:
+    """Return how an assistant is called where its proposals are kept."""
+    return f"{PROPOSED}{cleaned(client, 60) or 'unknown'}"
 
 
 def draft_of(
@@ -41,7 +51,7 @@ def draft_of(
         crashes=flight.crashes,
         least_battery=flight.least_battery_percent,
     )
-    name = f"mcp:{cleaned(client, 60) or 'unknown'}"
+    name = assistant(client)
     draft = Draft(
         request=why,
         kind="task",
@@ -57,20 +67,75 @@ def draft_of(
     )
 
 
-def propose(folder: Path, draft: Draft, origin: Origin) -> Kept:
-    """Keep a proposal among the drafts of a site.
+def propose(folder: Path, draft: Draft, origin: Origin, is_needed: Callable[[Brief], bool] = lambda _: False) -> Kept:
+    """Keep a proposal among the drafts of a site. If too many wait, the oldest that nobody needs gives way.
+
+    Args:
+        folder: of the site's drafts.
+        draft: the proposal.
+        origin: where it came from.
+        is_needed: tells of a proposal whether a person approved it, or it runs.
 
     Raises:
-        FormigaError: too many wait already, or it cannot be written.
+        FormigaError: too many wait and all are needed, or it cannot be written.
     """
-    if len(numbers(folder)) >= MOST_OPEN:
-        raise FormigaError(
-            f"{MOST_OPEN} drafts wait in {folder}\n  help: a person looks at them first, and removes what is not wanted"
-        )
+    waiting = [one for one in briefs(folder) if one.is_proposal]
+    if len(waiting) >= MOST_OPEN:
+        old = next((one for one in waiting if not one.origin.approved_by and not is_needed(one)), None)
+        if old is None:
+            raise FormigaError(
+                f"{MOST_OPEN} proposals are kept in {folder}, all approved or running\n"
+                "  help: a person removes what is not wanted: formiga drafts delete N"
+            )
+        delete(folder, old.number)
     return keep(folder, draft, origin)
 
 
-def next_steps(kept: Kept, ground: Ground, params: Mapping[str, str], *, is_there: bool) -> list[str]:
+def needed(folder: Path, ground: Ground, running: Callable[[], set[str]]) -> Callable[[Brief], bool]:
+    """Return what tells whether a proposal is approved as it is, or a task of its name runs.
+
+    Args:
+        folder: of the site's drafts.
+        ground: its site.
+        running: tells the names of the tasks that have not ended; asked only if there is need.
+    """
+
+    @cache
+    def facts() -> tuple[set[str], Callable[[Task, Site], bool]]:
+        return running(), approved(folder.parent)
+
+    def is_needed(one: Brief) -> bool:
+        names, is_approved = facts()
+        if one.task in names:
+            return True
+        try:
+            task = ground.load((one.folder / TASK).read_text(encoding="utf-8")).task
+        except (OSError, UnicodeDecodeError):
+            return False
+        return task is not None and is_approved(task, ground.site)
+
+    return is_needed
+
+
+def wrote(kept: Kept, yaml: str, ground: Ground, asker: Asker, unix_millis: int) -> None:
+    """Write down that an assistant wrote a task, so that on a site in mode real another person approves it.
+
+    Raises:
+        SiteError: it cannot be written.
+    """
+    texts = {}
+    for path in dict.fromkeys(ground.tasks.values()):
+        with suppress(OSError, UnicodeDecodeError):
+            texts[str(path)] = ground.read(path)
+    task = ground.load(yaml).task
+    world = World(ground.catalogue, ground.site, (), texts)
+    tasks = [task] if task is not None else []
+    note_drafted(kept.folder.parent.parent, tasks, asker.record, world, draft=kept.number, unix_millis=unix_millis)
+
+
+def next_steps(
+    kept: Kept, ground: Ground, params: Mapping[str, str], *, is_there: bool, asker: Asker | None = None
+) -> list[str]:
     """Return the commands with which a person reads a proposal and runs it; each word is quoted for a shell.
 
     Args:
@@ -78,12 +143,13 @@ def next_steps(kept: Kept, ground: Ground, params: Mapping[str, str], *, is_ther
         ground: its site.
         params: what the task is to be run with.
         is_there: it is a task of the site or of the library already.
+        asker: for whom it was written; somebody else approves it.
     """
     task = kept.draft.task
     values = [f"-p {quote(f'{name}={text}')}" for name, text in params.items()]
     run = " ".join(["formiga run", task, *values])
     real = ground.site.mode == "real"
-    by = ground.site.people.get("approvers", ("NAME",))[0]
+    by = (asker or Asker("")).approver(ground.site)
     file = quote(str(kept.folder / TASK))
     if is_there:
         return [f"formiga show {task}", *([f"formiga approve {task} --by {by}"] if real else []), run]

@@ -6,7 +6,7 @@ cancels what is given up, and ends when stdin closes; what takes long is done el
 
 import sys
 import traceback
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Sequence
 from functools import partial
 from typing import Any, Final, TypeVar
 
@@ -200,17 +200,18 @@ async def _asked(found: Awaitable[P]) -> P:
         raise MCPError(INVALID_PARAMS, "this text cannot be read; a file has changed meanwhile") from error
 
 
-def serve(where: Where, connect: Connect, wall_millis: Callable[[], int]) -> None:
+def serve(where: Where, connect: Connect, wall_millis: Callable[[], int], people: Sequence[str] = ()) -> None:
     """Serve the client at stdin and stdout until it closes them.
 
     Args:
         where: the files to judge tasks against.
         connect: finds the running engine, if there is one.
         wall_millis: Unix time, for what is written down.
+        people: for whom assistants work here, the first name is told.
     """
 
     async def run() -> None:
-        server = Front(Desk(where, connect, Crew(where), wall_millis)).server()
+        server = Front(Desk(where, connect, Crew(where), wall_millis, tuple(people))).server()
         async with stdio_server() as (reading, writing):
             await server.run(reading, writing, server.create_initialization_options())
 

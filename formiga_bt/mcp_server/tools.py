@@ -14,14 +14,15 @@ import msgspec
 from msgspec import Struct
 
 from formiga_bt.errors import FormigaError, UnusableFile
-from formiga_bt.llm.drafts import TASK, drafts_folder
+from formiga_bt.llm.drafts import TASK, Kept, drafts_folder
+from formiga_bt.llm.origin import Asker
 from formiga_bt.mcp_server import catalogue, live, pages
 from formiga_bt.mcp_server import records as r
 from formiga_bt.mcp_server.ground import Ground, Where, ground_of
 from formiga_bt.mcp_server.judge import Done, Job, texts_of
 from formiga_bt.mcp_server.live import Connect
 from formiga_bt.mcp_server.outside import fenced
-from formiga_bt.mcp_server.proposals import draft_of, next_steps, propose
+from formiga_bt.mcp_server.proposals import assistant, draft_of, needed, next_steps, propose, wrote
 from formiga_bt.mcp_server.worker import Crew
 
 Progress = Callable[[float, str], Awaitable[None]]
@@ -39,6 +40,8 @@ class Desk:
     crew: Crew
     wall_millis: Callable[[], int]
     """Unix time, for what is written down."""
+    people: tuple[str, ...] = ()
+    """For whom assistants work here: who started the server."""
 
     async def ground(self) -> Ground:
         """Return site, catalogue and tasks as their files are now."""
@@ -214,11 +217,21 @@ async def _propose(desk: Desk, asked: r.Proposed, caller: Caller) -> Said:
     warnings, params = [*flight.warnings], texts_of(asked.params)
     if flight.status == "UNFINISHED":
         warnings.append("its dry run did not end within 6 h of virtual time")
-    draft, origin = draft_of(yaml, flight, params, asked.why, caller.client, warnings, desk.wall_millis())
+    now = desk.wall_millis()
+    asker = Asker(assistant(caller.client), desk.people)
+    text = asker.marked(yaml) if asked.yaml else yaml
+    draft, origin = draft_of(text, flight, params, asked.why, caller.client, warnings, now)
     folder = drafts_folder(Path(desk.where.site) if desk.where.site is not None else None, ground.site.name)
-    kept = await in_thread(partial(propose, folder, draft, origin))
+
+    def keep_it() -> Kept:
+        kept = propose(folder, draft, origin, needed(folder, ground, partial(live.running, desk.connect)))
+        if asked.yaml:
+            wrote(kept, yaml, ground, asker, now)
+        return kept
+
+    kept = await in_thread(keep_it)
     file = str(kept.folder / TASK)
-    then = next_steps(kept, ground, params, is_there=bool(asked.task))
+    then = next_steps(kept, ground, params, is_there=bool(asked.task), asker=asker if asked.yaml else None)
     told = r.ProposedOut(kept.number, flight.task, file, flight.status, then, warnings)
     text = f"{flight.task} waits as draft {kept.number} in {kept.folder}. It does not run. What a person does now:"
     return told, "\n".join([text, *(f"  {one}" for one in then), *warnings])

@@ -6,7 +6,7 @@ are about to approve (`formiga approve`, the API).
 
 import hashlib
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Final
 
 from formiga_bt.lang.model import ActionSpec, Call, Catalogue, Do, Expr, Site, Step, Task
@@ -50,6 +50,12 @@ def needs_another(task: Task, catalogue: Catalogue, *, by_program: bool = False)
 def same_person(one: str, other: str) -> bool:
     """Return whether two names may be one person: case and the machine after an `@` do not tell people apart."""
     return _who(one) == _who(other)
+
+
+def others_than(known: Iterable[str], approvers: Iterable[str]) -> tuple[str, ...]:
+    """Return the approvers who are none of these people."""
+    people = list(known)
+    return tuple(one for one in approvers if not any(same_person(one, other) for other in people))
 
 
 def _who(name: str) -> str:

@@ -17,6 +17,7 @@ from formiga_bt.engine.library import Bundles
 from formiga_bt.errors import FormigaError, TaskError
 from formiga_bt.lang.model import Catalogue, Site
 from formiga_bt.safety.approval import TYPED, approval_digest, lands_away
+from formiga_bt.safety.drafted import written
 from formiga_bt.services.refused import Refused
 from formiga_bt.services.view import View
 from formiga_bt.services.words import hint_for
@@ -108,15 +109,17 @@ class Crew:
     def approvals(self) -> dict[str, Any]:
         """Return every task that is served, whether it is approved, and the approvals of other versions that stand."""
         with self._view.reading() as state:
-            given = dict(state.approvals)
+            given, drafted = dict(state.approvals), dict(state.drafted)
         tasks = []
         for name in sorted(self._tasks):
             digest = approval_digest(self._tasks[name], self._site)
             found = given.pop(digest, None)
+            wrote = drafted.get(self._tasks[name].bundle)
             away = list(lands_away(self._tasks[name], self._catalogue))
             tasks.append(
                 {
-                    "task": name, "digest": digest, "lands_away": away, "approved_by": found.by if found else "",
+                    "task": name, "digest": digest, "lands_away": away,
+                    "drafted": written(wrote) if wrote else None, "approved_by": found.by if found else "",
                     "unix_millis_approved": found.at // 1000 if found else None,
                 }
             )  # fmt: skip

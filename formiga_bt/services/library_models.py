@@ -7,6 +7,15 @@ from pydantic import BaseModel, Field
 from formiga_bt.services.models import Body, Id, Name, ParamOut
 
 
+class DraftedBody(Body):
+    """A model wrote the task, as the sender knows: who asked for it, and which model."""
+
+    by: Annotated[list[Name], Field(default_factory=list, max_length=10)]
+    model: Name = ""
+    also: Annotated[list[Name], Field(default_factory=list, max_length=10)]
+    """Other names of those who asked."""
+
+
 class LoadBody(Body):
     """A task and what it imports, as texts by their paths below the site's folder; `file` is the task's.
 
@@ -16,6 +25,8 @@ class LoadBody(Body):
     file: Id
     texts: Annotated[dict[Id, str], Field(min_length=1, max_length=100)]
     by: Name = ""
+    drafted: DraftedBody | None = None
+    """On a site in mode real such a task needs the approval of another person. It cannot be taken back."""
 
 
 class LoadOut(BaseModel):

@@ -5,6 +5,7 @@ from collections.abc import Callable, Sequence
 
 from fastapi import FastAPI
 
+from formiga_bt.safety.drafted import drafted
 from formiga_bt.services import library_models as m
 from formiga_bt.services.loading import Loading
 
@@ -20,4 +21,6 @@ def add(app: FastAPI, loading: Loading, refused: Callable[[], Sequence[str]]) ->
     @app.post("/v1/library", tags=["engine"])
     def load(body: m.LoadBody) -> m.LoadOut:
         """Check a task and serve it to new requests; running tasks go on with the version they have. Starts nothing."""
-        return loading.load(body.file, body.texts, body.by or "http", int(time.time() * 1000))
+        said = body.drafted
+        told = drafted(said.by, said.model, said.also) if said is not None else None
+        return loading.load(body.file, body.texts, body.by or "http", int(time.time() * 1000), told)

@@ -19,9 +19,11 @@ from formiga_bt.errors import SiteError
 from formiga_bt.lang.loader import Loaded, load_task_text
 from formiga_bt.lang.model import Catalogue, Site, Task
 from formiga_bt.packaged import folder
+from formiga_bt.safety.drafted import Drafted, merged, said_in
+from formiga_bt.services import drafted, shown
 from formiga_bt.services import library_models as out
-from formiga_bt.services import shown
 from formiga_bt.services.bundles import BundleStore, Stored
+from formiga_bt.services.drafted import known_of, who_drafted
 from formiga_bt.services.refused import Refused
 from formiga_bt.services.view import View
 
@@ -58,11 +60,24 @@ class Loading:
         self._bundles = bundles
         self._store = store
         self._lock = threading.Lock()
+        self._runtime = store.path.parent
         self._texts = texts_of(bundles.values())
         self.closed_for: Callable[[], str] = str
         """Tells why nothing is taken any more, or empty."""
 
-    def load(self, file: str, texts: Mapping[str, str], by: str, unix_millis: int) -> out.LoadOut:
+    def first(self) -> list[Serve]:
+        """Return what the engine is told at its start: which of the tasks that it serves a model wrote.
+
+        Raises:
+            SiteError: what the site's folder knows cannot be read.
+        """
+        known = known_of(self._runtime)
+        wrote = [(one, who_drafted(one, known, drafted.texts_of(one))) for one in self._bundles.values()]
+        return [Serve(task.name, task.bundle, "", who) for task, who in wrote if who is not None]
+
+    def load(
+        self, file: str, texts: Mapping[str, str], by: str, unix_millis: int, told: Drafted | None = None
+    ) -> out.LoadOut:
         """Check a bundle, and serve it to new requests. One that is served already changes nothing.
 
         Args:
@@ -70,6 +85,7 @@ class Loading:
             texts: by path below the site's folder.
             by: who loads it.
             unix_millis: when.
+            told: a model wrote it, as the caller's own folder knows. It is believed, and kept.
 
         Raises:
             Refused: the bundle is no such thing, has errors, or cannot be kept.
@@ -89,13 +105,32 @@ class Loading:
                 if is_new:
                     self._store.drop(stored)
                 raise _bad(file, loaded, stored)
-            return self._serve(loaded.task, stored, by, _warnings(loaded, stored), is_new=is_new)
+            try:
+                wrote = self._wrote(loaded, told, unix_millis)
+            except SiteError as error:
+                raise Refused("not_kept", str(error)) from error
+            given = Serve(loaded.task.name, loaded.task.bundle, by, wrote)
+            return self._serve(loaded.task, stored, given, _warnings(loaded, stored), is_new=is_new)
 
-    def _serve(self, task: Task, stored: Stored, by: str, warnings: list[str], *, is_new: bool) -> out.LoadOut:
+    def _wrote(self, loaded: Loaded, told: Drafted | None, unix_millis: int) -> Drafted | None:
+        """Return who had a model write a task; what comes in with it is written down, so that a bare copy is known too."""
+        assert loaded.task is not None
+        said = merged((told, *map(said_in, loaded.sources.values())))
+        if said is not None:
+            drafted.note(self._runtime, [loaded.task], said, unix_millis=unix_millis)
+        return merged((who_drafted(loaded.task, known_of(self._runtime), ()), said))
+
+    def _serve(self, task: Task, stored: Stored, given: Serve, warnings: list[str], *, is_new: bool) -> out.LoadOut:
         before = self._bundles.get(task.name)
         if before is not None and before.bundle == task.bundle:
             if is_new:
                 self._store.drop(stored)
+            with self._view.reading() as state:
+                is_news = given.drafted is not None and merged(
+                    (state.drafted.get(task.bundle), given.drafted)
+                ) != state.drafted.get(task.bundle)
+            if is_news:
+                self._ask(given)
             return self._said(task, "same", f"{task.name} is served as it is", warnings)
         if self._bundles.count >= MOST_VERSIONS:
             raise Refused(
@@ -105,7 +140,7 @@ class Loading:
             )
         if self._bundles.version(task.name, task.bundle) is None:  # an old one again keeps its marks
             self._bundles.add(task)
-        self._ask(Serve(task.name, task.bundle, by))
+        self._ask(given)
         self._bundles.serve(task)
         self._texts[task.name] = stored.text()
         with suppress(SiteError):  # it is served; only the next start would not know of it

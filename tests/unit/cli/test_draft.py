@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 
 from formiga_bt.cli.app import run
+from formiga_bt.cli.calling import user
 from formiga_bt.site_folder import EngineAddress
 from tests.unit.llm.scripted import Scripted, fly_to, home, tree
 
@@ -177,7 +178,7 @@ def test_a_real_site_wants_its_approver(
 
     assert run(["draft", LOOK, "--run"]) == 1
     told = capsys.readouterr()
-    assert "rovaniemi is a real site: an approver reads" in told.out
+    assert "rovaniemi is a real site: an approver who did not ask for it reads" in told.out
     assert told.err == (
         "next: formiga load trees/look_at_camp.yaml, then: formiga approve trees/look_at_camp.yaml --by NAME,"
         " then: formiga run trees/look_at_camp.yaml\n"
@@ -211,6 +212,7 @@ def test_the_engine_reads_the_file_and_starts_just_that(
         "file": "trees/look_at_camp.yaml",
         "texts": {"trees/look_at_camp.yaml": file.read_text()},
         "by": "eve",
+        "drafted": {"by": ["eve"], "model": "scripted none", "also": [user()]},
     }
     assert asked[1:] == (
         {"task": "LookAtCamp", "params": {}, "priority": None, "requester": "eve", "bundle": "ab" * 32},

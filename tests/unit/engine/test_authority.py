@@ -6,12 +6,14 @@ from typing import Any
 
 import pytest
 
-from formiga_bt.engine.inputs import Alarm, Approve, Duty, Submit
+from formiga_bt.engine.inputs import Alarm, Approve, Duty, Serve, Submit
 from formiga_bt.engine.records import Lockdown
+from formiga_bt.engine.state import load_snapshot, snapshot
 from formiga_bt.errors import TaskError
 from formiga_bt.geo import Place
 from formiga_bt.lang.model import Site
 from formiga_bt.safety.approval import approval_digest
+from formiga_bt.safety.drafted import drafted
 from formiga_bt.testing import Bench, effects, packaged_world, task_of
 from formiga_bt.transport.messages import PreflightCheck
 
@@ -153,6 +155,81 @@ def test_one_that_lands_at_home_may_be_approved_by_its_requester() -> None:
     field = Field()
     field.approve("Hop")
     assert field.submit("Hop", requester="ann") == "Hop-1"
+
+
+# -- what a model wrote ------------------------------------------------------------------------------------------------
+def written(field: Field, name: str = "Hop", *by: str) -> None:
+    wrote = drafted(by or ("eve",), "local qwen", ["bob@desk"])
+    field.ask(Serve(name, field.models[name].bundle, "", wrote))
+
+
+def test_what_a_model_wrote_needs_the_word_of_one_who_neither_asked_for_it_nor_requests_it() -> None:
+    field = Field(real(people={"approvers": ("ann", "eve", "bob")}))
+    written(field)
+    digest = field.digest("Hop")[:8]
+    with pytest.raises(TaskError) as refused:
+        field.submit("Hop", requester="rita")
+    assert refused.value.code == "not_approved"
+    assert str(refused.value) == (
+        f"Hop ({digest}) is not approved as it is now, and was written by a model (local qwen) on the request of eve;"
+        " another approver (ann) must: formiga approve Hop --by NAME"
+    )
+    for by in ("eve", "bob"):  # bob was logged in
+        with pytest.raises(TaskError) as refused:
+            field.approve("Hop", by=by)
+        assert (refused.value.code, str(refused.value)) == (
+            "not_approver",
+            "Hop was written by a model (local qwen) on the request of eve; another approver (ann) must approve it",
+        )
+    field.approve("Hop")
+    with pytest.raises(TaskError) as refused:
+        field.submit("Hop", requester="Ann@desk")
+    assert str(refused.value) == (
+        "Hop was written by a model (local qwen) on the request of eve, and Ann@desk, who requests it, approved it; another"
+        " approver (nobody else is named in site.yaml under people: approvers) must: formiga approve Hop --by NAME"
+    )
+    with pytest.raises(TaskError, match="so that its requester must be named, and another than ann, who approved it"):
+        field.submit("Hop", requester="http")
+    assert field.submit("Hop", requester="eve") == "Hop-1"
+
+
+def test_an_approval_of_who_asked_for_it_that_stands_already_does_not_count() -> None:
+    field = Field(real(people={"approvers": ("ann", "eve")}))
+    field.approve("Hop", by="eve")
+    written(field)
+    with pytest.raises(TaskError) as refused:
+        field.submit("Hop", requester="rita")
+    assert str(refused.value) == (
+        "Hop was written by a model (local qwen) on the request of eve, who cannot approve it alone; another approver (ann)"
+        " must: formiga approve Hop --by NAME"
+    )
+    field.ask(Approve(field.digest("Hop"), "Hop", "eve", at=5))  # an engine that starts tells what stands
+    with pytest.raises(TaskError, match="cannot approve it alone"):
+        field.submit("Hop", requester="rita")
+    field.approve("Hop")
+    assert field.submit("Hop", requester="rita") == "Hop-1"
+
+
+def test_a_waiting_request_of_what_turns_out_to_be_drafted_waits_on() -> None:
+    field = Field()
+    field.approve("Wait")
+    task_id = field.begin(requester="ann")  # no pilot yet
+    written(field, "Wait")
+    field.ask(Duty("pia", True))
+    field.run_for(1)
+    assert field.blocked(task_id)[0] == "not_approved"
+    field.approve("Wait", by="ann", revoke=True)
+    assert "another approver" in field.blocked(task_id)[1]
+
+
+def test_that_a_model_wrote_it_is_never_taken_back_and_is_part_of_the_state() -> None:
+    field = Field()
+    written(field)
+    bundle = field.models["Hop"].bundle
+    field.ask(Serve("Hop", bundle))
+    written(field, "Hop", "ann")
+    assert field.engine.state.drafted == {bundle: drafted(["eve", "ann"], "local qwen", ["bob@desk"])}
+    assert load_snapshot(snapshot(field.engine.state)).drafted == field.engine.state.drafted
 
 
 def test_in_a_simulation_nothing_of_this_binds() -> None:

@@ -4,13 +4,14 @@ from typing import Any
 
 import pytest
 
-from formiga_bt.engine.inputs import Abort, Approve, Duty, LockdownOrder, Operator
+from formiga_bt.engine.inputs import Abort, Approve, Duty, LockdownOrder, Operator, Serve
 from formiga_bt.engine.records import TaskRecord
 from formiga_bt.engine.state import load_snapshot, snapshot
 from formiga_bt.errors import TaskError
 from formiga_bt.lang.loader import load_task_text
 from formiga_bt.lang.model import Task
 from formiga_bt.safety.approval import approval_digest
+from formiga_bt.safety.drafted import drafted
 from formiga_bt.transport.messages import PreflightCheck
 from tests.unit.engine import yard as yards
 from tests.unit.engine.conftest import Make
@@ -347,7 +348,7 @@ def test_a_child_stopped_by_a_lockdown_waits_for_the_word_to_its_parent(make: Ma
 
 
 # -- mode: real --------------------------------------------------------------------------------------------------------
-def real(make: Make, *approved: str, on: bool = True) -> tuple[Yard, str]:
+def real(make: Make, *approved: str, on: bool = True, wrote: str = "") -> tuple[Yard, str]:
     """Return a yard of `mode: real`, some of whose tasks are approved; Try is requested by rita."""
     mine = tasks(Try=ASKS, Look=LOOK)
     yard = make(*mine, mode="real")
@@ -355,6 +356,8 @@ def real(make: Make, *approved: str, on: bool = True) -> tuple[Yard, str]:
     for one in mine:
         if one.name in approved:
             yard.ask(Approve(approval_digest(one, yard.site), one.name, "ann"))
+    if wrote:
+        yard.ask(Serve("Look", mine[1].bundle, "", drafted([wrote])))
     if on:
         yard.ask(Duty("pia", True))
     found = yard.submit("Try", {}, requester="rita")
@@ -367,6 +370,15 @@ def test_on_a_real_site_a_child_needs_an_approval_of_its_own(make: Make) -> None
 
     assert yard.outcome(mine) == ("FAILED", "request:not_approved")
     assert "an approver (ann) must: formiga approve Look --by NAME" in yard.task(mine).reason
+
+
+def test_a_child_that_a_model_wrote_needs_the_word_of_another_than_who_requested_its_parent(make: Make) -> None:
+    yard, mine = real(make, "Try", "Look", wrote="rita")
+    assert yard.outcome(mine) == ("", "")
+
+    yard, mine = real(make, "Try", "Look", wrote="ann")
+    assert yard.outcome(mine) == ("FAILED", "request:not_approved")
+    assert "Look was written by a model on the request of ann, who cannot approve it alone" in yard.task(mine).reason
 
 
 def test_an_approved_child_flies_for_who_requested_its_parent_with_a_pilot_of_its_own(make: Make) -> None:

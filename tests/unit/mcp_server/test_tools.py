@@ -9,17 +9,21 @@ from typing import Any
 import jsonschema
 import msgspec
 import pytest
+from msgspec import structs
 
 from formiga_bt.errors import FormigaError, UnusableFile
 from formiga_bt.lang.kinds import KINDS
-from formiga_bt.llm.drafts import drafts_folder, read_draft
+from formiga_bt.llm.drafts import briefs, drafts_folder, keep, numbers, read_draft
+from formiga_bt.llm.origin import approve
 from formiga_bt.llm.records import Draft, Origin
 from formiga_bt.mcp_server import catalogue, pages
 from formiga_bt.mcp_server import records as r
 from formiga_bt.mcp_server.ground import Ground, Where, ground_of
 from formiga_bt.mcp_server.judge import Job, done
-from formiga_bt.mcp_server.proposals import MOST_OPEN, draft_of, next_steps, propose
+from formiga_bt.mcp_server.proposals import MOST_OPEN, draft_of, needed, next_steps, propose
 from formiga_bt.mcp_server.tools import TOOLS, schema_of
+from formiga_bt.safety.approval import approval_digest
+from formiga_bt.services.crew import keep as keep_approval
 
 ROOT = Path(__file__).parents[3]
 
@@ -190,9 +194,48 @@ def test_elsewhere_the_running_engine_reads_its_file(ground: Ground, tmp_path: P
     ]
 
 
-def test_an_assistant_that_proposes_without_end_is_stopped(tmp_path: Path) -> None:
-    for number in range(MOST_OPEN):
-        (tmp_path / str(number)).mkdir()
-        (tmp_path / str(number) / "draft.json").write_text("{}")
-    with pytest.raises(FormigaError, match="50 drafts wait in"):
-        propose(tmp_path, *proposal())
+def filled(folder: Path) -> Path:
+    """Return a folder with as many proposals as are kept, and two drafts of a person before them."""
+    draft, origin = proposal()
+    for _ in range(2):
+        keep(folder, draft, structs.replace(origin, by="eve", provider="local"))
+    for _ in range(MOST_OPEN):
+        propose(folder, draft, origin)
+    return folder
+
+
+def test_the_oldest_proposal_that_nobody_needs_gives_way(tmp_path: Path) -> None:
+    folder = filled(tmp_path / "drafts")
+    third = read_draft(folder, 3)
+    approve(third, approved_by="ann", bundle="ab")
+    kept = propose(folder, *proposal(), lambda one: one.number == 4)
+    assert kept.number == 53
+    assert numbers(folder) == [1, 2, 3, 4, *range(6, 54)]
+
+
+def test_if_all_proposals_are_needed_a_person_is_told_what_to_do(tmp_path: Path) -> None:
+    folder = filled(tmp_path / "drafts")
+    with pytest.raises(FormigaError) as refused:
+        propose(folder, *proposal(), lambda _: True)
+    assert str(refused.value) == (
+        f"50 proposals are kept in {folder}, all approved or running\n"
+        "  help: a person removes what is not wanted: formiga drafts delete N"
+    )
+    assert len(numbers(folder)) == MOST_OPEN + 2
+
+
+def test_a_proposal_is_needed_while_it_runs_or_stands_approved(ground: Ground, tmp_path: Path) -> None:
+    folder = tmp_path / ".formiga" / "meadow" / "drafts"
+    draft, origin = proposal()
+    wait = "formiga: 1\ntask: Circle\nagents: {w: {type: watcher}}\nsteps: [{wait: 1 s}]\n"
+    kept = propose(folder, structs.replace(draft, yaml=wait), origin)
+    (one,) = briefs(folder)
+    assert needed(folder, ground, lambda: {"Circle"})(one)
+    assert not needed(folder, ground, lambda: {"Other"})(one)
+    task = ground.load((kept.folder / "task.yaml").read_text()).task
+    assert task is not None
+    word = {"digest": approval_digest(task, ground.site), "task": "Circle", "by": "ann", "at": 1}
+    keep_approval(folder.parent, **word)
+    assert needed(folder, ground, set)(one)
+    keep_approval(folder.parent, **word, revoke=True)
+    assert not needed(folder, ground, set)(one)
