@@ -152,6 +152,8 @@ class EngineHost:
         self._opened.append(self._stop_server)
         self._opened.append(self._stop_driver)  # first: requests that wait for it are answered, then the server ends
         self.driver.start()
+        for version in self.loading.first():
+            self.driver.ask(version)
         crew.restore(self._folder.path, self.driver)
         self._server = server.HttpServer(api.build(self, token=token, needs_token=self._needs_token), sock)
         self._server.start()
