@@ -68,7 +68,8 @@ def open_chat(provider: str = "", model: str = "", *, base_url: str = "", adapte
         model: as the provider calls it; "" = FORMIGA_LLM_MODEL, the configured one, or the provider's default.
         base_url: an endpoint that speaks the protocol of OpenAI; https, except on this machine. "" = FORMIGA_LLM_BASE_URL, or
             the provider's.
-        adapter: a GGUF file with a LoRA adapter, for a local model.
+        adapter: a GGUF file with a LoRA adapter, for a local model; "" = the one that ships for it, if there is one;
+            `none` = the model alone.
 
     Raises:
         LlmError: nothing can be chosen; the text lists the ways.
@@ -121,9 +122,12 @@ def _only(chat: Endpoint) -> str:
 
 
 def _local(choice: Choice) -> Chat:
+    from formiga_bt.llm.adapters import NONE, shipped
     from formiga_bt.llm.local import LocalChat
 
-    return LocalChat(usable(choice.model), adapter=Path(choice.adapter) if choice.adapter else None)
+    model = usable(choice.model)
+    own = Path(choice.adapter) if choice.adapter and choice.adapter != NONE else None
+    return LocalChat(model, adapter=None if choice.adapter == NONE else own or shipped(model))
 
 
 def _whole_s() -> float:

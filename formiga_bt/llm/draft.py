@@ -118,6 +118,11 @@ class _Drafting:
         typed = chat.name in TYPED
         roles = roles_of(self._words, world.catalogue) if typed and self._before is None else ()
         self._schema = schema_of(world, self._offered, options.form, typed=typed, roles=roles)
+        self._is_tuned = (
+            getattr(chat, "prompt", "") == prompt.BRIEF and options.form == "short" and self._before is None
+        )
+        if hasattr(chat, "is_plain"):
+            chat.is_plain = not self._is_tuned
         self._shown = self._words.text if options.form == "short" else request
         if options.form == "short":
             self._name_points()
@@ -148,6 +153,9 @@ class _Drafting:
             errors = [one for one in problems if one.severity == "error"]
             tree = answer.tree if answer is not None else None
             plain = self._offered is not self._verbs and not self._options.without_verbs
+            if self._is_tuned:  # it was trained on requests, not on talks about answers: it is asked again
+                messages = asked
+                continue
             fresh = plain and (number % 2 == 0 or not tree)
             messages = prompt.again(asked, errors) if fresh else prompt.repair(asked, reply.text, errors, tree)
         return self._judged(best)
@@ -164,6 +172,9 @@ class _Drafting:
 
     def _messages(self) -> list[Message]:
         world, options = self._world, self._options
+        if self._is_tuned:
+            system = prompt.brief_prompt(self._plain_world, self._offered)
+            return prompt.ask(system, self._shown, note=self._note)
         system = prompt.system_prompt(self._plain_world, self._offered, options.form)
         chosen: list[Any] = []
         if options.examples and options.form == "short" and self._before is None:

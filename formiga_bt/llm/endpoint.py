@@ -68,6 +68,8 @@ class Endpoint:
         self._key = key
         self._whole_s, self._first_wait_s = whole_s, first_wait_s
         self._memory = memory or ladder.Memory()
+        self.more: Mapping[str, Any] = {}
+        """Sent with each question, besides what the protocol of OpenAI has."""
         self._limit_word = preset.limit_word
         self._without: set[str] = set()
         self._http: Any = None
@@ -252,6 +254,7 @@ class Endpoint:
         return {
             "model": self.model,
             "messages": messages,
+            **({"extra_body": dict(self.more)} if self.more else {}),
             "stream": True,
             self._limit_word: question.max_tokens,
             **{key: value for key, value in optional.items() if value is not None and key not in self._without},

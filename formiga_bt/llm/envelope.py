@@ -160,8 +160,8 @@ def shapes() -> dict[str, Schema]:
     place = f"({name}|offset\\({name}, {way}(, {way})?\\)|centroid\\({name}\\))"
     count = "[0-9]{1,2}"
     listed = (
-        f"(circle\\({place}, {far}(, points={count})?\\)|zigzag\\({place}, {place}, {far}, {count}\\)|line\\({place}, {place}, {count}\\)"
-        f"|triangle\\({place}, {far}\\)|\\[{place}(, {place}){{1,5}}\\])"
+        f"(circle\\({place}, {far}(, points={count})?\\)|zigzag\\({place}, {place}, {far}, {count}\\)"
+        f"|line\\({place}, {place}, {count}\\)|triangle\\({place}, {far}\\)|\\[{place}(, {place}){{1,5}}\\])"
     )
     patterns = {
         "distance": far,

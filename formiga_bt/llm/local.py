@@ -21,6 +21,7 @@ from pathlib import Path
 from secrets import token_urlsafe
 from typing import IO, Any, Final
 
+from formiga_bt.llm.adapters import about
 from formiga_bt.llm.endpoint import Endpoint
 from formiga_bt.llm.errors import Cancelled, TooLong, Unreachable, UnusableModel
 from formiga_bt.llm.folders import cache_folder
@@ -66,6 +67,10 @@ class LocalChat:
             UnusableModel: xllamacpp is missing, the adapter is no GGUF file, or there is too little memory.
         """
         self.name, self.model = LOCAL, model.name
+        self.prompt = about(adapter).get("formiga.prompt", "") if adapter is not None else ""
+        """The prompt that the adapter was trained with; "" = the usual one."""
+        self.is_plain = False
+        """Set: the model is asked without its adapter."""
         self.about = ""
         """How the model was started: seconds, memory, threads, context; "" = it was not."""
         self._on_disk, self._adapter = model, adapter
@@ -77,8 +82,6 @@ class LocalChat:
             raise UnusableModel(
                 "a model on this machine needs a package more; install it: pip install 'formiga-bt[local-llm]'"
             )
-        if adapter is not None:
-            _check_gguf(adapter)
 
     def complete(
         self,
@@ -97,6 +100,7 @@ class LocalChat:
         need = sum(len(one.text) for one in messages) // 3 + max_tokens + 256
         for _ in range(3):
             endpoint = self._running(need, cancel)
+            endpoint.more = {"lora": [{"id": 0, "scale": 0.0 if self.is_plain else 1.0}]} if self._adapter else {}
             try:
                 reply = endpoint.complete(
                     messages,
@@ -219,16 +223,6 @@ def _threads() -> int:
         return int(said)
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     return max(1, cores - int(os.getloadavg()[0]))
-
-
-def _check_gguf(file: Path) -> None:
-    try:
-        with file.open("rb") as stream:
-            if stream.read(4) == b"GGUF":
-                return
-    except OSError as error:
-        raise UnusableModel(f"{file}: {error.strerror or error}") from error
-    raise UnusableModel(f"{file} is no GGUF file\n  help: an adapter is a LoRA adapter as llama.cpp reads it")
 
 
 def _check_memory(model: OnDisk) -> None:

@@ -22,6 +22,8 @@ MOST_REQUEST: Final = 2000
 """Characters of a request; a longer one is refused."""
 MOST_NAMES: Final = 40
 MOST_PROBLEMS: Final = 6
+BRIEF: Final = "brief-1"
+"""The prompt that adapters are trained with; another wording gets another name, and adapters of their own."""
 OPEN, CLOSE = "<request>", "</request>"
 _PLAIN_NAME: Final = re.compile(r"[\w][\w .-]{0,59}")
 

@@ -22,6 +22,7 @@ from experiments.e2_llm.train.adapter import MOST_BYTES, Adapter, gguf_name, wri
 from experiments.e2_llm.train.bases import BASES, Base, base_file
 from experiments.e2_llm.train.batches import IGNORED, Example, asked, sequences
 from experiments.e2_llm.train.card import card_of
+from formiga_bt.llm.prompt import BRIEF
 
 CHECKPOINT_S: Final = 600.0
 WARM: Final = 0.04
@@ -186,6 +187,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     after = run.held_loss(held)
     path = given.out / f"{base.name}-formiga.gguf"
     about = {
+        "prompt": BRIEF,
         "base_sha256": digest,
         "data_sha256": data_digest,
         "seed": str(given.seed),

@@ -322,3 +322,28 @@ def test_the_full_form_writes_the_same_language() -> None:
     assert (found.kind, codes(found)) == ("task", [])
     # words that a model claims and that are not in the request do not count
     assert [(v.name, v.words) for v in found.values] == [("height", "from 40 m"), ("pause", "30 seconds")]
+
+
+def test_a_tuned_model_gets_the_brief_prompt_and_is_asked_again_without_a_word_of_its_answer() -> None:
+    chat = Scripted(tree(fly_to("kamp"), home()), GOOD)
+    chat.prompt, chat.is_plain = "brief-1", True  # type: ignore[attr-defined]
+    found = draft(LOOK, world(), chat)
+
+    assert found.kind == "task"
+    first, second = chat.asked
+    assert first == second
+    assert [one.role for one in first] == ["system", "user"]
+    assert "Rules:" not in first[0].text
+    assert 'FlyTo "to": PLACE "height": DISTANCE' in first[0].text
+    assert chat.temperatures == [0.0, 0.6]
+    assert chat.is_plain is False  # type: ignore[attr-defined]
+
+
+def test_a_change_of_a_draft_is_asked_of_the_model_without_its_adapter() -> None:
+    before, _ = made(LOOK, GOOD)
+    chat = Scripted(GOOD)
+    chat.prompt, chat.is_plain = "brief-1", False  # type: ignore[attr-defined]
+    draft("wait a minute longer", world(), chat, previous=before)
+
+    assert chat.is_plain is True  # type: ignore[attr-defined]
+    assert "Rules:" in chat.asked[0][0].text

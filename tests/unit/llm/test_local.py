@@ -19,6 +19,7 @@ from formiga_bt.llm.errors import Cancelled, UnusableModel
 from formiga_bt.llm.local import LocalChat
 from formiga_bt.llm.models import OnDisk, add
 from formiga_bt.llm.records import Message
+from tests.unit.llm.test_adapters import gguf
 
 pytestmark = pytest.mark.network
 
@@ -52,7 +53,7 @@ class Server:
                 os._exit(9)
             if params.n_ctx == 8192 and "long" in str(body["messages"]):
                 return Answer(status=400, error="request (9031 tokens) exceeds the available context size (8192 tokens)")
-            return told
+            return told | {"asked": body.get("lora")}
         self.endpoint = FakeEndpoint([answer] * 100, key=params.api_keys[0])
         self.endpoint.__enter__()
         self.listening_address = self.endpoint.base_url.removesuffix("/v1")
@@ -155,9 +156,13 @@ def test_two_at_a_time_are_refused(chat: LocalChat, model: OnDisk, monkeypatch: 
 
 def test_the_adapter_is_loaded_and_must_be_one(model: OnDisk, tmp_path: Path) -> None:
     adapter = tmp_path / "adapter.gguf"
-    adapter.write_bytes(b"GGUF")
+    adapter.write_bytes(gguf({"adapter.type": "lora", "formiga.prompt": "brief-1"}))
     with LocalChat(model, adapter=adapter) as chat:
-        assert asks(chat)["lora"] == [str(adapter)]
+        assert chat.prompt == "brief-1"
+        said = asks(chat)
+        assert (said["lora"], said["asked"]) == ([str(adapter)], [{"id": 0, "scale": 1.0}])
+        chat.is_plain = True
+        assert asks(chat)["asked"] == [{"id": 0, "scale": 0.0}]
     adapter.write_bytes(b"no")
     with pytest.raises(UnusableModel, match="is no GGUF file"):
         LocalChat(model, adapter=adapter)
@@ -170,6 +175,7 @@ from pathlib import Path
 from formiga_bt.llm import local
 from formiga_bt.llm.models import usable
 from formiga_bt.llm.records import Message
+from tests.unit.llm.test_adapters import gguf
 local.find_spec = lambda name: object()
 chat = local.LocalChat(usable({model.name!r}))
 print(chat.complete([Message("user", "hi")], {{"type": "object"}}, max_tokens=50).text, flush=True)
