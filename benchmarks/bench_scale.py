@@ -7,9 +7,13 @@ turns, as processor time:
 
     timer     a deadline fires, its task goes on to the next wait
     key       a status changes the key that tasks wait for: per task woken, its share of the step
-    result    a goal ends, its task goes on to the next one
-    progress  news of a goal that goes on: its task is woken for nothing
-    report    a status that changes nothing that anybody waits for: no wake
+    result    a goal ends, its task goes on to a wait
+    progress  news of a goal that goes on
+    order     a goal ends, its task orders the next one: gate and goal included
+    report    a status that changes nothing that anybody waits for
+    person    a status of a person, whose questions are looked at
+    ended     a task is aborted and ends
+    request   a task is requested, granted its person and started: two steps
 
     python benchmarks/bench_scale.py [--tasks 100000] [--agents 1000] [--json FILE]
 
@@ -39,17 +43,20 @@ from formiga_bt.transport.messages import AgentCard, AgentStatus, GoalEvent
 PEOPLE = 200
 START = 1_000_000 * SECOND
 SMALL = 100
-KEYS = 16
-"""Wakes of a key are told per status, of which each wakes all who wait for that machine."""
+WAKES = ("timer", "key", "result", "progress")
+"""What counts as one wake; the others do more than that, or wake nobody."""
 
 DEADLINE = """
 formiga: 1
 task: WaitsForTime
 params: {after: {type: duration}}
 steps:
-  - repeat: 1000
-    steps:
+  - sequence:
       - wait: ${after}
+      - wait: ${after}
+      - wait: ${after}
+      - wait: ${after}
+    timeout: 24 h
 """
 KEY = """
 formiga: 1
@@ -67,11 +74,24 @@ params: {who: {type: agent, of: [picker]}}
 agents:
   person: {type: picker, id: "${who}"}
 steps:
-  - repeat: 1000
-    steps:
-      - do: person.MiniFinder
-        with: {base: "${base}"}
-        timeout: 24 h
+  - do: person.MiniFinder
+    with: {base: "${base}"}
+    timeout: 24 h
+  - wait: 2 h
+"""
+NEXT_GOAL = """
+formiga: 1
+task: WaitsForGoals
+params: {who: {type: agent, of: [picker]}}
+agents:
+  person: {type: picker, id: "${who}"}
+steps:
+  - do: person.MiniFinder
+    with: {base: "${base}"}
+    timeout: 24 h
+  - do: person.MiniFinder
+    with: {base: "${base}"}
+    timeout: 24 h
 """
 
 
@@ -84,7 +104,7 @@ class World:
         assert not problems, problems
         site = fleet_site(specs)
         models = {}
-        for text in (DEADLINE, KEY, GOAL):
+        for text in (DEADLINE, KEY, GOAL, NEXT_GOAL):
             loaded = load_task_text(text, "scale.yaml", catalogue=catalogue, site=site)
             assert loaded.task is not None, loaded.diagnostics
             models[loaded.task.name] = loaded.task
@@ -105,7 +125,7 @@ class World:
                 inp.AgentSeenInput(AgentCard(id=spec.id, type=spec.type, boot_id="b", actions=actions, human=human))
             )
         for machine in range(machines):
-            self.report(machine, 90.0)
+            self.first_report(machine, 90.0)
         for number, person in enumerate(self.people):
             self.status(person, "picker", 90.0, Position(5.0 * number, 5.0, 0.0))
 
@@ -152,7 +172,7 @@ class World:
             )
         )
 
-    def report(self, machine: int, battery: float) -> inp.AgentStatusInput:
+    def first_report(self, machine: int, battery: float) -> inp.AgentStatusInput:
         name, at = self.machines[machine]
         return self.status(name, "lwd", battery, Position(at.east_m, at.north_m, 0.0))
 
@@ -165,7 +185,7 @@ class World:
             elif kind == 1:
                 wish = inp.Submit("WaitsForKey", {"who": AgentRef(self.machines[index % len(self.machines)][0])})
             else:
-                wish = inp.Submit("WaitsForGoal", {"who": AgentRef(self.people[index % len(self.people)])})
+                wish = self._for_goal("WaitsForGoals" if index % 2 else "WaitsForGoal", index)
             reply = self.give(wish).reply
             assert not reply.startswith("error"), reply
             if number % 1000 == 999:
@@ -174,6 +194,9 @@ class World:
         active = sum(task.status == "ACTIVE" for task in self.engine.state.tasks.values())
         assert active == self.tasks, f"{active} of {self.tasks} are active"
         assert not self.engine.state.requests
+
+    def _for_goal(self, task: str, index: int) -> inp.Submit:
+        return inp.Submit(task, {"who": AgentRef(self.people[index % len(self.people)])})
 
     # -- what is measured: each returns (inputs, how many tasks each of them wakes) -------------------------------------
     def timer(self) -> tuple[list[inp.Input], float]:
@@ -192,7 +215,7 @@ class World:
         level = 50.0 + self.seq % 400 / 10
         return [self.a_status(name, "lwd", level, Position(at.east_m, at.north_m, 0.0))], float(max(1, waits))
 
-    def report_only(self) -> tuple[list[inp.Input], float]:
+    def report(self) -> tuple[list[inp.Input], float]:
         """The same machine again, nothing changed."""
         name, at = self.machines[-1]
         self.now += 1000
@@ -201,14 +224,38 @@ class World:
 
     def progress(self) -> tuple[list[inp.Input], float]:
         """The oldest goal goes on."""
-        goal = next(iter(self.goals))
-        return [self._event(goal, "running")], 1.0
+        return [self._event(next(iter(self.goals)), "running")], 1.0
 
     def result(self) -> tuple[list[inp.Input], float]:
-        """The oldest goal ends; its task sends the next one."""
-        goal = next(iter(self.goals))
+        """The oldest goal that a wait follows ends."""
+        return self._ends("WaitsForGoal-")
+
+    def order(self) -> tuple[list[inp.Input], float]:
+        """The oldest goal that another one follows ends."""
+        return self._ends("WaitsForGoals-")
+
+    def ended(self) -> tuple[list[inp.Input], float]:
+        """The oldest task that waits for a key ends."""
+        task = next(one for one in self.engine.core.open if one.startswith("WaitsForKey-"))
+        return [inp.Abort(task)], 1.0
+
+    def request(self) -> tuple[list[inp.Input], float]:
+        """One more task, which must have the person that it names."""
+        self.now += 1000
+        self.let(60_000)
+        return [self._for_goal("WaitsForGoal", self.seq), inp.TimerDue("alloc")], 1.0
+
+    def person(self) -> tuple[list[inp.Input], float]:
+        """The next person reports."""
+        number = self.seq % len(self.people)
+        self.now += 1000
+        return [self.a_status(self.people[number], "picker", 90.0, Position(5.0 * number, 5.0, 0.0))], 1.0
+
+    def _ends(self, task: str) -> tuple[list[inp.Input], float]:
+        goal = next(one for one in self.goals if one.startswith(task) and one.endswith("/steps/steps[0]"))
         given = self._event(goal, "succeeded", {"in_range": True, "go_to": {"east_m": 1.0, "north_m": 2.0}})
-        del self.goals[goal], self.n[goal]
+        del self.goals[goal]
+        self.n.pop(goal, None)
         return [given], 1.0
 
     def _event(self, goal: str, state: Any, result: dict[str, Any] | None = None) -> inp.GoalEventInput:
@@ -261,14 +308,17 @@ def main() -> None:
         f"request, grant and start: {filled_s / options.tasks * 1e6:.0f} us a task, {found['admitted_per_s']:,} a second"
     )
     worst, slowest = 0.0, 0.0
-    for name in ("timer", "key", "result", "progress", "report_only"):
-        pairs = [
-            (one_us(small, getattr(small, name)), one_us(large, getattr(large, name))) for _ in range(options.rounds)
-        ]
+    for name in ("key", "progress", "report", "person", "result", "order", "request", "ended", "timer"):
+        pairs = []
+        for _ in range(options.rounds):
+            try:
+                pairs.append((one_us(small, getattr(small, name)), one_us(large, getattr(large, name))))
+            except StopIteration:  # the small engine has no more of them
+                break
         few, many = (statistics.median(side) for side in zip(*pairs, strict=True))
         found[name] = {"us": round(many, 2), f"us_among_{SMALL}": round(few, 2), "ratio": round(many / few, 2)}
         print(f"{name}: {many:.1f} us among {options.tasks:,}, {few:.1f} us among {SMALL}: {many / few:.2f} times")
-        if name != "report_only":
+        if name in WAKES:
             worst, slowest = max(worst, many / few), max(slowest, many)
     found["core_percent_at_1000_wakes_s"] = round(slowest / 10, 2)
     print(

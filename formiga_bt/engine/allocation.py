@@ -16,6 +16,7 @@ from formiga_bt.engine.allocator.candidate import Candidate
 from formiga_bt.engine.allocator.energy import Charge
 from formiga_bt.engine.allocator.filters import could_serve, hopeless, looked
 from formiga_bt.engine.allocator.policy import Decision, Policy
+from formiga_bt.engine.allocator.roster import Roster
 from formiga_bt.engine.authority import Authority
 from formiga_bt.engine.core import Core, node_deadline, task_deadline
 from formiga_bt.engine.env import TaskEnv
@@ -60,6 +61,9 @@ class Allocation:
         self._fleet = fleet
         self._policy = policy
         self._authority = Authority(core)
+        self._roster = Roster()
+        self._hopeless: dict[str, tuple[tuple[Verdict, ...], str]] = {}
+        """Waiting requests -> the explanation last looked at, and why it says that nobody could ever serve them."""
 
     def request(self, task: TaskRecord, values: Mapping[str, Any]) -> Request:
         """Return a task's request; the expressions of its roles are read now, once.
@@ -228,9 +232,15 @@ class Allocation:
         core = self._core
         granted = {grant.task for grant in decision.grants}
         seen_all = all(agent in core.state.agents for agent in core.site.agents)
+        former, self._hopeless = self._hopeless, {}
         for request in requests:
-            reason = hopeless(request, core.state.explanations.get(request.task, ()))
-            if not reason or request.task in granted:
+            if request.task in granted:
+                continue
+            verdicts = core.state.explanations.get(request.task, ())
+            known = former.get(request.task)
+            reason = known[1] if known is not None and known[0] is verdicts else hopeless(request, verdicts)
+            self._hopeless[request.task] = verdicts, reason
+            if not reason:
                 continue
             if seen_all or core.now - request.at >= KNOWN_AFTER_US:
                 self._tasks.refuse_request(request, reason)
@@ -267,37 +277,43 @@ class Allocation:
         layers = [layer for layer in core.site.layers_m if layer <= most] or [min(core.site.layers_m)]
         return min(layers, key=lambda layer: (own.count(layer), used.count(layer), layers.index(layer)))
 
-    def _candidates(self) -> list[Candidate]:
+    def _candidates(self) -> Roster:
+        """Return all agents; only those that changed since the last look are seen anew."""
+        core = self._core
+        changed, core.changed = core.changed, {}
+        for agent_id in changed:  # new ones come in the order of their admission
+            self._roster.put(self._candidate(core.state.agents[agent_id]))
+        self._roster.begin()
+        return self._roster
+
+    def _candidate(self, a: AgentRecord) -> Candidate:
         core = self._core
         preflight = core.site.preflight or core.site.mode == "real"
         orders = core.state.orders
-        return [
-            Candidate(
-                id=a.id,
-                type=a.type,
-                order=a.order,
-                human=a.human,
-                actions=a.actions,
-                refused=a.refused,
-                pool=a.pool,
-                liveness=a.liveness,
-                control=a.control,
-                task=a.task,
-                goal=a.goal,
-                word=a.word,
-                landed=a.landed,
-                at_port=self._fleet.at_port(a),
-                battery=a.battery if a.battery is not None else 0.0,
-                position=a.position,
-                detail=a.quarantine,
-                taken=a.taken,
-                ordered=orders[a.id].stop if a.id in orders else "",
-                preflight=preflight,
-                checks=a.checks,
-                charge=self._charge(a),
-            )
-            for a in core.state.agents.values()
-        ]
+        return Candidate(
+            id=a.id,
+            type=a.type,
+            order=a.order,
+            human=a.human,
+            actions=a.actions,
+            refused=a.refused,
+            pool=a.pool,
+            liveness=a.liveness,
+            control=a.control,
+            task=a.task,
+            goal=a.goal,
+            word=a.word,
+            landed=a.landed,
+            at_port=self._fleet.at_port(a),
+            battery=a.battery if a.battery is not None else 0.0,
+            position=a.position,
+            detail=a.quarantine,
+            taken=a.taken,
+            ordered=orders[a.id].stop if a.id in orders else "",
+            preflight=preflight,
+            checks=a.checks,
+            charge=self._charge(a),
+        )
 
     def _charge(self, agent: AgentRecord) -> Charge | None:
         """Return what is known of a machine's charge, if its type tells what it drains."""

@@ -80,6 +80,8 @@ class Core:
         """Confirm goals that ended in this step and whose question must be looked at."""
         self.stale: set[str] = set()
         """Agents of which something changed that a waiting goal may wait for; `EVERYTHING` = look at all."""
+        self.changed: dict[str, None] = dict.fromkeys(state.agents)
+        """Agents that changed since the allocator last looked at them."""
         self.moved: dict[str, None] = dict.fromkeys(state.agents)
         """Agents that changed since the gate last looked at them as traffic."""
         self.index = Index(state)
@@ -117,6 +119,7 @@ class Core:
                 self.wake(task_id, key)
 
     def _note_agent(self, new: AgentRecord) -> None:
+        self.changed[new.id] = None
         old = self.state.agents.get(new.id)
         if old is None or _read_by_gate(old) != _read_by_gate(new):
             self.stale.add(new.id)
@@ -136,6 +139,10 @@ class Core:
             self.open.pop(task.id, None)
         else:
             self.open[task.id] = None
+
+    def _note_order(self, agent: str) -> None:
+        self.stale.add(agent)
+        self.changed[agent] = None
 
     def _note_names(self, task: str) -> None:
         self.named[task] = self.named.get(task, 0) + 1
@@ -295,7 +302,7 @@ _NOTED: Final[Mapping[type, Callable[[Core, Any], None]]] = MappingProxyType(
         ch.GoalDrop: lambda core, change: core.index.drop_goal(change.goal),
         ch.TaskPut: lambda core, change: core._note_task(change.task),
         ch.ClearancePut: lambda core, change: core._note_clearance(change.agent),
-        ch.OrderPut: lambda core, change: core.stale.add(change.agent),
+        ch.OrderPut: lambda core, change: core._note_order(change.agent),
         ch.VarPut: lambda core, change: core._note_names(change.task),
         ch.ScopePut: lambda core, change: core._note_names(change.task),
         ch.TaskForget: lambda core, change: core.named.pop(change.task, None),

@@ -28,6 +28,11 @@ def hopeless(request: Request, verdicts: Sequence[Verdict]) -> str:
 
 def refusal(agent: Candidate, role: RoleRequest) -> tuple[str, str] | None:
     """Return (code, detail) of the first filter that refuses the agent, or None if it fits."""
+    return refused_anywhere(agent, role) or refused_there(agent, role)
+
+
+def refused_anywhere(agent: Candidate, role: RoleRequest) -> tuple[str, str] | None:
+    """Return (code, detail) of the first filter that refuses the agent wherever it is to go."""
     if agent.type not in role.types:
         return "wrong_type", agent.type
     if role.id and agent.id != role.id:
@@ -65,6 +70,13 @@ def refusal(agent: Candidate, role: RoleRequest) -> tuple[str, str] | None:
         return "parked_away", ""
     if agent.battery < role.battery_min:
         return "battery", f"{agent.battery:.0f} % < {role.battery_min:.0f} %"
+    return None
+
+
+def refused_there(agent: Candidate, role: RoleRequest) -> tuple[str, str] | None:
+    """Return (code, detail) of the filters that come last, of an agent that fits but for those: energy, readiness."""
+    if role.human:
+        return None
     lacks = short_of(agent.charge, role.near) if agent.charge is not None else ""
     if lacks:
         return "energy", lacks

@@ -14,7 +14,8 @@ from typing import Any, Protocol
 from msgspec import Struct
 
 from formiga_bt.engine.allocator.candidate import Candidate
-from formiga_bt.engine.allocator.filters import refusal
+from formiga_bt.engine.allocator.filters import refused_there
+from formiga_bt.engine.allocator.roster import Roster
 from formiga_bt.engine.records import Request, RoleRequest, Verdict
 from formiga_bt.geo import horizontal_m, mm
 
@@ -49,15 +50,16 @@ class Policy(Protocol):
 
 def closest(requests: Sequence[Request], agents: Sequence[Candidate]) -> Decision:
     """Grant the nearest fitting agents, request by request in the given order."""
+    roster = agents if isinstance(agents, Roster) else Roster(agents)
     taken: dict[str, str] = {}
     grants: list[Grant] = []
     verdicts: dict[str, tuple[Verdict, ...]] = {}
+    machines = {agent.id: place for place, agent in enumerate(roster) if not agent.human}
     for request in requests:
-        roles, seen = _serve(request, agents, taken)
-        verdicts[request.task] = tuple(seen)
+        roles, seen = _serve(request, roster, taken, machines)
+        verdicts[request.task] = roster.shared(request.roles, seen)
         if roles is not None:
             grants.append(Grant(request.task, roles))
-            machines = {a.id for a in agents if not a.human}
             taken.update({agent: request.task for group in roles.values() for agent in group if agent in machines})
         elif request.reserves:
             taken.update(_reserved(request, seen))
@@ -75,27 +77,36 @@ def _reserved(request: Request, verdicts: Sequence[Verdict]) -> dict[str, str]:
     return kept
 
 
+Costs = dict[tuple[str, str], tuple[float, int]]
+"""(role, agent) of each that fits -> its cost, and its place in the order of admission."""
+
+
 def _serve(
-    request: Request, agents: Sequence[Candidate], taken: dict[str, str]
+    request: Request, agents: Roster, taken: dict[str, str], machines: Mapping[str, int]
 ) -> tuple[dict[str, tuple[str, ...]] | None, list[Verdict]]:
-    costs: dict[tuple[str, str], float] = {}
+    costs: Costs = {}
     verdicts: list[Verdict] = []
+    fits: list[int] = []
     for role in request.roles:
-        for agent in agents:
-            if agent.id in taken:
-                refused: tuple[str, str] | None = (
-                    ("busy", taken[agent.id]) if agent.type in role.types else refusal(agent, role)
-                )
-            else:
-                refused = refusal(agent, role)
+        looked = agents.look(role)
+        seen: list[Any] = looked.verdicts.copy()
+        for agent_id, by in taken.items():
+            if machines[agent_id] in looked.types:
+                seen[machines[agent_id]] = agents.verdict(role.role, agent_id, "busy", by)
+        for place in looked.fit:
+            if seen[place] is not None:
+                continue
+            agent = agents[place]
+            refused = refused_there(agent, role)
             if refused is not None:
-                verdicts.append(Verdict(role.role, agent.id, refused[0], None, refused[1]))
-            else:
-                cost = min(
-                    _cost(agent, role, index) for index in range(max(1, min(role.count + role.more, len(role.near))))
-                )
-                costs[role.role, agent.id] = cost
-                verdicts.append(Verdict(role.role, agent.id, "fits", cost))
+                seen[place] = agents.verdict(role.role, agent.id, *refused)
+                continue
+            ways = max(1, min(role.count + role.more, len(role.near)))
+            cost = _cost(agent, role, 0) if ways == 1 else min(_cost(agent, role, index) for index in range(ways))
+            costs[role.role, agent.id] = cost, agent.order
+            seen[place] = Verdict(role.role, agent.id, "fits", cost)
+            fits.append(len(verdicts) + place)
+        verdicts += seen
     counts = {role.role: role.count for role in request.roles}
     chosen = _assign(_slots(request, counts), agents, costs)
     if chosen is None:
@@ -107,13 +118,11 @@ def _serve(
     roles: dict[str, tuple[str, ...]] = {role.role: () for role in request.roles}
     for (role, _), agent_id in zip(slots, chosen, strict=True):
         roles[role.role] = (*roles[role.role], agent_id)
-    final = [
-        Verdict(
-            v.role, v.agent, "chosen" if v.code == "fits" and v.agent in roles[v.role] else v.code, v.cost, v.detail
-        )
-        for v in verdicts
-    ]
-    return roles, final
+    for place in fits:
+        verdict = verdicts[place]
+        if verdict.agent in roles[verdict.role]:
+            verdicts[place] = Verdict(verdict.role, verdict.agent, "chosen", verdict.cost, verdict.detail)
+    return roles, verdicts
 
 
 Slots = list[tuple[RoleRequest, int]]
@@ -130,7 +139,7 @@ def _fill_up(
     counts: dict[str, int],
     chosen: list[str],
     agents: Sequence[Candidate],
-    costs: dict[tuple[str, str], float],
+    costs: Costs,
 ) -> list[str]:
     """Give a role as many agents beyond its count as fit and are free; `counts` is raised, the choice for all is returned."""
     least = counts[role.role]
@@ -159,19 +168,17 @@ def _cost(agent: Candidate, role: RoleRequest, index: int) -> float:
     return cost
 
 
-def _assign(
-    slots: Sequence[tuple[RoleRequest, int]], agents: Sequence[Candidate], costs: dict[tuple[str, str], float]
-) -> list[str] | None:
+def _assign(slots: Sequence[tuple[RoleRequest, int]], agents: Sequence[Candidate], costs: Costs) -> list[str] | None:
     """Return an agent per slot of least total cost, or None if the slots cannot all be filled."""
     if len(slots) == 1:
         role = slots[0][0]
-        fits = [(costs[role.role, a.id], a.order, a.id) for a in agents if (role.role, a.id) in costs]
+        fits = [(*cost, agent) for (name, agent), cost in costs.items() if name == role.role]
         return [min(fits)[2]] if fits else None
     machines = [slot for slot in slots if not slot[0].human]
     picked: dict[tuple[str, int], str] = {}
     for role, index in slots:
         if role.human:  # people are shared: each role of people is served by itself
-            fits = sorted((costs[role.role, a.id], a.order, a.id) for a in agents if (role.role, a.id) in costs)
+            fits = sorted((*cost, agent) for (name, agent), cost in costs.items() if name == role.role)
             if index >= len(fits):
                 return None
             picked[role.role, index] = fits[index][2]
@@ -189,9 +196,7 @@ def _assign(
     return [picked[role.role, index] for role, index in slots]
 
 
-def _best_team(
-    slots: Sequence[tuple[RoleRequest, int]], agents: Sequence[Candidate], costs: dict[tuple[str, str], float]
-) -> list[str] | None:
+def _best_team(slots: Sequence[tuple[RoleRequest, int]], agents: Sequence[Candidate], costs: Costs) -> list[str] | None:
     import numpy as np
     from scipy.optimize import linear_sum_assignment  # type: ignore[attr-defined]
 

@@ -1,0 +1,101 @@
+"""All agents as a policy sees them, with what each look at them found out once for all requests that ask the same.
+
+Thousands of requests mostly ask for the same: whom a role refuses, whatever the place, is found once a look and role. Equal
+verdicts are one object, over all looks, for each waiting task keeps one of every agent.
+"""
+
+from collections.abc import Iterable
+from typing import Final, NamedTuple
+
+from formiga_bt.engine.allocator.candidate import Candidate
+from formiga_bt.engine.allocator.filters import refused_anywhere
+from formiga_bt.engine.records import RoleRequest, Verdict
+
+MOST_SAID: Final = 200_000
+"""So many verdicts are kept to be shared; beyond, sharing begins anew."""
+
+Asked = tuple[object, ...]
+"""What a role asks for, without its places and its count."""
+
+
+class Looked(NamedTuple):
+    """What a role thinks of all agents before it knows where they are to go."""
+
+    verdicts: list[Verdict | None]
+    """None: it fits, as far as that goes."""
+    fit: tuple[int, ...]
+    """Where those are."""
+    types: frozenset[int]
+    """Where the agents of its types are."""
+
+
+class Roster(list[Candidate]):
+    """The agents, in the order of their admission."""
+
+    def __init__(self, agents: Iterable[Candidate] = ()) -> None:
+        super().__init__(agents)
+        self._said: dict[tuple[str, str, str, str], Verdict] = {}
+        self._lists: dict[tuple[Asked, ...], tuple[Verdict, ...]] = {}
+        self._looked: dict[Asked, Looked] = {}
+        self._places: dict[str, int] = {}
+
+    def put(self, agent: Candidate) -> None:
+        """Add an agent, or say how it is now."""
+        place = self._places.get(agent.id)
+        if place is None:
+            self._places[agent.id] = len(self)
+            self.append(agent)
+        else:
+            self[place] = agent
+
+    def begin(self) -> None:
+        """Begin a look: agents may have changed since the last one."""
+        self._looked.clear()
+        if len(self._said) > MOST_SAID:
+            self._said.clear()
+        if len(self._lists) > MOST_SAID // 100:
+            self._lists.clear()
+
+    def verdict(self, role: str, agent: str, code: str, detail: str) -> Verdict:
+        """Return a verdict without a cost, the same object each time."""
+        key = (role, agent, code, detail)
+        found = self._said.get(key)
+        if found is None:
+            found = self._said[key] = Verdict(role, agent, code, None, detail)
+        return found
+
+    def look(self, role: RoleRequest) -> Looked:
+        """Return what a role thinks of all agents, wherever they are to go."""
+        asked = asked_by(role)
+        looked = self._looked.get(asked)
+        if looked is None:
+            verdicts: list[Verdict | None] = []
+            fit, types, of, name = [], [], frozenset(role.types), role.role
+            for place, agent in enumerate(self):
+                if agent.type not in of:
+                    verdicts.append(self.verdict(name, agent.id, "wrong_type", agent.type))
+                    continue
+                types.append(place)
+                refused = refused_anywhere(agent, role)
+                if refused is None:
+                    fit.append(place)
+                    verdicts.append(None)
+                else:
+                    verdicts.append(self.verdict(name, agent.id, *refused))
+            looked = self._looked[asked] = Looked(verdicts, tuple(fit), frozenset(types))
+        return looked
+
+    def shared(self, roles: Iterable[RoleRequest], verdicts: Iterable[Verdict]) -> tuple[Verdict, ...]:
+        """Return verdicts as the tuple that another request that asks the same has, if that is equal."""
+        found = tuple(verdicts)
+        key = tuple(asked_by(role) for role in roles)
+        known = self._lists.get(key)
+        if known == found:
+            return known
+        self._lists[key] = found
+        return found
+
+
+def asked_by(role: RoleRequest) -> Asked:
+    """Return what a role asks for, without its places and its count."""
+    return role.role, role.types, role.human, role.id, role.battery_min, role.away, role.actions, role.but_not
