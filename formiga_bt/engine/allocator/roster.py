@@ -38,6 +38,7 @@ class Roster(list[Candidate]):
         self._lists: dict[tuple[Asked, ...], tuple[Verdict, ...]] = {}
         self._looked: dict[Asked, Looked] = {}
         self._places: dict[str, int] = {}
+        self._strangers: dict[tuple[str, tuple[str, ...]], tuple[list[Verdict | None], tuple[int, ...]]] = {}
 
     def put(self, agent: Candidate) -> None:
         """Add an agent, or say how it is now."""
@@ -45,6 +46,7 @@ class Roster(list[Candidate]):
         if place is None:
             self._places[agent.id] = len(self)
             self.append(agent)
+            self._strangers.clear()
         else:
             self[place] = agent
 
@@ -55,6 +57,8 @@ class Roster(list[Candidate]):
             self._said.clear()
         if len(self._lists) > MOST_SAID // 100:
             self._lists.clear()
+        if len(self._strangers) > MOST_SAID // 100:
+            self._strangers.clear()
 
     def verdict(self, role: str, agent: str, code: str, detail: str) -> Verdict:
         """Return a verdict without a cost, the same object each time."""
@@ -69,21 +73,30 @@ class Roster(list[Candidate]):
         asked = asked_by(role)
         looked = self._looked.get(asked)
         if looked is None:
-            verdicts: list[Verdict | None] = []
-            fit, types, of, name = [], [], frozenset(role.types), role.role
-            for place, agent in enumerate(self):
-                if agent.type not in of:
-                    verdicts.append(self.verdict(name, agent.id, "wrong_type", agent.type))
-                    continue
-                types.append(place)
+            strangers, types = self._of_other_types(role)
+            verdicts, fit = strangers.copy(), []
+            for place in types:
+                agent = self[place]
                 refused = refused_anywhere(agent, role)
                 if refused is None:
                     fit.append(place)
-                    verdicts.append(None)
                 else:
-                    verdicts.append(self.verdict(name, agent.id, *refused))
+                    verdicts[place] = self.verdict(role.role, agent.id, *refused)
             looked = self._looked[asked] = Looked(verdicts, tuple(fit), frozenset(types))
         return looked
+
+    def _of_other_types(self, role: RoleRequest) -> tuple[list[Verdict | None], tuple[int, ...]]:
+        """Return the verdicts on agents of other types, None for those of the role's, and where these are."""
+        key = role.role, role.types
+        found = self._strangers.get(key)
+        if found is None:
+            of, name = frozenset(role.types), role.role
+            types = tuple(place for place, agent in enumerate(self) if agent.type in of)
+            verdicts = [
+                None if agent.type in of else self.verdict(name, agent.id, "wrong_type", agent.type) for agent in self
+            ]
+            found = self._strangers[key] = verdicts, types
+        return found
 
     def shared(self, roles: Iterable[RoleRequest], verdicts: Iterable[Verdict]) -> tuple[Verdict, ...]:
         """Return verdicts as the tuple that another request that asks the same has, if that is equal."""
