@@ -11,7 +11,8 @@ times. All rounds are kept.
 """
 
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
+from dataclasses import dataclass
 from time import monotonic
 from typing import Any, Final
 
@@ -19,6 +20,7 @@ from msgspec import Struct, json, structs
 
 from formiga_bt.errors import UnusableFile
 from formiga_bt.llm import prompt
+from formiga_bt.llm.agreeing import elected, is_settled, meaning
 from formiga_bt.llm.client import Chat
 from formiga_bt.llm.envelope import Answer, Form, NoAnswer, read_answer, schema_of
 from formiga_bt.llm.examples import examples_of, most_similar
@@ -47,7 +49,7 @@ class Options(Struct, frozen=True, kw_only=True):
     rounds: int = 3
     """Most repairs."""
     candidates: int = 1
-    """So many first answers are asked for; the best one is taken."""
+    """So many first answers are asked for, at most; of those that pass, the one that most of them mean is taken."""
     max_tokens: int = 1200
     temperature: float = 0.0
     seed: int | None = 1
@@ -91,6 +93,23 @@ def draft(
         what = "is empty" if not text else f"has more than {prompt.MOST_REQUEST} characters"
         raise UnusableFile(f"the request {what}\n  help: say in a few sentences who shall do what, and where")
     return _Drafting(text, world, chat, options or Options(), previous, edit, on_progress, cancel).run()
+
+
+@dataclass(frozen=True, slots=True)
+class _Try:
+    """One answer, and what it is worth."""
+
+    errors: int
+    answer: Answer | None
+    judged: Judged | None
+    reply: Reply
+    round: Round
+
+    @property
+    def means(self) -> Hashable:
+        """Return what the answer means; see `agreeing`."""
+        assert self.answer is not None
+        return meaning(self.answer, self.judged.flight if self.judged is not None else None)
 
 
 class _Drafting:
@@ -191,8 +210,9 @@ class _Drafting:
         return prompt.reading(read(request, site, self._world.catalogue), self._world)
 
     def _best_of(self, messages: list[Message], tries: int, number: int) -> tuple[Answer | None, Judged | None, Reply]:
-        """Ask, once or several times, and return the best answer; its round is the last one."""
-        found: list[tuple[int, Answer | None, Judged | None, Reply, Round]] = []
+        """Ask, once or several times, and return the answer that is taken; its round is the last one."""
+        found: list[_Try] = []
+        good: list[_Try] = []
         for attempt in range(tries):
             first = number == 0 and attempt == 0
             temperature = self._options.temperature if first else max(RAISED, self._options.temperature)
@@ -200,14 +220,16 @@ class _Drafting:
             answer, judged, reply, one = self._ask(messages, temperature, seed)
             self._rounds.append(one)
             errors = judged.errors if judged is not None else 0 if answer is not None else 1000
-            found.append((errors, answer, judged, reply, one))
+            found.append(_Try(errors, answer, judged, reply, one))
             if errors == 0:
+                good.append(found[-1])
+            if is_settled([one.means for one in good], tries - 1 - attempt) and good:
                 break
-        errors, answer, judged, reply, one = min(found, key=lambda row: row[0])
-        if self._rounds[-1] is not one:
-            self._rounds.remove(one)
-            self._rounds.append(one)
-        return answer, judged, reply
+        chosen = good[elected([one.means for one in good])] if good else min(found, key=lambda one: one.errors)
+        if self._rounds[-1] is not chosen.round:
+            self._rounds.remove(chosen.round)
+            self._rounds.append(chosen.round)
+        return chosen.answer, chosen.judged, chosen.reply
 
     def _ask(
         self, messages: list[Message], temperature: float, seed: int | None

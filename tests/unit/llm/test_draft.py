@@ -253,13 +253,6 @@ def test_nonsense_is_refused_and_asked_again(text: str) -> None:
     assert (found.kind, len(chat.asked)) == ("task", 2)
 
 
-def test_of_several_candidates_the_first_that_passes_is_taken() -> None:
-    found, chat = made(LOOK, tree(fly_to("kamp")), GOOD, candidates=3)
-
-    assert (found.kind, found.task, len(chat.asked), len(found.rounds)) == ("task", "LookAtCamp", 2, 2)
-    assert chat.temperatures == [0.0, 0.6]
-
-
 def test_a_follow_up_changes_the_draft_before() -> None:
     first, _ = made(LOOK, GOOD)
     chat = Scripted(tree(fly_to("camp"), {"ask": "May it go?", "of": ["watcher"]}, {"wait": "30 s"}, home()))

@@ -1,0 +1,56 @@
+"""Of several answers that pass, the one is taken that most of them mean, whatever they are called."""
+
+from functools import cache
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from formiga_bt.llm.agreeing import elected, is_settled
+from formiga_bt.llm.draft import Options, draft
+from formiga_bt.llm.world import World, world_of
+from tests.unit.llm.scripted import Scripted, fly_to, home, tree
+
+LOOK = "A light drone looks at the camp and comes home."
+LOW = tree(fly_to("camp", "20 m"), home(), task="Low")
+HIGH = tree(fly_to("camp", "50 m"), home(), task="High")
+HIGH_TOO = tree({"sequence": [fly_to("camp", "50 m")]}, home(), task="OtherName")
+BAD = tree(fly_to("kamp"), home(), task="Bad")
+ASKS = {"plan": "", "answer": {"question": "How high?"}}
+
+
+@cache
+def world() -> World:
+    return world_of()
+
+
+def chosen(*answers: object, candidates: int = 0) -> tuple[str, int]:
+    chat = Scripted(*answers)
+    made = draft(LOOK, world(), chat, options=Options(candidates=candidates or len(answers), rounds=0))
+    return made.task or made.kind, len(chat.asked)
+
+
+def test_what_most_answers_mean_is_taken_and_not_what_came_first() -> None:
+    assert chosen(LOW, HIGH, HIGH_TOO) == ("High", 3)
+
+
+def test_what_does_not_pass_has_no_vote() -> None:
+    assert chosen(BAD, LOW, BAD) == ("Low", 3)
+
+
+def test_equal_votes_take_the_first_which_is_the_likeliest() -> None:
+    assert chosen(LOW, HIGH) == ("Low", 2)
+
+
+def test_a_question_is_an_answer_too() -> None:
+    assert chosen(LOW, ASKS, ASKS) == ("question", 3)
+
+
+def test_nobody_is_asked_once_the_vote_is_settled() -> None:
+    assert chosen(HIGH, HIGH_TOO, LOW, candidates=3) == ("High", 2)
+
+
+@given(st.lists(st.integers(0, 3), min_size=1, max_size=9), st.lists(st.integers(0, 3), max_size=9))
+def test_a_settled_vote_stays(so_far: list[int], more: list[int]) -> None:
+    if is_settled(so_far, len(more)):
+        every = [*so_far, *more]
+        assert every[elected(every)] == so_far[elected(so_far)]
