@@ -19,7 +19,7 @@ from formiga_bt.engine.index import DeadlineHeap, Index, Instants
 from formiga_bt.engine.inputs import Effect, PublishState, SendGoal
 from formiga_bt.engine.library import Bundles, Library
 from formiga_bt.engine.records import AgentRecord, Deadline, GoalRecord, TaskRecord
-from formiga_bt.engine.state import EngineState, apply, board_of
+from formiga_bt.engine.state import APPLY, EngineState, board_of
 from formiga_bt.geo import Frame
 from formiga_bt.lang.model import ActionSpec, AgentType, Catalogue, Site, Task
 from formiga_bt.safety.airspace import Airspace
@@ -90,6 +90,22 @@ class Core:
         self.touched: dict[str, None] = {}
         """Tasks whose ending or sections must be looked at."""
         self._deadlines = DeadlineHeap(state)
+        index = self.index
+        self._notes: dict[type, Callable[[Any], None]] = {
+            ch.AgentPut: self._note_agent,
+            ch.GoalPut: self._note_goal,
+            ch.GoalDrop: lambda change: index.drop_goal(change.goal),
+            ch.TaskPut: self._note_task,
+            ch.ClearancePut: self._note_clearance,
+            ch.OrderPut: self._note_order,
+            ch.VarPut: self._note_names,
+            ch.ScopePut: self._note_names,
+            ch.TaskForget: self._note_forgotten,
+            ch.DeadlineSet: index.deadline,
+            ch.QuestionPut: lambda change: index.question(change.question),
+            ch.QuestionDrop: lambda change: index.drop_question(change.question),
+        }
+        """What is noted of a change before it is applied."""
 
     # -- the step ------------------------------------------------------------------------------------------------
     @property
@@ -110,15 +126,17 @@ class Core:
         """Record a change and apply it."""
         self.changes.append(change)
         kind = type(change)
-        if kind in _NOTED:
-            _NOTED[kind](self, change)
-        apply(self.state, self.board, change)
+        note = self._notes.get(kind)
+        if note is not None:
+            note(change)
+        APPLY[kind](self.state, self.board, change)
         if self.board.hits:
             for reader in self.board.take_hits():
                 task_id, _, key = reader.partition("|")
                 self.wake(task_id, key)
 
-    def _note_agent(self, new: AgentRecord) -> None:
+    def _note_agent(self, change: ch.AgentPut) -> None:
+        new = change.agent
         self.changed[new.id] = None
         old = self.state.agents.get(new.id)
         if old is None or _read_by_gate(old) != _read_by_gate(new):
@@ -128,28 +146,33 @@ class Core:
         if task is not None and new.id in task.releasing:
             self.touch(task.id)  # it may be down now: an order brings it home, too
 
-    def _note_goal(self, goal: GoalRecord) -> None:
+    def _note_goal(self, change: ch.GoalPut) -> None:
+        goal = change.goal
         self.index.goal(goal)
         if goal.state != "gated" and (goal.leg is not None or goal.area is not None):
             self.stale.add(goal.agent)
             self.moved[goal.agent] = None
 
-    def _note_task(self, task: TaskRecord) -> None:
+    def _note_task(self, change: ch.TaskPut) -> None:
+        task = change.task
         if task.section == "done":
             self.open.pop(task.id, None)
         else:
             self.open[task.id] = None
 
-    def _note_order(self, agent: str) -> None:
-        self.stale.add(agent)
-        self.changed[agent] = None
+    def _note_order(self, change: ch.OrderPut) -> None:
+        self.stale.add(change.agent)
+        self.changed[change.agent] = None
 
-    def _note_names(self, task: str) -> None:
-        self.named[task] = self.named.get(task, 0) + 1
+    def _note_names(self, change: ch.VarPut | ch.ScopePut) -> None:
+        self.named[change.task] = self.named.get(change.task, 0) + 1
 
-    def _note_clearance(self, agent: str) -> None:
-        self.stale.add(agent)
-        self.moved[agent] = None
+    def _note_forgotten(self, change: ch.TaskForget) -> None:
+        self.named.pop(change.task, None)
+
+    def _note_clearance(self, change: ch.ClearancePut) -> None:
+        self.stale.add(change.agent)
+        self.moved[change.agent] = None
 
     def effect(self, effect: Effect) -> None:
         """Add an effect; it leaves the process after the step is persisted."""
@@ -295,28 +318,9 @@ class Core:
         self.emit(ch.WallTimerSet(key, after_us))
 
 
-_NOTED: Final[Mapping[type, Callable[[Core, Any], None]]] = MappingProxyType(
-    {
-        ch.AgentPut: lambda core, change: core._note_agent(change.agent),
-        ch.GoalPut: lambda core, change: core._note_goal(change.goal),
-        ch.GoalDrop: lambda core, change: core.index.drop_goal(change.goal),
-        ch.TaskPut: lambda core, change: core._note_task(change.task),
-        ch.ClearancePut: lambda core, change: core._note_clearance(change.agent),
-        ch.OrderPut: lambda core, change: core._note_order(change.agent),
-        ch.VarPut: lambda core, change: core._note_names(change.task),
-        ch.ScopePut: lambda core, change: core._note_names(change.task),
-        ch.TaskForget: lambda core, change: core.named.pop(change.task, None),
-        ch.DeadlineSet: lambda core, change: core.index.deadline(change.key, change.deadline),
-        ch.QuestionPut: lambda core, change: core.index.question(change.question),
-        ch.QuestionDrop: lambda core, change: core.index.drop_question(change.question),
-    }
-)
-"""What is noted of a change before it is applied."""
-
-
 def clock_stands(task: TaskRecord) -> bool:
     """Return whether a task's deadlines stand still: it is held for another cause than clearance."""
-    return any(not cause.startswith("clearance:") for cause in task.held)
+    return bool(task.held) and any(not cause.startswith("clearance:") for cause in task.held)
 
 
 def node_deadline(task_id: str, key: str) -> str:

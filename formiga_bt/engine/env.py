@@ -24,6 +24,8 @@ def with_extensions(core: Core, agent_type: str) -> tuple[str, ...]:
 class TaskEnv:
     """Names of one scope. `task` is None while a request is bound, before there is a task."""
 
+    __slots__ = ("_core", "_error", "_extra", "_task", "_values")
+
     def __init__(
         self,
         core: Core,
@@ -36,11 +38,11 @@ class TaskEnv:
         self._task = task
         self._values = values
         self._error = error
-        self._extra = extra or {}
+        self._extra = extra
 
     def name(self, name: str) -> Value:
         """Return a name's value (see `lang.model.Env`)."""
-        if name in self._extra:
+        if self._extra is not None and name in self._extra:
             return self._extra[name]  # type: ignore[no-any-return]
         value = self._values.get(name)
         if value is not None:

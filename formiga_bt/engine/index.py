@@ -9,7 +9,8 @@ from collections.abc import Iterator
 from typing import Final
 
 from formiga_bt.clock import Micros
-from formiga_bt.engine.records import BUSY, Deadline, GoalRecord, Question
+from formiga_bt.engine.changes import DeadlineSet
+from formiga_bt.engine.records import BUSY, GoalRecord, Question
 from formiga_bt.engine.state import EngineState
 
 Names = dict[str, None]
@@ -79,7 +80,7 @@ class Index:
         for goal in state.goals.values():
             self.goal(goal)
         for key, deadline in state.deadlines.items():
-            self.deadline(key, deadline)
+            self._deadlines.add(deadline.task, key)
         for question in state.questions.values():
             self.question(question)
 
@@ -144,12 +145,13 @@ class Index:
         return self._held_up.of(agent)
 
     # -- deadlines ---------------------------------------------------------------------------------------------------
-    def deadline(self, key: str, deadline: Deadline | None) -> None:
-        """A deadline is now so, or is about to be forgotten."""
+    def deadline(self, change: DeadlineSet) -> None:
+        """A deadline is about to be set, or forgotten."""
+        key, deadline = change.key, change.deadline
         old = self._state.deadlines.get(key)
-        if old is not None and old.task and (deadline is None or deadline.task != old.task):
+        if old is not None and (deadline is None or deadline.task != old.task):
             self._deadlines.discard(old.task, key)
-        if deadline is not None and deadline.task:
+        if deadline is not None:
             self._deadlines.add(deadline.task, key)
 
     def deadlines_of(self, task: str) -> tuple[str, ...]:

@@ -74,7 +74,7 @@ class EngineState(Struct):
 
 def apply(state: EngineState, board: Blackboard, change: ch.Change) -> None:
     """Change `state`, and the blackboard that shows it, as `change` says."""
-    _APPLY[type(change)](state, board, change)
+    APPLY[type(change)](state, board, change)
 
 
 def _task(state: EngineState, board: Blackboard, change: ch.TaskPut) -> None:
@@ -211,7 +211,7 @@ def _forget(state: EngineState, board: Blackboard, change: ch.TaskForget) -> Non
     board.drop(f"/allocation/grants/{task_id}")
 
 
-_APPLY: Final[Mapping[type, Callable[[EngineState, Blackboard, Any], None]]] = MappingProxyType(
+APPLY: Final[Mapping[type, Callable[[EngineState, Blackboard, Any], None]]] = MappingProxyType(
     {
         ch.TaskPut: _task,
         ch.AgentPut: _agent,
@@ -240,6 +240,7 @@ _APPLY: Final[Mapping[type, Callable[[EngineState, Blackboard, Any], None]]] = M
         ch.TaskForget: _forget,
     }
 )
+"""How each kind of change is applied."""
 
 
 def fold(state: EngineState, board: Blackboard, step: Step) -> None:

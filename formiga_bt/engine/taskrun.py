@@ -1,7 +1,8 @@
 """`TaskRun`: the services of one running task, between its trees and the parts of the engine."""
 
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from types import MappingProxyType
+from typing import Any, Final, NamedTuple
 
 from formiga_bt.clock import Micros
 from formiga_bt.engine import changes as ch
@@ -34,6 +35,9 @@ from formiga_bt.nodes.run import (
 
 BUDGET = 10_000
 """Nodes that a task may visit in one input."""
+
+
+NO_VALUES: Final[Mapping[str, Any]] = MappingProxyType({})
 
 
 class Watched(NamedTuple):
@@ -78,7 +82,7 @@ class TaskRun:
     @property
     def now(self) -> Micros:
         """Return the instant of the step."""
-        return self._core.now
+        return self._core.state.now
 
     @property
     def clock(self) -> Micros:
@@ -98,8 +102,10 @@ class TaskRun:
 
     def env(self, scope: str, error: Failure | None = None, extra: Mapping[str, Any] | None = None) -> TaskEnv:
         """Return the names of a scope."""
-        task = self._core.task(self.task_id)
-        values = self._core.state.scopes.get(self.task_id, {}).get(scope, {})
+        state = self._core.state
+        task = state.tasks[self.task_id]
+        scopes = state.scopes.get(self.task_id)
+        values = (scopes.get(scope) if scopes is not None else None) or NO_VALUES
         if error is None and task.section in ("on_failure", "finally"):
             error = task.failure
         return TaskEnv(self._core, task, values, error, extra)
@@ -121,13 +127,14 @@ class TaskRun:
 
     def flush(self) -> None:
         """Write what changed in a pass: which steps ended, then the memory of those that run."""
+        emit = self._core.emit
         if self._ended:
-            self._core.emit(ch.NodesEnded(self.task_id, tuple(self._ended)))
+            emit(ch.NodesEnded(self.task_id, tuple(self._ended)))
             self._ended.clear()
-        old = self._core.state.memory.get(self.task_id, {})
+        old = self._core.state.memory.get(self.task_id) or {}
         for path, mem in self._fresh.items():
             if old.get(path) != mem:
-                self._core.emit(ch.NodeMem(self.task_id, path, mem))
+                emit(ch.NodeMem(self.task_id, path, mem))
         self._fresh.clear()
 
     def register(self, path: str, node: Any) -> None:

@@ -59,6 +59,10 @@ class Node(Behaviour):
     feedback_message = ""
     blackbox_level = common.BlackBoxLevel.NOT_A_BLACKBOX
     path = ""
+    suffix = ""
+    """What its key has behind the path."""
+    key = ""
+    """Of this node's memory, deadline and wakes."""
     scope = ""
     dirty = False
     skipped = False
@@ -96,6 +100,7 @@ class Node(Behaviour):
         """Start at an instance path in a scope; return the status, which may be terminal at once."""
         assert self.status is not RUNNING, f"{self.path} entered twice"
         self.run, self.path, self.scope = run, path, scope
+        self.key = path + self.suffix
         self.dirty = self.skipped = self.breaking = False
         self.failure = None
         self.status = RUNNING
@@ -133,6 +138,7 @@ class Node(Behaviour):
     def restore(self, run: Run, path: str, scope: str) -> None:
         """Rebuild this running node from its memory."""
         self.run, self.path, self.scope = run, path, scope
+        self.key = path + self.suffix
         self.status = RUNNING
         self.kept = True
         run.register(self.key, self)
@@ -153,11 +159,6 @@ class Node(Behaviour):
         while node is not None and not node.dirty:
             node.dirty = True
             node = node.parent
-
-    @property
-    def key(self) -> str:
-        """Return the key of this node's memory, deadline and wakes."""
-        return self.path
 
     # -- what a kind implements --------------------------------------------------------------------------------
     def on_enter(self, run: Run) -> Status:

@@ -31,16 +31,12 @@ class Modifier(Node, decorators.Decorator):
         child.parent = self
         self.children = [child]
         self.child = child
+        self.suffix = f":{self.kind}"
 
     @property
     def decorated(self) -> Node:  # type: ignore[override]
         """Return the child, under py_trees' name."""
         return self.child
-
-    @property
-    def key(self) -> str:
-        """Return the path with the kind's word."""
-        return f"{self.path}:{self.kind}"
 
     def on_proceed(self, run: Run) -> Status:
         """Pass the visit on."""
@@ -121,16 +117,12 @@ class TimeoutNode(Modifier):
         self.word = word
         super().__init__(step, child)
         self.name = word
+        self.suffix = f":{word}"
         self.duration = duration
         self.drain: tuple[str, ...] = ()
         self.halting = False
 
     kind: ClassVar[str] = "timeout"
-
-    @property
-    def key(self) -> str:
-        """Return the path with the modifier's word."""
-        return f"{self.path}:{self.word}"
 
     def on_enter(self, run: Run) -> Status:
         """Set the deadline and start the child."""
@@ -182,7 +174,12 @@ class TimeoutNode(Modifier):
             view = run.goal(goal)
             if view.state == "succeeded":
                 place = goal.split("/", 2)[2].partition("+")[0]
-                leaf.run, leaf.path, leaf.scope = run, place, self.scope  # it was not restored, if we were
+                leaf.run, leaf.path, leaf.key, leaf.scope = (
+                    run,
+                    place,
+                    place,
+                    self.scope,
+                )  # if we were restored, it was not
                 status = leaf.conclude(run, view)
                 self.failure = leaf.failure
                 return status

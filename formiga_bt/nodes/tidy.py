@@ -39,6 +39,7 @@ class TidyNode(Node):
     def __init__(self, step: model.Sequence, main: Node, tidy: Callable[[], FinallyNode]) -> None:
         super().__init__(step.title, step)
         self.main = main
+        self.suffix = ":finally"
         main.tells = False  # the step has not ended before its `finally`
         self._new_tidy = tidy
         self.tidy = tidy()
@@ -47,11 +48,6 @@ class TidyNode(Node):
         """`finally` raised: it cannot go on, also not on its own."""
         self.decided: Failure | None = None
         adopt_children(self, [main, self.tidy])
-
-    @property
-    def key(self) -> str:
-        """Return the path with the word."""
-        return f"{self.path}:finally"
 
     def error_for_children(self) -> Failure | None:
         """Return the failure of the sequence, for the steps of `finally`."""
