@@ -30,7 +30,10 @@ def command(
     provider: Annotated[str, typer.Option(help="Who answers: groq, openai, ollama, local, ...", metavar="NAME")] = "",
     model: Annotated[str, typer.Option(help="The model, as the provider calls it.", metavar="NAME")] = "",
     base_url: Annotated[str, typer.Option(help="An endpoint that speaks OpenAI's protocol.", metavar="URL")] = "",
-    adapter: Annotated[str, typer.Option(help="A LoRA adapter (GGUF) for a local model.", metavar="FILE")] = "",
+    adapter: Annotated[
+        str,
+        typer.Option(help="A LoRA adapter (GGUF) for a local model; none: without the one that ships.", metavar="FILE"),
+    ] = "",
     site: Annotated[
         Path | None,
         typer.Option(help="Site file. Default: site.yaml of this folder, else the demo site.", metavar="FILE"),

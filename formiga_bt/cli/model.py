@@ -38,7 +38,10 @@ def command(
         str, typer.Option("--base-url", help="With use, try: an endpoint of your own.", metavar="URL")
     ] = "",
     adapter: Annotated[
-        Path | None, typer.Option(help="With use, try: a LoRA adapter for a local model.", metavar="FILE")
+        Path | None,
+        typer.Option(
+            help="With use, try: a LoRA adapter for a local model; none: without the one that ships.", metavar="FILE"
+        ),
     ] = None,
 ) -> None:
     """Show, fetch and choose the language models that write drafts: on this machine, or a provider. See docs/models.md.
@@ -136,11 +139,12 @@ def _remove(name: str) -> None:
 
 
 def _choose(what: What, subject: str, model: str, base_url: str, adapter: Path | None) -> None:
+    from formiga_bt.llm.adapters import NONE
     from formiga_bt.llm.choosing import choose, make_default
     from formiga_bt.llm.models import usable
     from formiga_bt.llm.presets import LOCAL, checked_url
 
-    tuned = str(adapter.expanduser().absolute()) if adapter is not None else ""
+    tuned = "" if adapter is None else NONE if str(adapter) == NONE else str(adapter.expanduser().absolute())
     chosen = choose(subject, model, base_url=base_url, adapter=tuned)
     if chosen.base_url:
         checked_url(chosen.base_url)
