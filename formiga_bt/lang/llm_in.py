@@ -18,6 +18,7 @@ from formiga_bt.lang.llm_form import NAMED, OF_ACTIONS, VALUED, is_hole
 from formiga_bt.lang.loader import load_task_text
 from formiga_bt.lang.model import Catalogue, Site, Task
 
+_HIDDEN: Final = re.compile("[\x7f-\x9f\u2028\u2029\u202a-\u202e\u2066-\u2069\ufeff]")
 _PATH_STEP: Final = re.compile(r"[A-Za-z_]\w*")
 
 
@@ -180,7 +181,7 @@ class _Writer:
         if kind == "expr" and isinstance(inner, str):
             self.line(indent, f"{head} {_plain('${' + inner + '}')}", path)
         elif kind == "text" and isinstance(inner, str):
-            self.line(indent, f"{head} {json.dumps(inner, ensure_ascii=False)}", path)
+            self.line(indent, f"{head} {_quoted(inner)}", path)
         elif kind == "list" and isinstance(inner, list):
             self.line(indent, head + ("" if inner else " []"), path)
             for index, item in enumerate(inner):
@@ -269,7 +270,7 @@ def _scalar(value: Any, path: str, *, text: bool = False) -> str:
         return str(value)
     if not isinstance(value, str):
         raise FormError(path, "this must be a text, a number, true or false")
-    return json.dumps(value, ensure_ascii=False) if text and "${" not in value[:2] else _plain(value)
+    return _quoted(value) if text and "${" not in value[:2] else _plain(value)
 
 
 def _plain(text: str) -> str:
@@ -282,4 +283,5 @@ def _plain(text: str) -> str:
 
 
 def _quoted(text: str) -> str:
-    return json.dumps(text, ensure_ascii=False)
+    """Return a text in quotes; what cannot be seen, and would be refused in a file, is written as an escape."""
+    return _HIDDEN.sub(lambda m: f"\\u{ord(m[0]):04x}", json.dumps(text, ensure_ascii=False))

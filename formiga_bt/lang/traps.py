@@ -11,7 +11,7 @@ from typing import Final
 from formiga_bt.diagnostics import Diagnostic, Fix, Mark
 
 _FORBIDDEN = re.compile(
-    "[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x84\x85-\x9f\u2028\u2029\ud800-\udfff\ufffe\uffff]|(?<!^)\ufeff"
+    "[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x84\x85-\x9f\u2028\u2029\u202a-\u202e\u2066-\u2069\ud800-\udfff\ufffe\uffff]|(?<!^)\ufeff"
 )
 _KEY_VALUE = re.compile(r"^(\s*(?:- +)*)([A-Za-z_][\w-]*): +(\S.*?)\s*$")
 
@@ -27,7 +27,7 @@ def lines_of(source: str) -> list[str]:
 
 
 def forbidden_characters(text: str, file: str) -> Diagnostic | None:
-    """Return E001 for the first character that no text file should hold (control characters, line separators)."""
+    """Return E001 for the first character that no file should hold: control characters, line ends, turns of direction."""
     found = _FORBIDDEN.search(text)
     if found is None:
         return None

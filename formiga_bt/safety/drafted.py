@@ -24,7 +24,7 @@ LONGEST: Final = 80
 MOST: Final = 10
 """People who asked for one task."""
 _LINE: Final = re.compile(r"^[ \t]*#[ \t]*drafted\b[ \t]*(\{.*)$", re.MULTILINE | re.IGNORECASE)
-_HEAD: Final = re.compile(r"^[ \t]*#[ \t]*Drafted by (.{1,200}?) from the request:", re.MULTILINE | re.IGNORECASE)
+_HEAD: Final = re.compile(r"^[ \t]*#[ \t]*Drafted(?: by (.{1,200}?))? from the request:", re.MULTILINE | re.IGNORECASE)
 
 
 class Drafted(Struct, frozen=True, kw_only=True):
@@ -93,7 +93,7 @@ def stamped(text: str, record: Drafted) -> str:
 def said_in(text: str) -> Drafted | None:
     """Return what a text says of its origin; None: nothing. A line that was tampered with still says that a model wrote it."""
     found = [_read(match[1]) for match in _LINE.finditer(text)]
-    found += [drafted((), match[1]) for match in _HEAD.finditer(text)] if not found else []
+    found += [drafted((), match[1] or "") for match in _HEAD.finditer(text)] if not found else []
     return merged(found)
 
 

@@ -125,6 +125,12 @@ def test_other_syntax_errors_show_the_parsers_words_and_place():
     assert "indentation" in problem.help
 
 
+@pytest.mark.parametrize("code", ["202A", "202E", "2066", "2069"])
+def test_what_turns_the_direction_of_a_text_is_refused_for_it_hides_what_a_file_says(code):
+    said = f"the invisible character U+{code} is not allowed in a task file"
+    assert only_problem(f"a: x {chr(int(code, 16))} y # z").message == said
+
+
 def test_control_characters_are_refused():
     assert only_problem("a: \x00").message == "the invisible character U+0000 is not allowed in a task file"
 

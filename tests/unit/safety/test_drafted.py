@@ -112,6 +112,7 @@ def test_a_line_that_was_tampered_with_still_tells_that_a_model_wrote_it(text: s
 
 def test_the_head_of_a_draft_tells_it_too_and_a_hand_written_file_tells_nothing() -> None:
     assert said_in("# Drafted by local qwen from the request:\n#   Fly.\n") == drafted([], "local qwen")
+    assert said_in("# Drafted from the request:\n#   Fly.\n") == Drafted()
     assert said_in("# drafted by hand on a train\nformiga: 1\ntask: A\n") is None
 
 
