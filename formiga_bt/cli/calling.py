@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import Any, Final
 from urllib.parse import quote, urlencode, urlsplit
 
+from formiga_bt.cli.visible import visible, visible_json
 from formiga_bt.errors import FormigaError, UnusableFile
 from formiga_bt.site_folder import EngineAddress, find_engines
 
@@ -76,7 +77,7 @@ class Client:
                 text = line.decode("utf-8").rstrip("\r\n")
                 name, _, value = text.partition(":")
                 if not text and kind:
-                    yield Event(kind, json.loads(data))
+                    yield Event(kind, visible(json.loads(data)))
                     kind, data = "", ""
                 elif name == "event":
                     kind = value.strip()
@@ -90,14 +91,14 @@ class Client:
     ) -> Any:
         with self._answer(method, path, query, body, more) as answer:
             try:
-                return json.loads(answer.read())
+                return json.loads(visible_json(answer.read()))
             except ValueError as error:
                 raise self._stranger() from error
 
     def read(self, path: str, query: Mapping[str, Any]) -> bytes:
         """Return what a GET answers, as it came."""
         with self._answer("GET", path, query) as answer:
-            return answer.read()
+            return visible_json(answer.read())
 
     @contextmanager
     def _answer(
@@ -163,7 +164,7 @@ class Client:
 
 def _error(answer: http.client.HTTPResponse) -> ApiError:
     try:
-        said = json.loads(answer.read())
+        said = json.loads(visible_json(answer.read()))
         text, more = said["text"], said.get("problems", ())
         if len(more) > 1 or (more and said["code"] in ("bad_params", "bad_task")):
             text = "\n\n".join([*more, "nothing was started" if said["code"] == "bad_params" else text])
