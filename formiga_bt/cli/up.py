@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from formiga_bt.cli.inputs import UnusableFile, World, find_tasks, is_demo, read_task, read_world, rendered, task_files
+from formiga_bt.cli.visible import visible
 from formiga_bt.errors import FormigaError, TreeError
 from formiga_bt.packaged import folder
 from formiga_bt.site_folder import check_free
@@ -272,7 +273,7 @@ def _is_handover(event: "Event") -> bool:
 def _say(text: str) -> None:
     """Print a line; an engine does not end because nobody reads what it prints."""
     with suppress(OSError):
-        print(text, flush=True)
+        print(visible(text), flush=True)
 
 
 def _clock(at: int) -> str:
