@@ -43,9 +43,10 @@ test: $(STAMP) $(if $(EXTERNAL),external)
 
 # What tests marked `external` need of pip; Node.js, npm, graphviz and tmux are the machine's (.ci/run installs them).
 external: $(STAMP)
-	@$(PY) -m pip install --quiet --disable-pip-version-check --editable '.[dev,btcpp,local-llm,experiments]'
+	@$(PY) -m pip install --quiet --disable-pip-version-check --editable '.[dev,btcpp,local-llm,experiments,postgres,parquet]'
 	@command -v npm >/dev/null || { echo "tests marked external need Node.js and npm (Debian, Ubuntu: apt install nodejs npm)" >&2; exit 1; }
 	@command -v dot >/dev/null || { echo "tests marked external need graphviz (Debian, Ubuntu: apt install graphviz)" >&2; exit 1; }
+	@command -v postgres >/dev/null || ls /usr/lib/postgresql/*/bin/postgres >/dev/null 2>&1 || { echo "tests marked external need PostgreSQL (Debian, Ubuntu: apt install postgresql)" >&2; exit 1; }
 	@command -v tmux >/dev/null || { echo "tests marked external need tmux (Debian, Ubuntu: apt install tmux)" >&2; exit 1; }
 
 lint: $(STAMP)

@@ -5,6 +5,7 @@
      +- TransportError    a wire cannot be opened or used
      +- TaskError         a request or an order to a task cannot be served (unknown task, already ending, ...)
      +- SiteError         a second engine on the site, unreadable runtime files
+     +- JournalError      the journal is damaged, newer, not ours, or cannot be written
      +- UnusableFile      a file named on the command line cannot be read, or the command line says nothing sane
 
 Bugs are AssertionError and are never caught. A library's exception is mapped where its library is used, with `from`.
@@ -43,6 +44,10 @@ class TaskError(FormigaError):
 
 class SiteError(FormigaError):
     """The site's runtime folder cannot be used (a second engine runs there, or it is not writable)."""
+
+
+class JournalError(FormigaError):
+    """The journal cannot be used: damaged, of a newer version, not a journal at all, or it cannot be written."""
 
 
 class UnusableFile(FormigaError):  # noqa: N818 - it names what is wrong

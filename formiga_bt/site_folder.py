@@ -9,6 +9,7 @@
 | `token` | the word that callers from other machines must know |
 | `approvals.jsonl` | who approved what, and took it back: a line each, never changed |
 | `bundles/` | tasks that were loaded into the engine while it ran (`services.bundles`) |
+| `journal.db` | the journal: every step of the engine (`formiga_bt.journal`) |
 | `flights.jsonl` | the flight log: a line for each flight that has ended |
 | `flying.json` | flights that have not ended |
 
@@ -134,6 +135,14 @@ class SiteFolder:
         except (OSError, UnicodeDecodeError) as error:
             raise SiteError(f"cannot use {file}: {error}") from error
         return epoch
+
+    def raise_epoch(self, epoch: int) -> None:
+        """Note that this start has a higher epoch: the journal knew of starts that this folder did not.
+
+        Raises:
+            SiteError: it cannot be written.
+        """
+        write_durably(self.path / "epoch", f"{epoch}\n")
 
     def marks(self) -> tuple[int, dict[str, int]]:
         """Return the engine time reached by the last start, and the counters to go on from.

@@ -2,6 +2,7 @@
 
 import signal
 from contextlib import suppress
+from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -23,6 +24,13 @@ if TYPE_CHECKING:
 
 TOLD = frozenset({"alarm", "question", "notice", "task", "order", "lockdown", "library"})
 """Events that are printed; of agents only take-overs and handbacks."""
+
+
+class Durability(StrEnum):
+    """What of the journal survives a power cut."""
+
+    full = "full"
+    normal = "normal"
 
 
 def command(
@@ -54,6 +62,20 @@ def command(
     token: Annotated[
         bool, typer.Option("--token", help="Ask every caller for the site's token, also on this machine.")
     ] = False,
+    journal: Annotated[
+        str,
+        typer.Option(
+            help="File or PostgreSQL URL of the journal. Default: journal.db in the site's runtime folder.",
+            metavar="URL",
+        ),
+    ] = "",
+    durability: Annotated[
+        Durability,
+        typer.Option(help="Whether the journal's newest steps survive a power cut (full), or may not (normal)."),
+    ] = Durability.full,
+    no_journal: Annotated[
+        bool, typer.Option("--no-journal", help="Keep no history: a killed engine knows nothing of its tasks.")
+    ] = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Do not print what happens.")] = False,
 ) -> None:
     """Start the engine of a site as a service: it takes tasks over HTTP and from the other verbs.
@@ -67,14 +89,22 @@ def command(
         typer.echo(f"warning: {gap}\n", err=True)
     beside = Path() if is_demo(site) else site.parent
     check_free(beside, world.site.name)
-    served, refused = _library(tasks, beside, world)
+    if no_journal and journal:
+        raise UnusableFile("--no-journal and --journal URL: say one of them")
+    texts: dict[str, dict[str, str]] = {}
+    served, refused = _library(tasks, beside, world, texts)
     _warn(served, world)
     people = _people(desk or [], world)
     from formiga_bt.services.host import EngineHost
+    from formiga_bt.services.journaling import SITE_FILES, JournalAt
+
+    texts[SITE_FILES] = dict(world.sources)
+    kept = None if no_journal else JournalAt(journal, durability.value)
 
     host = EngineHost(
         world.site, world.catalogue, served,
         beside=beside, speed=speed, http=http, desk=people, listen=listen, refused=refused, needs_token=token,
+        journal=kept, texts=texts,
     )  # fmt: skip
     with host, _fleet(host, world, people, sim) as agents:
         _banner(host, people, sim)
@@ -136,8 +166,10 @@ def gaps(site: "Site", speed: float) -> list[str]:
     return found
 
 
-def _library(tasks: list[Path] | None, beside: Path, world: World) -> "tuple[dict[str, Task], list[str]]":
-    """Return the tasks to serve, and what is not served and why.
+def _library(
+    tasks: list[Path] | None, beside: Path, world: World, texts: dict[str, dict[str, str]]
+) -> "tuple[dict[str, Task], list[str]]":
+    """Return the tasks to serve, and what is not served and why; put the files that each was read from into `texts`.
 
     A file of the site goes before a shipped one. Tasks of the cookbook are for copying: a site serves its copies.
     """
@@ -166,6 +198,7 @@ def _library(tasks: list[Path] | None, beside: Path, world: World) -> "tuple[dic
                 )
         else:
             served[read.task.name] = read.task
+            texts[read.task.name] = dict(read.sources)
     return served, refused
 
 
@@ -218,6 +251,7 @@ def _banner(host: "EngineHost", people: dict[str, str], sim: bool) -> None:
         f"  agents  {'simulated ones, each a process of its own; ' if sim else ''}{where}",
         f"  people  {', '.join(people) + ' answer here: formiga inbox' if people else 'answer with their own apps'}",
         f"  API     {host.address.url}/v1   (OpenAPI: {host.address.url}/v1/openapi.json)",
+        f"  journal {host.journaling.text}",
     ]
     rows += [f"  note    {text}" for text in host.restored]
     first = "Hello" if "Hello" in served else "TASK"

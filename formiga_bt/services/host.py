@@ -13,7 +13,7 @@ from typing import Any
 
 from formiga_bt import __version__
 from formiga_bt.engine import changes as ch
-from formiga_bt.engine.drivers.realtime import Listener, RealtimeDriver
+from formiga_bt.engine.drivers.realtime import Listener, RealtimeDriver, stop_words
 from formiga_bt.engine.engine import Engine
 from formiga_bt.engine.inputs import Abort, Step
 from formiga_bt.engine.library import Bundles
@@ -26,6 +26,7 @@ from formiga_bt.services.bundles import BundleStore
 from formiga_bt.services.door import is_loopback
 from formiga_bt.services.feed import Feed
 from formiga_bt.services.flightlog import FlightLog
+from formiga_bt.services.journaling import JournalAt, Journaling
 from formiga_bt.services.loading import Loading, served_again
 from formiga_bt.services.orders import Orders
 from formiga_bt.services.standing import lockdown_out, wall_us
@@ -53,8 +54,11 @@ class EngineHost:
         needs_token: ask for the token on the loopback too.
         wires: other transports instead of an own Zenoh.
         listeners: called in the driver's thread after each step; they must only enqueue.
+        journal: which journal is kept; None = none.
+        texts: the files that the tasks were read from, by task; under `SITE_FILES` those of the site: path -> text.
 
     Raises:
+        JournalError: the journal cannot be used.
         SiteError: another engine has the site, a port is taken, or the runtime folder cannot be used.
         TransportError: the agents' wire cannot be opened.
     """
@@ -74,6 +78,8 @@ class EngineHost:
         needs_token: bool = False,
         wires: Sequence[AgentTransport] | None = None,
         listeners: Sequence[Listener] = (),
+        journal: JournalAt | None = None,
+        texts: Mapping[str, Mapping[str, str]] | None = None,
     ) -> None:
         self.site = site
         self.refused = tuple(refused)
@@ -89,6 +95,8 @@ class EngineHost:
         own = ZenohTransport(site.name, listen=listen or listen_of(site)) if wires is None else None
         self._wires: list[AgentTransport] = [own] if own is not None else list(wires or ())
         self._folder = SiteFolder(beside, site.name)
+        self.journaling = Journaling(self._folder, site.name, journal, self._keep)
+        self._texts = dict(texts or {})
         self._server: server.HttpServer | None = None
         self._stop = threading.Event()
         self._opened: list[Any] = []
@@ -117,11 +125,13 @@ class EngineHost:
         self._opened.append(sock.close)
         token = self._folder.token()
         now_us, counters = self._folder.marks()
-        self.epoch = self._folder.next_epoch()
+        self._opened.append(self.journaling.close)
+        self.journaling.open()
+        self.epoch = self.journaling.take()
         self.view = View(self.epoch)
         self._restore_tasks()
         flights = FlightLog(self._folder.path, self.site)
-        state = EngineState(now=now_us, counters={name: n for name, n in counters.items() if n})
+        state = self.journaling.first_state(now_us, counters)
         engine = Engine(self.site, self._catalogue, self._tasks, state=state)
         self.driver = RealtimeDriver(
             engine,
@@ -129,13 +139,16 @@ class EngineHost:
             speed=self._speed,
             epoch=self.epoch,
             listeners=[self.view.feed_step, flights.feed_step, *self._listeners],
-            persist=self._keep,
+            persist=self.journaling,
         )
+        self.journaling.begin(lambda: engine.state, self.driver.now)
+        self.journaling.keep_read(self._tasks, self._texts)
         self.orders = Orders(self.driver, self.view, self._desk, self.site, self._tasks, self._catalogue)
         self.loading = Loading(
             self.orders.ask, self.view, self.site, self._catalogue, self._tasks, BundleStore(self._folder.path)
         )
         self.loading.closed_for = lambda: self.orders.closed_for
+        self.loading.keep = self.journaling.keep_loaded
         self.source: Source = FoldedSource(
             self.view.ledger, self.site, self._tasks, self._catalogue,
             desk=lambda: tuple(self.orders.desk_people), engine=lambda: self.status, clock=self.driver.now,
@@ -163,8 +176,10 @@ class EngineHost:
         """Serve what was loaded into the engine before, besides the task files of this start."""
         store = BundleStore(self._folder.path)
         found, self.restored = served_again(store, self._tasks, self.site, self._catalogue)
-        for task in found.values():
+        loaded = store.served()
+        for name, task in found.items():
             self._tasks.serve(task)
+            self.journaling.keep_again(task, loaded[name])
 
     def _keep(self, step: Step) -> None:
         crew.keep_step(self._folder.path, step)
@@ -176,6 +191,7 @@ class EngineHost:
         self.driver.stop()
         self.error = self.driver.error
         self._folder.settle(self.driver.now())
+        self.journaling.end()
 
     def _stop_server(self) -> None:
         self.view.feed.close()  # readers of the event stream would keep the server waiting
@@ -239,7 +255,7 @@ class EngineHost:
         """
         error = self.driver.error or self.error
         if error is not None:
-            raise FormigaError(f"the engine stopped by a bug: {error!r}") from error
+            raise FormigaError(stop_words(error)) from error
 
     def abort_all(self, by: str) -> int:
         """Abort every task that is not ending yet; return how many were told to end."""

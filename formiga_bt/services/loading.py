@@ -15,7 +15,7 @@ from formiga_bt.diagnostics import Diagnostic, render
 from formiga_bt.engine.inputs import Input, Serve
 from formiga_bt.engine.library import Bundles, newest_of
 from formiga_bt.engine.state import EngineState
-from formiga_bt.errors import SiteError
+from formiga_bt.errors import JournalError, SiteError
 from formiga_bt.lang.loader import Loaded, load_task_text
 from formiga_bt.lang.model import Catalogue, Site, Task
 from formiga_bt.packaged import folder
@@ -64,6 +64,8 @@ class Loading:
         self._texts = texts_of(bundles.values())
         self.closed_for: Callable[[], str] = str
         """Tells why nothing is taken any more, or empty."""
+        self.keep: Callable[[Task, str, Mapping[str, str]], None] = lambda *_: None
+        """Keeps the files of a task in the journal; raises `JournalError`."""
 
     def first(self) -> list[Serve]:
         """Return what the engine is told at its start: which of the tasks that it serves a model wrote.
@@ -107,7 +109,8 @@ class Loading:
                 raise _bad(file, loaded, stored)
             try:
                 wrote = self._wrote(loaded, told, unix_millis)
-            except SiteError as error:
+                self.keep(loaded.task, file, loaded.sources)
+            except (SiteError, JournalError) as error:
                 raise Refused("not_kept", str(error)) from error
             given = Serve(loaded.task.name, loaded.task.bundle, by, wrote)
             return self._serve(loaded.task, stored, given, _warnings(loaded, stored), is_new=is_new)

@@ -2,6 +2,9 @@
 
 Engine time starts at max(wall clock, what was journaled last) and then follows the monotonic clock times the speed; it never
 goes back. Liveness, cancels and heartbeats are wall time and do not scale with the speed.
+
+Steps that come within a few milliseconds are one batch: they are persisted together, then their effects leave in order, and
+only then listeners and callers are told. A batch never waits for a step that is not there yet.
 """
 
 import heapq
@@ -15,6 +18,7 @@ from formiga_bt.clock import SECOND, Micros
 from formiga_bt.engine import changes as ch
 from formiga_bt.engine import inputs as inp
 from formiga_bt.engine.drivers.inbox import Inbox
+from formiga_bt.engine.drivers.persist import DURABLE, Persist
 from formiga_bt.engine.drivers.wiring import Switchboard, to_input
 from formiga_bt.engine.engine import Engine
 from formiga_bt.errors import FormigaError, TaskError
@@ -25,6 +29,8 @@ TOP_SPEED = 20.0
 """60 s of a clearance must be at least 3 s of wall time for the people asked."""
 STOP_S = 10.0
 """A thread that does not end within this is left behind."""
+BATCH_US = 10_000
+"""Steps of so long are persisted together."""
 
 Listener = Callable[[inp.Step], None]
 log = logging.getLogger("formiga.driver")
@@ -39,6 +45,13 @@ class EngineStopped(FormigaError):  # noqa: N818 - it names the state
     """The driver was stopped, or the engine met a bug and stopped; the text says which."""
 
 
+def stop_words(error: BaseException) -> str:
+    """Return why an engine stopped: what it cannot go on with, or that it met a bug."""
+    return (
+        f"the engine stopped: {error}" if isinstance(error, FormigaError) else f"the engine stopped by a bug: {error!r}"
+    )
+
+
 class RealtimeDriver:
     """Runs an engine in its own thread.
 
@@ -48,7 +61,7 @@ class RealtimeDriver:
         speed: engine seconds per wall second, above 0 and at most 20.
         epoch: of this start of the engine on its site.
         listeners: called in the driver's thread after each step is persisted; they must only enqueue.
-        persist: called with each step before its effects leave.
+        persist: keeps steps before their effects leave.
     """
 
     def __init__(
@@ -59,7 +72,7 @@ class RealtimeDriver:
         speed: float = 1.0,
         epoch: int = 1,
         listeners: Sequence[Listener] = (),
-        persist: Listener | None = None,
+        persist: Persist | None = None,
     ) -> None:
         _check_speed(speed)
         self.engine = engine
@@ -67,6 +80,8 @@ class RealtimeDriver:
         self.listeners = list(listeners)
         self.error: BaseException | None = None
         self._persist = persist
+        self._batch: list[tuple[inp.Step, Future[str] | None]] = []
+        self._batch_from: Micros = 0
         self._epoch = epoch
         self._inbox = Inbox()
         self._wall: list[tuple[Micros, int, str]] = []
@@ -164,14 +179,30 @@ class RealtimeDriver:
             while not self._stopping.is_set():
                 self._publish_clock()
                 self._collect()
-                if not self._one():
+                if self._one():
+                    if self._wall_now() - self._batch_from >= BATCH_US:
+                        self._flush()
+                elif not self._flush():
                     self._inbox.wait(self._idle_s())
+            self._flush()
         except BaseException as error:
             self.error = error
             log.exception("the engine stopped")
             self._stopping.set()
+            self._flush_after_error()
         finally:
             self._refuse_waiting()
+
+    def _flush_after_error(self) -> None:
+        """Steps before the one that failed are as good as any."""
+        batch = self._batch
+        try:
+            self._flush()
+        except Exception:
+            log.exception("the last steps were not kept")
+        for _, waiter in batch:
+            if waiter is not None and not waiter.done():
+                waiter.set_exception(EngineStopped(self._why()))
 
     def _refuse_waiting(self) -> None:
         with self._door:
@@ -181,7 +212,7 @@ class RealtimeDriver:
                 item[1].set_exception(EngineStopped(self._why()))
 
     def _why(self) -> str:
-        return f"the engine stopped by a bug: {self.error!r}" if self.error is not None else "the engine is stopped"
+        return stop_words(self.error) if self.error is not None else "the engine is stopped"
 
     def _collect(self) -> None:
         wall = self._wall_now()
@@ -200,11 +231,10 @@ class RealtimeDriver:
             self._handle(max(now, self.engine.state.now), given)
         elif waiter.set_running_or_notify_cancel():
             try:
-                step = self._handle(max(now, self.engine.state.now), given)
+                self._handle(max(now, self.engine.state.now), given, waiter)
             except BaseException as error:
-                waiter.set_exception(EngineStopped(f"the engine stopped by a bug: {error!r}"))
+                waiter.set_exception(EngineStopped(stop_words(error)))
                 raise
-            waiter.set_result(step.reply)
         return True
 
     def _timers(self, now: Micros, *, including: bool) -> bool:
@@ -225,23 +255,49 @@ class RealtimeDriver:
                 worked = True
         return worked
 
-    def _handle(self, now: Micros, given: inp.Input) -> inp.Step:
+    def _handle(self, now: Micros, given: inp.Input, waiter: "Future[str] | None" = None) -> None:
         # A deadline that came up between stamping and handling goes first.
         while (due := self.engine.next_deadline()) is not None and due[0] < now and not isinstance(given, inp.TimerDue):
             self._handle(max(due[0], self.engine.state.now), inp.TimerDue(due[1]))
         step = self.engine.handle(now, given)
-        if self._persist is not None:
-            self._persist(step)
+        if not self._batch:
+            self._batch_from = self._wall_now()
+        self._batch.append((step, waiter))
         for change in step.changes:
             if isinstance(change, ch.WallTimerSet):
                 self._set_wall(change.key, change.after_us)
-        for effect in step.effects:
-            failed = self.switchboard.carry_out(effect, self._beat)
-            if failed is not None:
-                self._inbox.put(failed)
-        for listener in self.listeners:
-            listener(step)
-        return step
+
+    def _flush(self) -> bool:
+        """Persist the batch, then let its effects leave and answer who waits; return whether that led to another step."""
+        batch, self._batch = self._batch, []
+        if not batch:
+            return False
+        try:
+            kept = DURABLE if self._persist is None else self._persist.keep([step for step, _ in batch])
+        except BaseException as error:
+            for _, waiter in batch:
+                if waiter is not None:
+                    waiter.set_exception(EngineStopped(stop_words(error)))
+            raise
+        for step, waiter in batch:
+            for effect in step.effects:
+                failed = self.switchboard.carry_out(effect, self._beat)
+                if failed is not None:
+                    self._inbox.put(failed)
+            for listener in self.listeners:
+                listener(step)
+            if waiter is not None:
+                waiter.set_result(step.reply if kept.durable else self._not_kept(step))
+        if kept.news is not None:
+            self._handle(max(self.now(), self.engine.state.now), kept.news)
+        return bool(self._batch)
+
+    def _not_kept(self, step: inp.Step) -> str:
+        """Return the answer to a caller whose step is not durable: a request is taken back, orders stand."""
+        if not isinstance(step.input, inp.Submit) or step.reply.startswith("error:"):
+            return step.reply
+        self._inbox.put(inp.Abort(step.reply, "", "engine", "journal_full"))
+        return f"error:journal_full:{step.reply} is taken back: the journal cannot be written; make room on its disk"
 
     def _set_wall(self, key: str, after_us: Micros | None) -> None:
         self._wall_live.pop(key, None)

@@ -11,6 +11,7 @@ from functools import partial
 from formiga_bt.clock import SECOND, Micros, VirtualScheduler
 from formiga_bt.engine import changes as ch
 from formiga_bt.engine import inputs as inp
+from formiga_bt.engine.drivers.persist import Persist
 from formiga_bt.engine.drivers.wiring import Switchboard, to_input
 from formiga_bt.engine.engine import Engine
 from formiga_bt.transport.base import AgentTransport
@@ -29,7 +30,7 @@ class VirtualDriver:
         scheduler: VirtualScheduler,
         *,
         listeners: Sequence[Listener] = (),
-        persist: Listener | None = None,
+        persist: Persist | None = None,
     ) -> None:
         self.engine = engine
         self.scheduler = scheduler
@@ -69,7 +70,9 @@ class VirtualDriver:
     def _handle(self, now: Micros, given: inp.Input) -> inp.Step:
         step = self.engine.handle(now, given)
         if self._persist is not None:
-            self._persist(step)
+            kept = self._persist.keep((step,))
+            if kept.news is not None:
+                self.scheduler.call_at(self.scheduler.now() + 1, partial(self._feed, kept.news))
         for change in step.changes:
             if isinstance(change, ch.WallTimerSet):
                 self._set_wall(change.key, change.after_us)

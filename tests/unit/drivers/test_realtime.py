@@ -2,12 +2,13 @@
 
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 
 import pytest
 from msgspec.structs import replace
 
 from formiga_bt.engine import inputs as inp
+from formiga_bt.engine.drivers.persist import DURABLE, Outcome
 from formiga_bt.engine.drivers.realtime import EngineStopped, RealtimeDriver
 from formiga_bt.engine.engine import Engine
 from formiga_bt.errors import TaskError, TransportError
@@ -169,13 +170,20 @@ def test_steps_are_persisted_before_their_effects_leave_and_told_after(
             (word, step.seq, any(isinstance(e, inp.SendGoal) for e in step.effects), len(wire.goals))
         )
 
-    driver = RealtimeDriver(engine, [wire], speed=20.0, persist=note("persist"), listeners=[note("listen")])
+    class Keeps:
+        def keep(self, steps: Sequence[inp.Step]) -> Outcome:
+            for step in steps:
+                note("persist")(step)
+            return DURABLE
+
+    driver = RealtimeDriver(engine, [wire], speed=20.0, persist=Keeps(), listeners=[note("listen")])
     driver.start()
     ready(engine, wire)
     driver.ask(MOVE)
     until(lambda: wire.goals)
     driver.stop()
-    assert [word for word, *_ in told] == ["persist", "listen"] * (len(told) // 2)
+    for seq in range(1, len(told) // 2 + 1):
+        assert [word for word, of, *_ in told if of == seq] == ["persist", "listen"]
     assert [seq for word, seq, *_ in told if word == "listen"] == list(range(1, len(told) // 2 + 1))
     sending = next(seq for _, seq, sends, _ in told if sends)
     assert [(word, goals) for word, seq, _, goals in told if seq == sending] == [("persist", 0), ("listen", 1)]

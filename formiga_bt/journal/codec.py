@@ -1,0 +1,257 @@
+"""A step, or the whole state, as bytes; and back exactly as it was.
+
+    | 1 byte format | 1 byte dictionary, 0 = not compressed | 4 bytes CRC-32 of the rest | msgpack |
+
+The codec knows no record by name: it reads the types of the structs. What stands in fields of type `Any` says itself what it
+is, so that tuples stay tuples and places stay places. Names of fields repeat in every step: each is compressed with a
+dictionary of them, which is kept in the journal, so that a later version with other fields reads what this one wrote.
+"""
+
+import types
+import typing
+import zlib
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any, Final
+
+import msgspec
+from msgspec import Struct
+from msgspec.msgpack import Ext
+
+from formiga_bt.engine.inputs import Step
+from formiga_bt.engine.records import AgentRecord, GoalRecord
+from formiga_bt.engine.state import EngineState
+from formiga_bt.errors import JournalError
+from formiga_bt.geo import Place, Position, Region
+from formiga_bt.lang.types import AgentRef
+from formiga_bt.nodes.run import Failure
+from formiga_bt.transport.messages import AgentStatus
+
+FORMAT: Final = 1
+PLAIN: Final = 0
+HEADER: Final = 6
+TUPLE, STRUCT, BIG = 1, 2, 3
+"""Codes of msgpack extensions: a tuple, a struct with its kind, an integer beyond 64 bits."""
+KINDS: Final[dict[str, type[Struct]]] = {
+    "place": Place, "position": Position, "region": Region, "agent": AgentRef, "failure": Failure,
+}  # fmt: skip
+"""Structs that may stand in a field of type `Any`. Names are never given another meaning."""
+_NAMES: Final = {kind: name for name, kind in KINDS.items()}
+_STRUCT: Final = msgspec.msgpack.Decoder(tuple[str, msgspec.Raw])
+_SMALLEST, _LARGEST = -(2**63), 2**64 - 1
+
+Lower = Callable[[Any], Any]
+
+
+# -- values of type Any ------------------------------------------------------------------------------------------------
+def _pack(value: Any) -> Any:
+    """Return a value of unknown type so that its bytes say what it is."""
+    if value is None or isinstance(value, bool | str | float | bytes):
+        return value
+    if isinstance(value, int):
+        return value if _SMALLEST <= value <= _LARGEST else Ext(BIG, str(value).encode())
+    if isinstance(value, dict):
+        return {key: _pack(item) for key, item in value.items()}
+    if isinstance(value, list):
+        return [_pack(item) for item in value]
+    if isinstance(value, tuple):
+        return Ext(TUPLE, _ENCODER.encode([_pack(item) for item in value]))
+    name = _NAMES.get(type(value))
+    assert name is not None, f"a value of type {type(value).__name__} cannot be kept: {value!r}"
+    return Ext(STRUCT, _ENCODER.encode((name, _lowered(value))))
+
+
+def _unpack(code: int, data: memoryview) -> Any:
+    if code == TUPLE:
+        return tuple(_ANY.decode(data))
+    if code == STRUCT:
+        name, raw = _STRUCT.decode(data)
+        return msgspec.msgpack.decode(raw, type=KINDS[name], ext_hook=_unpack)
+    if code == BIG:
+        return int(bytes(data))
+    raise ValueError(f"unknown extension {code}")
+
+
+_ENCODER: Final = msgspec.msgpack.Encoder()
+_ANY: Final = msgspec.msgpack.Decoder(ext_hook=_unpack)
+
+
+# -- structs: which of their fields hold values of type Any -------------------------------------------------------------
+class _Plans:
+    """Struct -> its fields that hold such values, each with what makes it ready; made when first asked for."""
+
+    def __init__(self) -> None:
+        self._made: dict[type, tuple[tuple[str, Lower], ...]] = {}
+
+    def of(self, kind: type) -> tuple[tuple[str, Lower], ...]:
+        """Return the fields of a struct to look at."""
+        plan = self._made.get(kind)
+        if plan is None:
+            hints = typing.get_type_hints(kind)
+            plan = tuple((n, lower) for n in kind.__struct_fields__ if (lower := _lower(hints[n])) is not None)  # type: ignore[attr-defined]
+            self._made[kind] = plan
+        return plan
+
+
+_PLANS: Final = _Plans()
+
+
+def _holds_any(kind: Any, seen: set[Any]) -> bool:
+    if kind is Any:
+        return True
+    if isinstance(kind, type) and issubclass(kind, Struct):
+        if kind in seen:
+            return False
+        seen.add(kind)
+        return any(_holds_any(one, seen) for one in typing.get_type_hints(kind).values())
+    return any(_holds_any(one, seen) for one in typing.get_args(kind))
+
+
+def _lower(kind: Any) -> Lower | None:
+    """Return what makes a value of a type ready, or None where nothing need be done."""
+    if not _holds_any(kind, set()):
+        return None
+    if kind is Any:
+        return _pack
+    if isinstance(kind, type) and issubclass(kind, Struct):
+        return _lowered
+    origin, args = typing.get_origin(kind), typing.get_args(kind)
+    if origin is typing.Union or origin is types.UnionType:
+        return _union([lower for one in args if (lower := _lower(one)) is not None])
+    inner = _lower(args[-1] if origin is dict else args[0])
+    assert inner is not None, f"no way to keep values of {kind}"
+    if origin is dict:
+        return lambda value: {key: inner(item) for key, item in value.items()}
+    return lambda value: [inner(item) for item in value]  # the type says whether it comes back as a list or a tuple
+
+
+def _union(others: list[Lower]) -> Lower:
+    plain = next((one for one in others if one is not _lowered), None)
+
+    def lower(value: Any) -> Any:
+        if isinstance(value, Struct):
+            return _lowered(value)
+        return value if plain is None or value is None else plain(value)
+
+    return lower
+
+
+def _lowered(value: Struct) -> Struct:
+    plan = _PLANS.of(type(value))
+    changed = {}
+    for name, lower in plan:
+        old = getattr(value, name)
+        if lower is _pack or old:
+            changed[name] = lower(old)
+    return msgspec.structs.replace(value, **changed) if changed else value
+
+
+# -- the dictionary ----------------------------------------------------------------------------------------------------
+def _structs(kind: Any, seen: dict[type[Struct], None]) -> None:
+    if isinstance(kind, type) and issubclass(kind, Struct) and kind not in seen:
+        seen[kind] = None
+        for one in typing.get_type_hints(kind).values():
+            _structs(one, seen)
+    for one in typing.get_args(kind):
+        _structs(one, seen)
+
+
+def _words_of(kind: type[Struct]) -> Iterator[bytes]:
+    config = kind.__struct_config__
+    if config.tag is not None:
+        yield _ENCODER.encode(config.tag_field) + _ENCODER.encode(config.tag)
+    for field in msgspec.structs.fields(kind):
+        default = b""
+        if field.default is not msgspec.NODEFAULT and isinstance(field.default, str | int | float | bool | None):
+            default = _ENCODER.encode(field.default)
+        yield _ENCODER.encode(field.encode_name) + default
+
+
+def dictionary() -> bytes:
+    """Return the names that steps of this version repeat, the most usual last: for the first steps of a journal."""
+    seen: dict[type[Struct], None] = {}
+    _structs(Step, seen)
+    often = (GoalRecord, AgentStatus, AgentRecord)
+    kinds: list[type[Struct]] = [*(one for one in seen if one not in often), *often]
+    return b"".join(word for kind in kinds for word in _words_of(kind))[-32_000:]
+
+
+def learned(steps: Sequence[Step]) -> bytes:
+    """Return a better dictionary from steps of a site: one of each shape, the most usual last."""
+    shapes: dict[tuple[str, ...], list[Step]] = {}
+    for step in steps:
+        shape = (type(step.input).__name__, *(type(change).__name__ for change in step.changes))
+        shapes.setdefault(shape, []).append(step)
+    usual = sorted(shapes.values(), key=len)
+    return b"".join(_ENCODER.encode(_lowered(group[-1])) for group in usual)[-24_000:]
+
+
+# -- the codec ---------------------------------------------------------------------------------------------------------
+class Codec:
+    """Encodes with one dictionary, decodes with all that a journal has.
+
+    Args:
+        dictionaries: by number, from 1.
+        current: the one to encode with; 0 = none.
+    """
+
+    def __init__(self, dictionaries: Mapping[int, bytes], current: int) -> None:
+        self._dictionaries = dict(dictionaries)
+        self._current = current
+        words = self._dictionaries.get(current, b"")
+        self._press = zlib.compressobj(1, zlib.DEFLATED, -15, 8, zlib.Z_DEFAULT_STRATEGY, words)
+        self._thorough = zlib.compressobj(6, zlib.DEFLATED, -15, 8, zlib.Z_DEFAULT_STRATEGY, words)
+        self._step = msgspec.msgpack.Decoder(Step, ext_hook=_unpack)
+        self._state = msgspec.msgpack.Decoder(EngineState, ext_hook=_unpack)
+
+    def encode(self, step: Step) -> bytes:
+        """Return a step as bytes."""
+        return self._wrap(_ENCODER.encode(_lowered(step)), self._press)
+
+    def encode_state(self, state: EngineState) -> bytes:
+        """Return the whole state as bytes."""
+        return self._wrap(_ENCODER.encode(_lowered(state)), self._thorough)
+
+    def _wrap(self, data: bytes, press: Any) -> bytes:
+        if self._current:
+            mine = press.copy()
+            small: bytes = mine.compress(data) + mine.flush()
+            if len(small) < len(data):
+                return bytes((FORMAT, self._current)) + zlib.crc32(small).to_bytes(4, "big") + small
+        return bytes((FORMAT, PLAIN)) + zlib.crc32(data).to_bytes(4, "big") + data
+
+    def decode(self, blob: bytes, where: str = "a step") -> Step:
+        """Return the step that `encode` wrote.
+
+        Raises:
+            JournalError: the bytes are damaged, or a newer version wrote them.
+        """
+        return self._read(self._step, blob, where)  # type: ignore[no-any-return]
+
+    def decode_state(self, blob: bytes, where: str = "a snapshot") -> EngineState:
+        """Return the state that `encode_state` wrote.
+
+        Raises:
+            JournalError: the bytes are damaged, or a newer version wrote them.
+        """
+        return self._read(self._state, blob, where)  # type: ignore[no-any-return]
+
+    def _read(self, decoder: Any, blob: bytes, where: str) -> Any:
+        if len(blob) < HEADER or blob[0] != FORMAT:
+            what = f"is of format {blob[0]}, this version reads {FORMAT}" if blob else "is empty"
+            raise JournalError(f"{where} of the journal {what}\n  help: read it with the version that wrote it")
+        data = blob[HEADER:]
+        if zlib.crc32(data).to_bytes(4, "big") != blob[2:HEADER]:
+            raise JournalError(f"{where} of the journal is damaged: its checksum is wrong\n  help: {RESTORE}")
+        try:
+            if blob[1] != PLAIN:
+                press = zlib.decompressobj(-15, self._dictionaries[blob[1]])
+                data = press.decompress(data) + press.flush()
+            return decoder.decode(data)
+        except (KeyError, zlib.error, msgspec.DecodeError, ValueError) as error:
+            raise JournalError(
+                f"{where} of the journal cannot be read: {error}\n  help: read it with the version that wrote it"
+            ) from error
+
+
+RESTORE: Final = "put a copy of the journal in its place, or move it away and start anew (docs/journal.md#damaged)"
+"""What to do with a journal that is damaged."""

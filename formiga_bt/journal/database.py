@@ -1,0 +1,262 @@
+"""The database under a journal: SQLite in a file, or PostgreSQL; what differs between the two stands here.
+
+SQLite is in WAL mode: who reads never waits for who writes. One engine writes a site: it holds a lock that goes with its
+process, a file lock beside the SQLite file, or a session lock in PostgreSQL.
+"""
+
+import fcntl
+import hashlib
+from collections.abc import Callable
+from pathlib import Path
+from typing import IO, Any, Final, Literal
+
+import sqlalchemy as sa
+from sqlalchemy import Connection, Engine
+from sqlalchemy.engine import URL, make_url
+from sqlalchemy.exc import ArgumentError, DBAPIError, SQLAlchemyError
+
+from formiga_bt.errors import JournalError
+from formiga_bt.journal import schema
+from formiga_bt.journal.codec import RESTORE
+
+Durability = Literal["full", "normal"]
+"""`full`: a commit survives a power cut. `normal`: it survives the end of the process; a power cut may take the last ones."""
+WRITES: Final = "formiga_writes"
+BUSY_S: Final = 10.0
+SQLITE_HEAD: Final = b"SQLite format 3\x00"
+
+
+def read_url(word: str) -> URL:
+    """Return the URL of a database; a plain path is that of an SQLite file.
+
+    Raises:
+        JournalError: it is none that a journal may be in.
+    """
+    if "://" not in word:
+        return URL.create("sqlite", database=word)
+    try:
+        url = make_url(word)
+    except (ArgumentError, ValueError) as error:
+        raise JournalError(f"{word} is no address of a journal: {error}\n  help: {EXAMPLES}") from error
+    backend = url.get_backend_name()
+    if backend == "postgresql":
+        return url.set(drivername="postgresql+psycopg")
+    if backend == "sqlite" and url.database and url.database != ":memory:":
+        return url.set(drivername="sqlite")
+    raise JournalError(
+        f"{url.render_as_string()}: a journal is an SQLite file or a PostgreSQL database\n  help: {EXAMPLES}"
+    )
+
+
+EXAMPLES: Final = "such as: --journal site.db, or --journal postgresql://user@host/database"
+
+
+class Database:
+    """Where journals lie.
+
+    Args:
+        word: a path or a URL.
+        durability: of commits.
+        create: make an SQLite file that is not there.
+
+    Raises:
+        JournalError: it cannot be used; nothing in it was changed.
+    """
+
+    def __init__(self, word: str | Path, *, durability: Durability = "full", create: bool = True) -> None:
+        self.url = read_url(str(word))
+        self.is_sqlite = self.url.get_backend_name() == "sqlite"
+        self.where = self.url.database or "" if self.is_sqlite else self.url.render_as_string()
+        """As people are told; without a password."""
+        self.durability = durability
+        if self.is_sqlite:
+            _check_file(Path(self.where), create=create)
+        self.engine = self._engine()
+
+    @property
+    def file(self) -> Path | None:
+        """Return the SQLite file."""
+        return Path(self.where) if self.is_sqlite else None
+
+    def _engine(self) -> Engine:
+        try:
+            if not self.is_sqlite:
+                engine = sa.create_engine(self.url, pool_pre_ping=True)
+                sa.event.listen(engine, "connect", self._on_connect_postgres)
+                return engine
+            engine = sa.create_engine(self.url, connect_args={"timeout": BUSY_S, "check_same_thread": False})
+        except ModuleNotFoundError as error:
+            raise JournalError(
+                f"a journal in PostgreSQL needs {error.name}, which is not installed\n"
+                "  help: pip install 'formiga-bt[postgres]'"
+            ) from error
+        sa.event.listen(engine, "connect", self._on_connect_sqlite)
+        sa.event.listen(engine, "begin", _begin)
+        return engine
+
+    def _on_connect_postgres(self, connection: Any, _record: Any) -> None:
+        with connection.cursor() as cursor:
+            cursor.execute(f"SET synchronous_commit = {'on' if self.durability == 'full' else 'off'}")
+        connection.commit()
+
+    def _on_connect_sqlite(self, connection: Any, _record: Any) -> None:
+        connection.isolation_level = None  # transactions begin where we say so
+        for pragma in (f"synchronous = {self.durability.upper()}", "foreign_keys = ON", "temp_store = MEMORY"):
+            connection.execute(f"PRAGMA {pragma}")
+
+    # -- opening -----------------------------------------------------------------------------------------------------
+    def prepare(self) -> None:
+        """Make the tables, or bring older ones to this version.
+
+        Raises:
+            JournalError: the database is damaged, newer, not ours, or cannot be reached; nothing in it was changed.
+        """
+        with mapped(self.where), self.engine.connect() as connection:
+            if self.is_sqlite:
+                self._check_ours(connection)
+                connection.rollback()
+                raw: Any = connection.connection.dbapi_connection
+                if not raw.execute("PRAGMA page_count").fetchone()[0]:
+                    raw.execute("PRAGMA page_size = 8192")
+                    raw.execute("PRAGMA auto_vacuum = INCREMENTAL")
+                raw.execute("PRAGMA journal_mode = WAL")
+            with writing(connection):
+                is_new = schema.version(connection) == 0
+                schema.migrate(connection, self.where)
+                if self.is_sqlite and is_new:
+                    connection.exec_driver_sql(f"PRAGMA application_id = {schema.APPLICATION_ID}")
+
+    def check(self) -> None:
+        """Look whether there is a journal of this version, and change nothing.
+
+        Raises:
+            JournalError: there is none, or it is damaged, newer or not ours.
+        """
+        with mapped(self.where), self.engine.connect() as connection:
+            if self.is_sqlite:
+                self._check_ours(connection)
+            found = schema.version(connection)
+            schema.check_not_newer(found, self.where)
+            if found != len(schema.MIGRATIONS):
+                what = f"is of schema {found}, this version reads {len(schema.MIGRATIONS)}" if found else "is empty"
+                raise JournalError(f"{self.where} {what}\n  help: an engine that starts with it makes it ready")
+
+    def _check_ours(self, connection: Connection) -> None:
+        names = sa.inspect(connection).get_table_names()
+        if names and schema.META not in names:
+            raise JournalError(
+                f"{self.where} is a database of something else (it has {', '.join(sorted(names)[:3])})\n"
+                "  help: name a file of its own for the journal: formiga up --journal FILE"
+            )
+
+    # -- who writes ----------------------------------------------------------------------------------------------------
+    def lock(self, site: str, connection: Connection) -> Callable[[], None] | None:
+        """Take the site; return what gives it back, or None if somebody has it."""
+        if self.is_sqlite:
+            return _lock_file(Path(f"{self.where}.{site}.lock"))
+        key = lock_key(site)
+        taken = connection.execute(sa.select(sa.func.pg_try_advisory_lock(key))).scalar()
+        connection.commit()
+        if not taken:
+            return None
+
+        def release() -> None:
+            connection.execute(sa.select(sa.func.pg_advisory_unlock(key)))
+            connection.commit()
+
+        return release
+
+
+def lock_key(site: str) -> int:
+    """Return the number of a site's session lock in PostgreSQL."""
+    return int.from_bytes(hashlib.sha256(f"formiga journal {site}".encode()).digest()[:8], "big", signed=True)
+
+
+def _lock_file(path: Path) -> Callable[[], None] | None:
+    try:
+        lock: IO[str] = path.open("a+", encoding="utf-8")
+    except OSError as error:
+        raise JournalError(f"cannot write {path}: {error.strerror or error}") from error
+    try:
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        lock.close()
+        return None
+    return lock.close
+
+
+def _check_file(path: Path, *, create: bool) -> None:
+    """Look at an SQLite file before SQLite does: what is none is never written to."""
+    try:
+        if path.exists():
+            with path.open("rb") as file:
+                head = file.read(len(SQLITE_HEAD))
+            if head and head != SQLITE_HEAD:
+                raise JournalError(
+                    f"{path} is no journal: it is not a database\n"
+                    f"  help: name another file: formiga up --journal FILE; if it was one, {RESTORE}"
+                )
+        elif create:
+            if path.parent.exists() and not path.parent.is_dir():
+                raise JournalError(f"cannot use the journal {path}: {path.parent} is no folder")
+            path.parent.mkdir(parents=True, exist_ok=True)
+        else:
+            raise JournalError(f"there is no journal {path}\n  help: formiga up makes one")
+    except OSError as error:
+        raise JournalError(f"cannot use the journal {path}: {error.strerror or error}") from error
+
+
+def _begin(connection: Connection) -> None:
+    connection.exec_driver_sql("BEGIN IMMEDIATE" if connection.get_execution_options().get(WRITES) else "BEGIN")
+
+
+class writing:  # noqa: N801 - it is used as a statement
+    """Run what is inside as one transaction that writes."""
+
+    def __init__(self, connection: Connection) -> None:
+        self._connection = connection.execution_options(**{WRITES: True})
+
+    def __enter__(self) -> Connection:
+        self._connection.begin()
+        return self._connection
+
+    def __exit__(self, kind: Any, *_: object) -> None:
+        if kind is None:
+            self._connection.commit()
+        else:
+            self._connection.rollback()
+
+
+class mapped:  # noqa: N801 - it is used as a statement
+    """Turn a database's errors inside into ours.
+
+    Args:
+        where: of the journal, for people.
+    """
+
+    def __init__(self, where: str) -> None:
+        self._where = where
+
+    def __enter__(self) -> None:
+        pass
+
+    def __exit__(self, _kind: Any, error: BaseException | None, _trace: Any) -> None:
+        if isinstance(error, SQLAlchemyError):
+            raise JournalError(told(self._where, error)) from error
+
+
+DAMAGED: Final = ("malformed", "not a database", "corrupt")
+FULL: Final = ("database or disk is full", "No space left", "disk I/O error")
+
+
+def told(where: str, error: SQLAlchemyError) -> str:
+    """Return what a database's error means, and what to do."""
+    text = str(error.orig if isinstance(error, DBAPIError) and error.orig is not None else error).strip()
+    text = text.splitlines()[0] if text else type(error).__name__
+    if any(word in text for word in DAMAGED):
+        return f"the journal {where} is damaged: {text}\n  help: {RESTORE}"
+    if any(word in text for word in FULL):
+        return f"the journal {where} cannot be written: {text}\n  help: make room on its disk"
+    if "locked" in text:
+        return f"the journal {where} is kept busy by another program: {text}\n  help: end what else writes to it"
+    return f"the journal {where} cannot be used: {text}"

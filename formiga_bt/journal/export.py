@@ -1,0 +1,169 @@
+"""A journal as tables for other programs: CSV always, Parquet with the extra `parquet`.
+
+| table | a row is |
+|---|---|
+| `steps` | a step: what came in, which tasks it touched, what was answered |
+| `tasks` | a task as it stood when the export ends |
+| `actions` | a goal of a task at its end, or as it stood last |
+| `telemetry` | a way point of an agent |
+
+Times are `unix_millis_...` of engine time.
+"""
+
+import csv
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from importlib import import_module
+from pathlib import Path
+from typing import Any, Final, Literal
+
+from formiga_bt.clock import Micros
+from formiga_bt.engine import changes as ch
+from formiga_bt.engine.records import GoalRecord
+from formiga_bt.errors import JournalError
+from formiga_bt.journal.past import Past
+from formiga_bt.journal.store import Journal
+from formiga_bt.journal.writer import tasks_of
+
+Format = Literal["csv", "parquet"]
+Cell = str | int | float | None
+Row = Sequence[Cell]
+BATCH: Final = 10_000
+COLUMNS: Final[dict[str, dict[str, str]]] = {
+    "steps": {
+        "seq": "int", "unix_millis": "int", "input": "text", "tasks": "text", "changes": "int", "effects": "int",
+        "reply": "text",
+    },
+    "tasks": {
+        "task": "text", "name": "text", "version": "int", "bundle": "text", "status": "text", "code": "text",
+        "reason": "text", "priority": "text", "requester": "text", "run": "int", "unix_millis_submitted": "int",
+        "unix_millis_assigned": "int", "unix_millis_active": "int", "unix_millis_ended": "int",
+    },
+    "actions": {
+        "goal": "text", "task": "text", "agent": "text", "action": "text", "state": "text", "code": "text",
+        "unix_millis_ordered": "int", "unix_millis_sent": "int", "unix_millis_last": "int",
+    },
+    "telemetry": {
+        "agent": "text", "unix_millis": "int", "east_m": "float", "north_m": "float", "up_m": "float", "battery": "int",
+    },
+}  # fmt: skip
+
+
+def export(
+    journal: Journal, folder: Path, *, form: Format = "csv", since: Micros = 0, until: Micros | None = None
+) -> list[Path]:
+    """Write the tables of a journal into a folder; return the files.
+
+    Args:
+        journal: of the site.
+        folder: is made; files of these names in it are replaced.
+        form: of the files.
+        since: engine time of the first row.
+        until: engine time of the last; None = to the end.
+
+    Raises:
+        JournalError: the journal cannot be read, or a file cannot be written.
+    """
+    rows: dict[str, Callable[[], Iterable[Row]]] = {
+        "steps": lambda: _steps(journal, since, until),
+        "tasks": lambda: _tasks(journal, since, until),
+        "actions": lambda: _actions(journal, since, until),
+        "telemetry": lambda: _telemetry(journal, since, until),
+    }
+    write = _write_csv if form == "csv" else _parquet()
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        return [write(folder / f"{name}.{form}", COLUMNS[name], make()) for name, make in rows.items()]
+    except OSError as error:
+        raise JournalError(f"cannot write into {folder}: {error.strerror or error}") from error
+
+
+def _millis(at: Micros | None) -> int | None:
+    return None if at is None else at // 1000
+
+
+def _steps(journal: Journal, since: Micros, until: Micros | None) -> Iterator[Row]:
+    for kept in journal.read(until=until):
+        if kept.at >= since:
+            step = kept.step
+            touched = " ".join(tasks_of(step))
+            yield (kept.seq, _millis(kept.at), kept.kind, touched, len(step.changes), len(step.effects), step.reply)
+
+
+def _tasks(journal: Journal, since: Micros, until: Micros | None) -> Iterator[Row]:
+    for task in Past(journal).state(until).tasks.values():
+        if task.ended_at is None or task.ended_at >= since:
+            yield (
+                task.id, task.name, task.version, task.bundle, task.status, task.code, task.reason, task.priority,
+                task.requester, task.run, _millis(task.submitted_at), _millis(task.assigned_at),
+                _millis(task.active_at), _millis(task.ended_at),
+            )  # fmt: skip
+
+
+def _actions(journal: Journal, since: Micros, until: Micros | None) -> Iterator[Row]:
+    open_: dict[str, tuple[GoalRecord, Micros]] = {}
+    for kept in journal.read(until=until):
+        for change in kept.step.changes:
+            if isinstance(change, ch.GoalPut):
+                open_[change.goal.id] = (change.goal, kept.at)
+            elif isinstance(change, ch.GoalDrop) and change.goal in open_:
+                goal, last = open_.pop(change.goal)
+                if last >= since:
+                    yield _action(goal, last)
+    for goal, last in open_.values():
+        if last >= since:
+            yield _action(goal, last)
+
+
+def _action(goal: GoalRecord, last: Micros) -> Row:
+    return (
+        goal.id, goal.task, goal.agent, goal.action, goal.state, goal.code,
+        _millis(goal.at), _millis(goal.sent_at), _millis(last),
+    )  # fmt: skip
+
+
+def _telemetry(journal: Journal, since: Micros, until: Micros | None) -> Iterator[Row]:
+    for agent, point in journal.way(since=since, until=until):
+        at = point.position
+        where = (None, None, None) if at is None else (at.east_m, at.north_m, at.up_m)
+        yield (agent, _millis(point.at), *where, point.battery)
+
+
+# -- files -------------------------------------------------------------------------------------------------------------
+def _write_csv(path: Path, columns: dict[str, str], rows: Iterable[Row]) -> Path:
+    with path.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.writer(file)
+        writer.writerow(columns)
+        writer.writerows(rows)
+    return path
+
+
+def _parquet() -> Callable[[Path, dict[str, str], Iterable[Row]], Path]:
+    try:
+        pa: Any = import_module("pyarrow")
+        pq: Any = import_module("pyarrow.parquet")
+    except ModuleNotFoundError as error:
+        raise JournalError(
+            "Parquet needs pyarrow, which is not installed\n  help: pip install 'formiga-bt[parquet]', or export CSV"
+        ) from error
+    kinds: dict[str, Any] = {"int": pa.int64(), "float": pa.float64(), "text": pa.string()}
+
+    def write(path: Path, columns: dict[str, str], rows: Iterable[Row]) -> Path:
+        schema = pa.schema([(name, kinds[kind]) for name, kind in columns.items()])
+        with pq.ParquetWriter(path, schema) as file:
+            for batch in _batches(rows):
+                arrays = [list(column) for column in zip(*batch, strict=True)]
+                file.write_table(pa.table(dict(zip(columns, arrays, strict=True)), schema=schema))
+        return path
+
+    return write
+
+
+def _batches(rows: Iterable[Row]) -> Iterator[list[Row]]:
+    batch: list[Row] = []
+    for row in rows:
+        batch.append(row)
+        if len(batch) >= BATCH:
+            yield batch
+            batch = []
+    if batch:
+        yield batch

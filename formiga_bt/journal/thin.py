@@ -1,0 +1,251 @@
+"""Telemetry on its way in: a status that changed nothing but where a machine is becomes a way point, or nothing at all.
+
+What a tree, the allocator or the gate saw is kept whole: if a status moved anything else (a condition turned, a machine landed,
+a request was looked at), its step is kept. So the fold of what is kept equals the engine's state at each kept step, but for
+
+| what | comes from the newest way point |
+|---|---|
+| an agent's position, `stood_at`, battery, wind | to 0.1 m, 1 %, 0.1 m/s |
+| its `seq`, `stamp`, `heard_at`, `heard_wall` | of that way point; one comes at least each 30 s |
+| how long the look whether it is still heard of waits | of the last one that is kept |
+"""
+
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
+from typing import Any, Final
+
+import msgspec
+from msgspec import Struct
+from msgspec.structs import replace
+
+from formiga_bt.clock import SECOND, Micros
+from formiga_bt.engine import changes as ch
+from formiga_bt.engine.inputs import AgentStatusInput, Step, WallDue
+from formiga_bt.engine.records import AgentRecord
+from formiga_bt.engine.state import EngineState
+from formiga_bt.geo import Position
+
+THINNED: Final = ("position", "stood_at", "battery", "wind", "seq", "stamp", "heard_at", "heard_wall")
+"""Fields of an agent that a status may change without its step being kept."""
+LIVE: Final = "live|"
+"""Of the keys of wall-time deadlines that look whether an agent is still heard of."""
+HEARD_EVERY_US: Final[Micros] = 30 * SECOND
+BLOCK_US: Final[Micros] = 10 * SECOND
+"""Way points of an agent are written together, after so long."""
+BLOCK_POINTS: Final = 256
+GRAIN: Final = 10
+"""Steps of a metre, and of a metre a second."""
+
+
+class Point(Struct, frozen=True, array_like=True):
+    """Where an agent was, and how; `seq` is that of the step of its status."""
+
+    seq: int
+    at: Micros
+    east: int | None
+    north: int | None
+    up: int | None
+    battery: int | None
+    wind_east: int | None
+    wind_north: int | None
+    n: int
+    stamp: Micros
+    wall: Micros
+
+    @property
+    def position(self) -> Position | None:
+        """Return where it was."""
+        if self.east is None or self.north is None or self.up is None:
+            return None
+        return Position(self.east / GRAIN, self.north / GRAIN, self.up / GRAIN)
+
+    @property
+    def seen(self) -> tuple[int | None, ...]:
+        """Return what of it people see."""
+        return (self.east, self.north, self.up, self.battery, self.wind_east, self.wind_north)
+
+    def on(self, agent: AgentRecord) -> AgentRecord:
+        """Return the record of the agent with this as its newest status."""
+        position = self.position
+        wind = None
+        if self.wind_east is not None and self.wind_north is not None:
+            wind = (self.wind_east / GRAIN, self.wind_north / GRAIN)
+        stands = agent.landed == "grounded" and position is not None
+        return replace(
+            agent, position=position, stood_at=position.ground if stands and position is not None else agent.stood_at,
+            battery=None if self.battery is None else float(self.battery), wind=wind,
+            seq=self.n, stamp=self.stamp, heard_at=self.at, heard_wall=self.wall,
+        )  # fmt: skip
+
+
+def point_of(seq: int, agent: AgentRecord) -> Point:
+    """Return the way point of an agent's record as a status left it."""
+    at, wind = agent.position, agent.wind
+    return Point(
+        seq, agent.heard_at,
+        None if at is None else round(at.east_m * GRAIN),
+        None if at is None else round(at.north_m * GRAIN),
+        None if at is None else round(at.up_m * GRAIN),
+        None if agent.battery is None else round(agent.battery),
+        None if wind is None else round(wind[0] * GRAIN),
+        None if wind is None else round(wind[1] * GRAIN),
+        agent.seq, agent.stamp, agent.heard_wall,
+    )  # fmt: skip
+
+
+class Block(Struct, frozen=True):
+    """Way points of one agent, oldest first."""
+
+    agent: str
+    points: tuple[Point, ...]
+
+
+class Thinner:
+    """Says of each step whether it is kept, and gathers way points.
+
+    Args:
+        state: of the engine before the first step.
+        thin: False: every step is kept.
+    """
+
+    def __init__(self, state: EngineState, *, thin: bool = True) -> None:
+        self._thin = thin
+        self._live: dict[str, AgentRecord] = dict(state.agents)
+        self._kept: dict[str, AgentRecord] = dict(state.agents)
+        """As the fold of what is kept has them."""
+        self._wall: dict[str, Micros] = {key: us for key, us in state.wall.items() if key.startswith(LIVE)}
+        self._points: dict[str, list[Point]] = {}
+        self._last: dict[str, Point] = {}
+        self.seq, self.at = state.seq, state.now
+        """Of the last step that is kept."""
+        self.dropped = 0
+
+    def keeps(self, step: Step) -> bool:
+        """Take a step; return whether it is kept."""
+        if self._thin and self._is_telemetry(step):
+            self.dropped += 1
+            return False
+        for change in step.changes:
+            if type(change) is ch.AgentPut:
+                self._live[change.agent.id] = self._kept[change.agent.id] = change.agent
+                self._last.pop(change.agent.id, None)
+            elif type(change) is ch.WallTimerSet and change.key.startswith(LIVE):
+                if change.after_us is None:
+                    self._wall.pop(change.key, None)
+                else:
+                    self._wall[change.key] = change.after_us
+        self.seq, self.at = step.seq, step.at
+        return True
+
+    def _is_telemetry(self, step: Step) -> bool:
+        given = step.input
+        if step.effects or step.reply:
+            return False
+        if isinstance(given, WallDue):
+            return self._is_look(given.key, step.changes)
+        if not isinstance(given, AgentStatusInput):
+            return False
+        new = self._live.get(given.status.id)
+        for change in step.changes:
+            if type(change) is not ch.AgentPut or change.agent.id != given.status.id or new is None:
+                return False
+            old, new = new, change.agent
+            if (new.position is None) != (old.position is None) or not _is_same(old, new):
+                return False
+        if new is not None and step.changes:
+            self._live[new.id] = new
+            self._note(step.seq, new)
+        return True
+
+    @staticmethod
+    def _is_look(key: str, changes: Sequence[ch.Change]) -> bool:
+        """Return whether somebody was looked at, was heard of lately, and will be looked at again."""
+        if not key.startswith(LIVE) or len(changes) != 2:
+            return False
+        first, then = changes
+        return (
+            isinstance(first, ch.WallTimerSet) and isinstance(then, ch.WallTimerSet)
+            and first.key == then.key == key and first.after_us is None and then.after_us is not None
+        )  # fmt: skip
+
+    def _note(self, seq: int, agent: AgentRecord) -> None:
+        last = self._last.get(agent.id) or point_of(0, self._kept[agent.id])
+        point = point_of(seq, agent)
+        if point.seen != last.seen or point.at - last.at >= HEARD_EVERY_US:
+            self._last[agent.id] = point
+            self._kept[agent.id] = point.on(self._kept[agent.id])
+            self._points.setdefault(agent.id, []).append(point)
+
+    # -- what is to be written -------------------------------------------------------------------------------------
+    def blocks(self, now: Micros, *, all_: bool = False) -> list[Block]:
+        """Return the way points that have waited long enough (or all), which are then taken for written."""
+        ready = [
+            agent
+            for agent, points in self._points.items()
+            if all_ or len(points) >= BLOCK_POINTS or now - points[0].at >= BLOCK_US
+        ]
+        return [Block(agent, tuple(self._points.pop(agent))) for agent in ready]
+
+    def view(self, state: EngineState) -> EngineState:
+        """Return the engine's present state as the fold of what is kept has it, all way points included."""
+        wall = {key: self._wall.get(key, us) for key, us in state.wall.items()}
+        agents = {name: self._kept[name] for name in state.agents}
+        return replace(state, seq=self.seq, now=self.at, agents=agents, wall=wall)
+
+
+def _is_same(old: AgentRecord, new: AgentRecord) -> bool:
+    """Return whether two records differ in what is thinned only."""
+    return replace(new, **{name: getattr(old, name) for name in THINNED}) == old
+
+
+# -- way points as bytes -----------------------------------------------------------------------------------------------
+def pack(points: Sequence[Point]) -> bytes:
+    """Return way points as columns; times and numbers as differences, which are small."""
+    columns = [list(column) for column in zip(*(msgspec.structs.astuple(point) for point in points), strict=True)]
+    columns[9] = [stamp - at for stamp, at in zip(columns[9], columns[1], strict=True)]
+    columns[10] = [wall - at for wall, at in zip(columns[10], columns[1], strict=True)]
+    return msgspec.msgpack.encode([_squeezed(column) for column in columns])
+
+
+def unpack(data: bytes) -> tuple[Point, ...]:
+    """Return the way points that `pack` wrote."""
+    columns = [_spread(column) for column in msgspec.msgpack.decode(data)]
+    columns[9] = [stamp + at for stamp, at in zip(columns[9], columns[1], strict=True)]
+    columns[10] = [wall + at for wall, at in zip(columns[10], columns[1], strict=True)]
+    return tuple(Point(*row) for row in zip(*columns, strict=True))
+
+
+def _squeezed(column: list[Any]) -> list[Any]:
+    """Return a column behind a word how: n > 0: n times the same, 0: the first, then differences, -1: as it is."""
+    if all(one == column[0] for one in column):
+        return [len(column), column[0]]
+    if None in column:
+        return [-1, *column]
+    return [0, column[0], *(after - before for before, after in pairwise(column))]
+
+
+def _spread(column: list[Any]) -> list[Any]:
+    how: int = column[0]
+    rest = column[1:]
+    if how > 0:
+        return rest * how
+    if how < 0:
+        return rest
+    found: list[Any] = [rest[0]]
+    for more in rest[1:]:
+        found.append(found[-1] + more)
+    return found
+
+
+def lay_over(state: EngineState, points: Mapping[str, Point], put: Mapping[str, int]) -> None:
+    """Bring agents of a folded state to their newest way points.
+
+    Args:
+        state: is changed.
+        points: the newest of each agent.
+        put: agent -> `seq` of the last kept step that has its record, if one was folded.
+    """
+    for name, point in points.items():
+        agent = state.agents.get(name)
+        if agent is not None and point.seq > put.get(name, -1):
+            state.agents[name] = point.on(agent)

@@ -1,0 +1,208 @@
+"""The driver's seam: steps become rows and way points, and are durable when `keep` returns.
+
+When the disk is full (or the server away) steps wait in memory, and the engine is told; each second they are tried again. Those
+that no longer fit are a gap: history is lost, but what is open is not, for a snapshot of the state follows it.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any, Final, Literal
+
+from msgspec import Struct
+
+from formiga_bt.clock import SECOND, Micros
+from formiga_bt.engine import inputs as inp
+from formiga_bt.engine.drivers.persist import DURABLE, Outcome
+from formiga_bt.engine.inputs import Effect, JournalState, Step
+from formiga_bt.engine.state import EngineState
+from formiga_bt.journal.store import Gap, Journal, Overtaken, Row, Unwritable
+from formiga_bt.journal.thin import Thinner
+
+SNAPSHOT_STEPS: Final = 5000
+SNAPSHOT_US: Final[Micros] = 3600 * SECOND
+"""A snapshot comes after so many kept steps, or so long with any."""
+LESSON: Final = 256
+"""Steps that a journal learns from how to keep the next ones in less room."""
+SLOW_S: Final = 0.5
+"""A commit that takes longer is slow."""
+CALM_S: Final = 10.0
+"""Without a slow commit for so long it is no longer slow."""
+RETRY_S: Final = 1.0
+BACKLOG_BYTES: Final = 64 * 1024 * 1024
+
+Level = Literal["ok", "slow", "full"]
+
+
+class Writer:
+    """A `Persist` over a journal that was taken.
+
+    Args:
+        journal: this engine has it.
+        state: the engine's present state, read in the driver's thread.
+        wall: wall time, microseconds.
+        clock: seconds of a clock that never goes back.
+        thin: False: every step is kept, for replaying inputs.
+        snapshot_steps: a snapshot after so many.
+        backlog_bytes: so much waits in memory.
+    """
+
+    def __init__(
+        self,
+        journal: Journal,
+        state: Callable[[], EngineState],
+        *,
+        wall: Callable[[], Micros],
+        clock: Callable[[], float],
+        thin: bool = True,
+        snapshot_steps: int = SNAPSHOT_STEPS,
+        backlog_bytes: int = BACKLOG_BYTES,
+    ) -> None:
+        self.journal = journal
+        self.kept = 0
+        """Steps that were kept."""
+        self.commits = 0
+        self._state, self._wall, self._clock = state, wall, clock
+        self._thinner = Thinner(state(), thin=thin)
+        self._level: Level = "ok"
+        self._rows: list[Row] = []
+        self._rows_bytes = 0
+        self._gap: Gap | None = None
+        self._retry_at = 0.0
+        self._slow_at = 0.0
+        self._lesson: list[Step] = []
+        self._snapshot_steps, self._backlog_bytes = snapshot_steps, backlog_bytes
+        self._since_snapshot = 0
+        self._snapshot_at = state().now
+
+    def begin(self, versions: dict[str, str] | None = None) -> None:
+        """Note the start of the engine.
+
+        Raises:
+            JournalError: the journal cannot be written.
+        """
+        self.journal.begin(self._state(), self._wall(), versions)
+
+    def keep(self, steps: Sequence[Step]) -> Outcome:
+        """Keep steps; see `Persist.keep`."""
+        wall = self._wall()
+        for step in steps:
+            if self._thinner.keeps(step):
+                self._take(step, wall)
+        blocks = self._thinner.blocks(self._state().now)
+        if self._level == "full":
+            blocks = []  # where machines were meanwhile is not kept
+        if not (self._rows or blocks or self._gap):
+            return DURABLE
+        began = self._clock()
+        if self._level == "full" and began < self._retry_at:
+            self._bound()
+            return Outcome(False)
+        try:
+            if self._gap is not None:
+                self._bound(all_=True)
+                self._put_snapshot(self._gap)
+            self.journal.append(self._rows, blocks)
+        except Unwritable as error:
+            return self._failed(error, began)
+        self.commits += 1
+        self.kept += len(self._rows)
+        self._since_snapshot += len(self._rows)
+        self._rows, self._rows_bytes, self._gap = [], 0, None
+        self._tidy()
+        return Outcome(True, self._level_after(began, self._clock()))
+
+    def end(self) -> None:
+        """Note a clean end; what cannot be written any more is left."""
+        try:
+            if self._gap is None:
+                self.journal.append(self._rows, self._thinner.blocks(0, all_=True))
+            else:
+                self._bound(all_=True)
+            self._put_snapshot(self._gap)
+            self.journal.end(self._wall())
+        except (Unwritable, Overtaken):
+            return
+
+    # -- one step ----------------------------------------------------------------------------------------------------
+    def _take(self, step: Step, wall: Micros) -> None:
+        if not self.journal.is_taught:
+            self._lesson.append(step)
+        blob = self.journal.codec.encode(step)
+        self._rows.append(Row(step.seq, step.at, wall, kind_of(step.input), tasks_of(step), blob))
+        self._rows_bytes += len(blob)
+
+    # -- after a commit ------------------------------------------------------------------------------------------------
+    def _tidy(self) -> None:
+        """Write a snapshot, or teach the codec, when it is time; whatever fails here is tried again later."""
+        try:
+            if len(self._lesson) >= LESSON:
+                lesson, self._lesson = self._lesson, []
+                self.journal.teach(lesson)
+            state = self._state()
+            old = state.now - self._snapshot_at >= SNAPSHOT_US and self._since_snapshot > 0
+            if self._since_snapshot >= self._snapshot_steps or old:
+                self.journal.append((), self._thinner.blocks(0, all_=True))
+                self._put_snapshot(None)
+        except Unwritable:
+            return
+
+    def _level_after(self, began: float, ended: float) -> JournalState | None:
+        took = ended - began
+        if took > SLOW_S:
+            self._slow_at = ended
+            text = f"a commit to {self.journal.where} took {took:.1f} s"
+            return self._turn("slow", text)
+        if self._level == "full" or (self._level == "slow" and ended - self._slow_at >= CALM_S):
+            return self._turn("ok", "")
+        return None
+
+    def _turn(self, level: Level, text: str) -> JournalState | None:
+        if level == self._level:
+            return None
+        self._level = level
+        return JournalState(level, text)
+
+    def _failed(self, error: Unwritable, began: float) -> Outcome:
+        self._retry_at = began + RETRY_S
+        self._bound()
+        return Outcome(False, self._turn("full", str(error).replace("\n  help: ", "; ")))
+
+    def _put_snapshot(self, gap: Gap | None) -> None:
+        state = self._state()
+        self.journal.snapshot(self._thinner.view(state), state.now, gap)
+        self._since_snapshot, self._snapshot_at = 0, state.now
+
+    def _bound(self, *, all_: bool = False) -> None:
+        """Give up what waits, if it is too much (or all of it): a gap."""
+        if not self._rows or not (all_ or self._rows_bytes > self._backlog_bytes):
+            return
+        first, last, gap = self._rows[0], self._rows[-1], self._gap
+        why = "the journal could not be written for too long"
+        if gap is None:
+            self._gap = Gap(first.seq, last.seq, first.at, last.at, why)
+        else:
+            self._gap = Gap(gap.seq, last.seq, gap.at, last.at, why)
+        self._rows, self._rows_bytes = [], 0
+
+
+def kind_of(given: inp.Input) -> str:
+    """Return the name of an input's kind, as it is kept."""
+    return str(type(given).__struct_config__.tag)
+
+
+def tasks_of(step: Step) -> tuple[str, ...]:
+    """Return the tasks that a step touched, in order."""
+    found: dict[str, None] = {}
+    for part in (step.input, *step.changes, *step.effects):
+        for task in _tasks_in(part):
+            found[task.partition("|")[0]] = None
+    found.pop("", None)
+    return tuple(found)
+
+
+def _tasks_in(part: "inp.Input | Effect | Any") -> Iterator[str]:
+    for name in ("task", "goal", "question", "order"):
+        inside = getattr(part, name, None)
+        if isinstance(inside, Struct):
+            yield getattr(inside, "id" if name == "task" else "task", "")
+        elif isinstance(inside, str) and name == "task" and not isinstance(part, inp.Submit | inp.Serve | inp.Approve):
+            yield inside

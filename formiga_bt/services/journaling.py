@@ -1,0 +1,174 @@
+"""The journal of a running engine: opened before it starts, closed after it has ended. Or none.
+
+Called by `services.host`, which hands it to the driver as what keeps steps.
+"""
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from importlib import metadata
+from typing import TYPE_CHECKING, Final
+
+from msgspec import Struct
+
+from formiga_bt.clock import Micros
+from formiga_bt.engine.drivers.persist import DURABLE, Outcome
+from formiga_bt.engine.inputs import Step
+from formiga_bt.engine.state import EngineState
+from formiga_bt.errors import SiteError
+from formiga_bt.lang.model import Task
+from formiga_bt.services.bundles import Stored
+from formiga_bt.site_folder import SiteFolder
+
+if TYPE_CHECKING:
+    from formiga_bt.journal.database import Durability
+    from formiga_bt.journal.keep import Housekeeper
+    from formiga_bt.journal.store import Journal
+    from formiga_bt.journal.writer import Writer
+
+LIBRARIES: Final = ("eclipse-zenoh", "msgspec", "numpy", "py-trees", "pyproj", "scipy", "shapely", "sqlalchemy")
+FILE: Final = "journal.db"
+"""In the runtime folder."""
+
+
+class JournalAt(Struct, frozen=True):
+    """Which journal an engine shall keep."""
+
+    where: str = ""
+    """A path or a URL; "" = in the site's runtime folder."""
+    durability: "Durability" = "full"
+
+
+class Journaling:
+    """The journal of a host.
+
+    Args:
+        folder: the runtime folder, taken.
+        site: its name.
+        at: which journal; None = none.
+        also: called with each step before it is kept.
+    """
+
+    def __init__(self, folder: SiteFolder, site: str, at: JournalAt | None, also: Callable[[Step], None]) -> None:
+        self._folder, self._site, self._at, self._also = folder, site, at, also
+        self.journal: Journal | None = None
+        self._writer: Writer | None = None
+        self._housekeeper: Housekeeper | None = None
+
+    @property
+    def text(self) -> str:
+        """Return where history is kept, for people."""
+        if self.journal is None:
+            return "none: what happens is not kept (--no-journal)"
+        return f"{self.journal.where} (durability {self.journal.database.durability})"
+
+    def open(self) -> None:
+        """Open the journal, if there shall be one.
+
+        Raises:
+            JournalError: it cannot be used.
+        """
+        if self._at is not None:
+            from formiga_bt.journal.store import Journal  # loads SQLAlchemy: only where it is wanted
+
+            where = self._at.where or self._folder.path / FILE
+            self.journal = Journal(where, self._site, durability=self._at.durability)
+
+    def take(self) -> int:
+        """Return the epoch of this start, higher than any that the folder or the journal knows.
+
+        Raises:
+            SiteError: another engine writes this journal.
+            JournalError: it cannot be written.
+        """
+        epoch = self._folder.next_epoch()
+        if self.journal is not None:
+            taken = self.journal.take(epoch)
+            if taken > epoch:
+                self._folder.raise_epoch(taken)
+            epoch = taken
+        return epoch
+
+    def first_state(self, now: Micros, counters: Mapping[str, int]) -> EngineState:
+        """Return the state that an engine begins with: no number and no instant comes twice."""
+        seq, last = self.journal.last() if self.journal is not None else (0, 0)
+        return EngineState(
+            seq=seq, now=max(now, last + 1 if seq else 0), counters={name: n for name, n in counters.items() if n}
+        )
+
+    def begin(self, state: Callable[[], EngineState], now: Callable[[], Micros]) -> None:
+        """Note the start.
+
+        Args:
+            state: the engine's, read in the driver's thread.
+            now: engine time.
+        """
+        if self.journal is None:
+            return
+        from formiga_bt.journal.keep import Housekeeper
+        from formiga_bt.journal.writer import Writer
+
+        self._writer = Writer(self.journal, state, wall=lambda: time.time_ns() // 1000, clock=time.monotonic)
+        self._writer.begin({name: metadata.version(name) for name in LIBRARIES})
+        self._housekeeper = Housekeeper(self.journal, now)
+        self._housekeeper.start()
+
+    def keep(self, steps: Sequence[Step]) -> Outcome:
+        """Keep steps; see `Persist.keep`."""
+        for step in steps:
+            self._also(step)
+        return DURABLE if self._writer is None else self._writer.keep(steps)
+
+    # -- files -------------------------------------------------------------------------------------------------------
+    def keep_files(self, name: str, bundle: str, file: str, texts: Mapping[str, str], *, loaded: bool = False) -> None:
+        """Keep the exact files of a task, or (`SITE_FILES`) of the site and its catalogue.
+
+        Raises:
+            JournalError: they cannot be written.
+        """
+        if self.journal is not None and texts:
+            self.journal.keep_bundle(name, bundle, file, texts, "loaded" if loaded else "base")
+
+    def keep_loaded(self, task: Task, file: str, texts: Mapping[str, str]) -> None:
+        """Keep the files of a task that was loaded into the running engine."""
+        self.keep_files(task.name, task.bundle, file, texts, loaded=True)
+
+    def keep_read(self, tasks: Mapping[str, Task], texts: Mapping[str, Mapping[str, str]]) -> None:
+        """Keep the files of the tasks that were read at the start, and of the site.
+
+        Args:
+            tasks: by name.
+            texts: by name of the task, or `SITE_FILES`: path -> text.
+        """
+        for name, files in texts.items():
+            task = tasks.get(name)
+            if task is not None:
+                self.keep_files(name, task.bundle, task.mark.file, files)
+            elif name == SITE_FILES:
+                self.keep_files(name, "", list(files)[-1] if files else "", files)
+
+    def keep_again(self, task: Task, stored: Stored) -> None:
+        """Keep the files of a task that an earlier start had loaded."""
+        texts = {}
+        for path in sorted(stored.folder.rglob("*.y*ml")):
+            try:
+                texts[path.relative_to(stored.folder).as_posix()] = path.read_text(encoding="utf-8")
+            except (OSError, UnicodeDecodeError) as error:
+                raise SiteError(f"cannot read {path}: {error}") from error
+        self.keep_files(task.name, task.bundle, stored.file, texts, loaded=True)
+
+    # -- the end -------------------------------------------------------------------------------------------------------
+    def end(self) -> None:
+        """Note the clean end; the driver has stopped."""
+        if self._housekeeper is not None:
+            self._housekeeper.stop()
+        if self._writer is not None:
+            self._writer.end()
+
+    def close(self) -> None:
+        """Give the journal back; may be called twice."""
+        if self.journal is not None:
+            self.journal.close()
+
+
+SITE_FILES: Final = "!site"
+"""As in `journal.store`, which is not loaded without a journal."""
