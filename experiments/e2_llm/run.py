@@ -153,6 +153,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     reader.add_argument("--model", default="")
     reader.add_argument("--base-url", default="", help="an endpoint that speaks the protocol of OpenAI")
     reader.add_argument("--adapter", default="", help="a LoRA adapter for a local model (column tuned)")
+    reader.add_argument(
+        "--prompt", default="", help="the prompt that the model behind --base-url was tuned with: brief-1"
+    )
     reader.add_argument("--trained-on", default="", help="what the training of the model saw (column tuned)")
     reader.add_argument("--name", default="", help="how results call the model; default: as the provider calls it")
     reader.add_argument("--column", choices=COLUMNS, required=True)
@@ -191,6 +194,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     from formiga_bt.llm.client import open_chat
 
     chat: Any = open_chat(given.provider, given.model, base_url=given.base_url, adapter=given.adapter)
+    if given.prompt:
+        chat.prompt = given.prompt
     whose = Whose(provider=chat.name, model=given.name or chat.model, trained_on=given.trained_on)
     tell: Say = lambda text: print(text, file=sys.stderr, flush=True)  # noqa: E731, T201
     try:
