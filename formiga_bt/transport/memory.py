@@ -14,7 +14,7 @@ A little long, because link, hub and transport are three views of one thing and 
 import random
 from collections import deque
 from collections.abc import Callable, Sequence
-from typing import Literal
+from typing import Final, Literal
 
 from msgspec import Struct
 
@@ -62,6 +62,9 @@ class Faults(Struct, frozen=True, kw_only=True):
     """Chance that a message takes up to five more delays and may be overtaken; the others keep their order."""
     jitter_us: Micros = 0
     """Greatest extra delay of any message."""
+
+
+NO_FAULTS: Final = Faults()
 
 
 class _Ask:
@@ -164,6 +167,8 @@ class MemoryHub:
         self._own_faults, self._own_delay = dict[str, Faults](), dict[str, Micros]()
         self._lost_results: dict[str, int] = {}
         self._last_due: dict[tuple[str, bool], Micros] = {}
+        self._latest_down: Micros = 0
+        """When the last message to any agent is due."""
 
     # For tests and scenarios.
 
@@ -289,9 +294,19 @@ class MemoryHub:
         self._send(agent, False, lambda: self._hear(link, call))
 
     def to_all(self, call: Callable[[AgentSide, MemoryLink], None]) -> None:
-        """Deliver what the engine says to everyone."""
-        for agent in tuple(self._links):
-            self.to_agent(agent, call)
+        """Deliver what the engine says to everyone; over a wire without faults that is one delivery, not one for each."""
+        links = tuple(self._links.values())
+        if self._own_faults or self._own_delay or self._faults != NO_FAULTS:
+            for link in links:
+                self.to_agent(link.agent, call)
+            return
+
+        def deliver() -> None:
+            for link in links:
+                self._hear(link, call)
+
+        self._latest_down = max(self.scheduler.now() + self.delay_us, self._latest_down)
+        self.scheduler.call_at(self._latest_down, deliver)
 
     def _hear(self, link: MemoryLink, call: Callable[[AgentSide, MemoryLink], None]) -> None:
         if link.dead or link.side is None or link.is_cut:
@@ -326,6 +341,8 @@ class MemoryHub:
         if not overtakes:
             due = max(due, self._last_due.get((agent, up), 0))
             self._last_due[agent, up] = due
+            if not up:
+                self._latest_down = max(due, self._latest_down)
         self.scheduler.call_at(due, call)
 
     def _delay(self, agent: str) -> Micros:
