@@ -17,7 +17,6 @@ from formiga_bt.engine.drivers.realtime import Listener, RealtimeDriver, stop_wo
 from formiga_bt.engine.engine import Engine
 from formiga_bt.engine.inputs import Abort, Step
 from formiga_bt.engine.library import Bundles
-from formiga_bt.engine.state import EngineState
 from formiga_bt.errors import FormigaError, TaskError
 from formiga_bt.lang.model import Catalogue, Site, Task
 from formiga_bt.services import api, crew, server, shown
