@@ -14,6 +14,7 @@ import typer
 
 from formiga_bt.cli.client import user
 from formiga_bt.cli.inputs import UnusableFile, is_demo, readable, site_file, written
+from formiga_bt.cli.visible import visible
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -103,10 +104,10 @@ def command(
     if out is not None and task is not None and made.is_flyable:
         written(made.yaml, out, force=force)
     if as_json:
-        typer.echo(json.dumps(_as_json(made, kept.folder), indent=2, ensure_ascii=False))
+        typer.echo(json.dumps(visible(_as_json(made, kept.folder)), indent=2, ensure_ascii=False))
     else:
         _print(made, task, draw_map=map_, draw_gantt=gantt)
-        typer.echo(f"\n{_closing(made)}; kept in {_shown(kept.folder)}")
+        typer.echo(visible(f"\n{_closing(made)}; kept in {_shown(kept.folder)}"))
     if task is None or not made.is_flyable:
         raise typer.Exit(1)
     if run:
@@ -179,7 +180,7 @@ def _print(made: "Draft", task: "Task | None", *, draw_map: bool, draw_gantt: bo
 
     width, plain = columns(None), is_plain(False)
     for said in in_words(made, task, width=width):
-        typer.echo(said)
+        typer.echo(visible(said))
     flight = made.flight
     if task is None or flight is None or flight.drawing is None:
         return

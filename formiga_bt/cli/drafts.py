@@ -9,6 +9,7 @@ import typer
 
 from formiga_bt.cli.client import JsonOption, print_json, print_table, show_next
 from formiga_bt.cli.inputs import UnusableFile, is_demo, readable, site_file
+from formiga_bt.cli.visible import visible
 from formiga_bt.show.clean import cleaned
 
 if TYPE_CHECKING:
@@ -82,7 +83,7 @@ def _list(folder: Path, *, as_json: bool) -> None:
 
     found = briefs(folder)
     if as_json:
-        print_json([_as_json(one) for one in found])
+        print_json([visible(_as_json(one)) for one in found])
         return
     if not found:
         typer.echo(f"there are no drafts in {folder}")
@@ -135,13 +136,14 @@ def _show(folder: Path, given: list[int], *, as_json: bool) -> None:
     if as_json:
         from msgspec import to_builtins
 
-        print_json(
+        told = (
             [
                 {"number": one.number, "kind": one.draft.kind, "task": one.draft.task, "yaml": one.draft.yaml,
                  "say": one.draft.say, "folder": str(one.folder), **to_builtins(one.origin)}
                 for one in found
             ]
         )  # fmt: skip
+        print_json(visible(told))
         return
     for one in found:
         typer.echo("\n".join(_lines(one)))

@@ -8,9 +8,9 @@ import json
 import re
 from typing import Any, Final
 
-_STEERS: Final = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069]")
+_STEERS: Final = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u200b\u200e\u200f\u2028-\u202e\u2060\u2066-\u2069\ufeff]")
 _MAY: Final = re.compile(
-    rb"\\u00[0189]|\\u007[fF]|\\u20[26]|\\[bfr]|[\x00-\x08\x0b\x0c\x0e-\x1f\x7f]|\xc2[\x80-\x9f]|\xe2\x80[\xa8-\xae]|\xe2\x81[\xa6-\xa9]"
+    rb"\\u00[0189]|\\u007[fF]|\\u20[026]|\\u[fF]|\\[bfr]|[\x00-\x08\x0b\x0c\x0e-\x1f\x7f]|\xc2[\x80-\x9f]|\xe2\x80[\x8b\x8e\x8f\xa8-\xae]|\xe2\x81[\xa0\xa6-\xa9]|\xef\xbb"
 )
 """What may stand for one of these in JSON; quick to look for."""
 

@@ -18,7 +18,10 @@ def test_what_steers_a_terminal_becomes_a_question_mark_and_words_stay() -> None
 
 
 @pytest.mark.parametrize("ascii_only", [True, False])
-@pytest.mark.parametrize("character", [*map(chr, (*range(9), *range(11, 32), *range(127, 160))), *"\u2028\u202e\u2067"])
+@pytest.mark.parametrize(
+    "character",
+    [*map(chr, (*range(9), *range(11, 32), *range(127, 160))), *"\u200b\u200f\u2028\u202e\u2060\u2067\ufeff"],
+)
 def test_however_json_writes_it(character: str, ascii_only: bool) -> None:
     data = json.dumps({"text": f"a{character}b"}, ensure_ascii=ascii_only).encode()
     assert json.loads(visible_json(data)) == {"text": "a?b"}
