@@ -138,6 +138,8 @@ def delete(folder: Path, number: int) -> None:
     if number not in numbers(folder):
         there = ", ".join(str(one) for one in numbers(folder)) or "none"
         raise UnusableFile(f"there is no draft {number} in {folder}; drafts: {there}")
+    if place.is_symlink():
+        raise UnusableFile(f"cannot remove {place}: it is a link")
     try:
         (place / DRAFT).unlink()  # first: what is left after a power cut is no draft
         shutil.rmtree(place)

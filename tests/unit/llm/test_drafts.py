@@ -1,12 +1,22 @@
 """Drafts that wait for a person."""
 
+from dataclasses import replace as with_tasks
 from pathlib import Path
 
 import pytest
+from msgspec.structs import replace
 
 from formiga_bt.errors import SiteError, UnusableFile
-from formiga_bt.llm.drafts import drafts_folder, keep, numbers, read_draft
-from formiga_bt.llm.records import Draft, Origin, Value
+from formiga_bt.llm.drafts import delete, drafts_folder, keep, numbers, read_draft
+from formiga_bt.llm.origin import kept_with_origin
+from formiga_bt.llm.records import Draft, Message, Origin, Reply, Round, Value
+from formiga_bt.llm.world import world_of
+from formiga_bt.packaged import folder as packaged
+from formiga_bt.safety.drafted import drafted, stamped
+from formiga_bt.services.drafted import known_of
+
+WAIT = "formiga: 1\ntask: Circle\nagents: {{w: {{type: watcher}}}}\nsteps: [{{wait: {}}}]\n"
+ROUND = Round(messages=(Message("user", "a"),), reply=Reply(text=""), yaml=WAIT.format("4 s"))
 
 DRAFT = Draft(
     request="a circle", kind="task", task="Circle", yaml="formiga: 1", values=(Value("radius", "3 m", "three"),)
@@ -51,3 +61,31 @@ def test_a_folder_that_cannot_be_made_is_told(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     with pytest.raises((UnusableFile, SiteError), match="cannot write "):
         keep(tmp_path / "file", DRAFT, ORIGIN)
+
+
+def test_what_was_kept_is_known_beside_the_drafts_but_not_what_people_wrote(tmp_path: Path) -> None:
+    world = world_of()
+    folder = drafts_folder(tmp_path / "site.yaml", "rovaniemi")
+    draft = replace(DRAFT, yaml=WAIT.format("3 s"), rounds=(ROUND,), provider="groq", model="llama")
+    kept = kept_with_origin(draft, folder, world, by="eve", unix_millis=7, people=["root@desk"])
+    assert kept.draft.yaml == (
+        '# drafted {"by": ["eve"], "model": "groq llama", "also": ["root@desk"]}\n' + WAIT.format("3 s")
+    )
+    assert list(known_of(folder.parent).values()) == [drafted(["eve"], "groq llama", ["root@desk"])] * 2
+    delete(folder, kept.number)
+    assert len(known_of(folder.parent)) == 2  # what it says, and what the first round said
+
+    mine = with_tasks(world, tasks={"mine.yaml": WAIT.format("5 s")})
+    shipped = (packaged("trees") / "move_task.yaml").read_text(encoding="utf-8")
+    for text in (WAIT.format("5 s"), shipped):
+        kept_with_origin(replace(draft, yaml=text), folder, mine, by="eve", unix_millis=7)
+    assert len(known_of(folder.parent)) == 2
+    marked = with_tasks(world, tasks={"mine.yaml": stamped(WAIT.format("5 s"), drafted(["eve"]))})
+    kept_with_origin(replace(draft, yaml=WAIT.format("5 s")), folder, marked, by="eve", unix_millis=7)
+    assert len(known_of(folder.parent)) == 3
+
+
+def test_what_has_errors_is_kept_with_the_line_alone(tmp_path: Path) -> None:
+    kept = kept_with_origin(DRAFT, tmp_path / "drafts", world_of(), by="eve", unix_millis=7)
+    assert kept.draft.yaml.startswith("# drafted {")
+    assert known_of(tmp_path) == {}
