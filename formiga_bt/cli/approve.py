@@ -19,7 +19,7 @@ from formiga_bt.errors import FormigaError, TreeError
 from formiga_bt.packaged import folder
 from formiga_bt.safety.approval import TYPED, approval_digest, lands_away, others_than, same_person
 from formiga_bt.safety.drafted import Drafted
-from formiga_bt.services.drafted import known_of, texts_of, who_drafted
+from formiga_bt.services.drafted import known_below, texts_of, who_drafted
 from formiga_bt.show.clean import cleaned
 from formiga_bt.site_folder import FOLDER, SiteFolder, is_running
 
@@ -66,7 +66,7 @@ def command(
     digest = approval_digest(found, world.site)
     _check(world.site, by)
     if not revoke:
-        wrote = who_drafted(found, known_of(runtime), texts_of(found))
+        wrote = who_drafted(found, known_below(runtime.parent.parent), texts_of(found))
         typer.echo("\n".join(summary(found, world, digest, wrote)))
         _check_another(world.site, found.name, wrote, by)
         _ask(found.name, digest)

@@ -50,7 +50,7 @@ def known_of(runtime: Path) -> dict[str, Drafted]:
 
 
 def known_below(folder: Path) -> dict[str, Drafted]:
-    """Return what all sites know whose runtime folders lie in a folder: for an engine that runs elsewhere."""
+    """Return what all sites know whose runtime folders lie in a folder: a site may have got another name meanwhile."""
     found: dict[str, Drafted] = {}
     for file in sorted((folder / FOLDER).glob(f"*/{LEDGER}")):
         for key, one in known_of(file.parent).items():

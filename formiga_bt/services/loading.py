@@ -23,7 +23,7 @@ from formiga_bt.safety.drafted import Drafted, merged, said_in
 from formiga_bt.services import drafted, shown
 from formiga_bt.services import library_models as out
 from formiga_bt.services.bundles import BundleStore, Stored
-from formiga_bt.services.drafted import known_of, who_drafted
+from formiga_bt.services.drafted import known_below, who_drafted
 from formiga_bt.services.refused import Refused
 from formiga_bt.services.view import View
 
@@ -61,6 +61,7 @@ class Loading:
         self._store = store
         self._lock = threading.Lock()
         self._runtime = store.path.parent
+        self._beside = self._runtime.parent.parent
         self._texts = texts_of(bundles.values())
         self.closed_for: Callable[[], str] = str
         """Tells why nothing is taken any more, or empty."""
@@ -73,7 +74,7 @@ class Loading:
         Raises:
             SiteError: what the site's folder knows cannot be read.
         """
-        known = known_of(self._runtime)
+        known = known_below(self._beside)
         wrote = [(one, who_drafted(one, known, drafted.texts_of(one))) for one in self._bundles.values()]
         return [Serve(task.name, task.bundle, "", who) for task, who in wrote if who is not None]
 
@@ -121,7 +122,7 @@ class Loading:
         said = merged((told, *map(said_in, loaded.sources.values())))
         if said is not None:
             drafted.note(self._runtime, [loaded.task], said, unix_millis=unix_millis)
-        return merged((who_drafted(loaded.task, known_of(self._runtime), ()), said))
+        return merged((who_drafted(loaded.task, known_below(self._beside), ()), said))
 
     def _serve(self, task: Task, stored: Stored, given: Serve, warnings: list[str], *, is_new: bool) -> out.LoadOut:
         before = self._bundles.get(task.name)

@@ -71,7 +71,7 @@ def run(service: Service, name: str, requester: str) -> Any:
 
 @pytest.mark.network
 def test_a_copy_that_is_loaded_by_http_is_known_by_what_it_does(real: Start, tmp_path: Path) -> None:
-    note(tmp_path / ".formiga/meadow", [task()], EVE)
+    note(tmp_path / ".formiga/old_name", [task()], EVE)
     with real() as service:
         copy = STAY.replace("Stay", "Rest").replace("watcher: {", "somebody: {")
         load(service, copy, "elsewhere/rest.yaml")
