@@ -14,10 +14,12 @@ import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future, wait
 
+from msgspec import Struct
+
 from formiga_bt.clock import SECOND, Micros
 from formiga_bt.engine import changes as ch
 from formiga_bt.engine import inputs as inp
-from formiga_bt.engine.drivers.inbox import Inbox
+from formiga_bt.engine.drivers.inbox import MOST_REQUESTS, Inbox, InboxLoad
 from formiga_bt.engine.drivers.persist import DURABLE, Persist
 from formiga_bt.engine.drivers.wiring import Switchboard, to_input
 from formiga_bt.engine.engine import Engine
@@ -31,6 +33,10 @@ STOP_S = 10.0
 """A thread that does not end within this is left behind."""
 BATCH_US = 10_000
 """Steps of so long are persisted together."""
+TIMERS_A_TURN = 64
+"""So many deadlines that are due are given before the inbox has its turn."""
+BEHIND_US = 1_000_000
+"""An engine whose deadlines are given so late is overloaded, which is told."""
 
 Listener = Callable[[inp.Step], None]
 log = logging.getLogger("formiga.driver")
@@ -43,6 +49,14 @@ def _check_speed(speed: float) -> None:
 
 class EngineStopped(FormigaError):  # noqa: N818 - it names the state
     """The driver was stopped, or the engine met a bug and stopped; the text says which."""
+
+
+class DriverLoad(Struct, frozen=True):
+    """How far a driver keeps up."""
+
+    inbox: InboxLoad
+    behind_s: float
+    """How late the earliest deadline is, engine time; 0 = it keeps up. Meanwhile inputs bear the time of that deadline."""
 
 
 def stop_words(error: BaseException) -> str:
@@ -83,7 +97,9 @@ class RealtimeDriver:
         self._batch: list[tuple[inp.Step, Future[str] | None]] = []
         self._batch_from: Micros = 0
         self._epoch = epoch
-        self._inbox = Inbox()
+        self._inbox = Inbox(self._is_high)
+        self._behind: Micros = 0
+        self._was_behind = False
         self._wall: list[tuple[Micros, int, str]] = []
         self._wall_live: dict[str, int] = {}
         self._wall_seq = 0
@@ -110,6 +126,14 @@ class RealtimeDriver:
     def speed(self) -> float:
         """Return engine seconds per wall second."""
         return self._clock[2]
+
+    def statistics(self) -> DriverLoad:
+        """Return how far the engine keeps up; may be called from any thread."""
+        return DriverLoad(self._inbox.statistics(), self._behind / SECOND)
+
+    def _is_high(self, task: str) -> bool:
+        record = self.engine.state.tasks.get(task)
+        return record is not None and record.priority == "high"
 
     def set_speed(self, speed: float) -> None:
         """Change the speed from now on; engine time goes on without a jump. May be called from any thread.
@@ -150,7 +174,10 @@ class RealtimeDriver:
         future: Future[str] = Future()
         with self._door:
             if not self._refusing:
-                self._inbox.put(given, future)
+                if isinstance(given, inp.Submit) and self._inbox.is_full:
+                    future.set_result(f"error:busy:{MOST_REQUESTS:,} requests wait already; try again later")
+                else:
+                    self._inbox.put(given, future)
                 return future
         future.set_exception(EngineStopped(self._why()))
         return future
@@ -223,15 +250,16 @@ class RealtimeDriver:
         """Handle what is due, then one input; return False when there was nothing to do."""
         now = self.now()
         worked = self._timers(now, including=False) | self._wall_timers()
+        self._note_load(now)
         item = self._inbox.take()
         if item is None:
             return self._timers(now, including=True) or worked
         given, waiter = item
         if not isinstance(waiter, Future):
-            self._handle(max(now, self.engine.state.now), given)
+            self._handle(self._stamp(now), given)
         elif waiter.set_running_or_notify_cancel():
             try:
-                self._handle(max(now, self.engine.state.now), given, waiter)
+                self._handle(self._stamp(now), given, waiter)
             except BaseException as error:
                 waiter.set_exception(EngineStopped(stop_words(error)))
                 raise
@@ -239,19 +267,39 @@ class RealtimeDriver:
 
     def _timers(self, now: Micros, *, including: bool) -> bool:
         worked = False
-        while (due := self.engine.next_deadline()) is not None and (due[0] < now or (including and due[0] == now)):
+        for _ in range(TIMERS_A_TURN):
+            due = self.engine.next_deadline()
+            if due is None or due[0] > now or (due[0] == now and not including):
+                break
             self._handle(max(due[0], self.engine.state.now), inp.TimerDue(due[1]))
             worked = True
         return worked
 
+    def _stamp(self, now: Micros) -> Micros:
+        """Return the instant of an input: now; under overload that of the earliest deadline not yet given.
+
+        So a flood of deadlines keeps no goal's end and no person's order waiting: an input at the very deadline goes first.
+        """
+        due = self.engine.next_deadline()
+        return max(now if due is None else min(now, due[0]), self.engine.state.now)
+
+    def _note_load(self, now: Micros) -> None:
+        due = self.engine.next_deadline()
+        self._behind = max(0, now - due[0]) if due is not None else 0
+        if self._was_behind != (self._behind > BEHIND_US):
+            self._was_behind = not self._was_behind
+            log.warning("overloaded: deadlines are given late" if self._was_behind else "the engine keeps up again")
+
     def _wall_timers(self) -> bool:
         worked = False
-        while self._wall and self._wall[0][0] <= self._wall_now():
+        for _ in range(TIMERS_A_TURN):
+            if not self._wall or self._wall[0][0] > self._wall_now():
+                break
             at, seq, key = heapq.heappop(self._wall)
             if self._wall_live.get(key) == seq:
                 del self._wall_live[key]
                 self._timers(self.now(), including=False)
-                self._handle(max(self.now(), self.engine.state.now), inp.WallDue(key, max(at, self._wall_now())))
+                self._handle(self._stamp(self.now()), inp.WallDue(key, max(at, self._wall_now())))
                 worked = True
         return worked
 

@@ -4,7 +4,18 @@ import threading
 import time
 
 from formiga_bt.engine import inputs as inp
-from formiga_bt.engine.drivers.inbox import HIGH, NORMAL, TELEMETRY, URGENT, Inbox, lane_of
+from formiga_bt.engine.drivers.inbox import (
+    HIGH,
+    NORMAL,
+    ORDERS,
+    TELEMETRY,
+    TURN_AFTER,
+    URGENT,
+    URGENT_HIGH,
+    Inbox,
+    InboxLoad,
+    lane_of,
+)
 from formiga_bt.transport.messages import GoalEvent
 from tests.unit.drivers.conftest import card, status
 
@@ -22,13 +33,13 @@ def drain(inbox: Inbox) -> list[inp.Input]:
 
 def test_each_input_has_its_lane() -> None:
     lanes = {
-        URGENT: [
-            event(),
+        ORDERS: [
             inp.Abort("T-1"),
             inp.Operator("clear", "lwd_1"),
+            inp.LockdownOrder("hold"),
             inp.Started(1),
-            inp.BadStatusInput("a", ""),
         ],
+        URGENT: [event(), inp.BadStatusInput("a", "")],
         HIGH: [inp.Submit("T", {}, "high")],
         NORMAL: [
             inp.Submit("T", {}),
@@ -48,8 +59,45 @@ def test_lanes_go_in_order_and_each_is_first_come_first_served() -> None:
     telemetry, low, high = inp.AgentStatusInput(status()), inp.Submit("T", {}), inp.Submit("T", {}, "high")
     for given in (telemetry, low, event("1"), high, inp.Abort("T-1"), event("2")):
         inbox.put(given)
-    assert drain(inbox) == [event("1"), inp.Abort("T-1"), event("2"), high, low, telemetry]
+    assert drain(inbox) == [inp.Abort("T-1"), event("1"), event("2"), high, low, telemetry]
     assert inbox.take() is None
+
+
+def test_news_of_high_tasks_go_before_other_news() -> None:
+    inbox = Inbox(lambda task: task == "Urgent-2")
+    for goal in ("Calm-1/1/steps/steps[0]", "Urgent-2/1/steps/steps[0]", "Calm-1/1/steps/steps[1]"):
+        inbox.put(event(goal))
+    assert lane_of(event("Urgent-2/1/steps/steps[0]"), lambda task: task == "Urgent-2") == URGENT_HIGH
+    assert [given.event.goal_id for given in drain(inbox)] == [  # type: ignore[union-attr]
+        "Urgent-2/1/steps/steps[0]", "Calm-1/1/steps/steps[0]", "Calm-1/1/steps/steps[1]",
+    ]  # fmt: skip
+
+
+def test_under_overload_no_lane_starves_and_orders_of_people_never_wait() -> None:
+    inbox = Inbox()
+    inbox.put(inp.AgentStatusInput(status()))
+    inbox.put(inp.Submit("T", {}))
+    order: list[str] = []
+    for number in range(3 * TURN_AFTER):
+        inbox.put(event(str(number)))
+        if number == TURN_AFTER - 1:
+            inbox.put(inp.Abort("T-1"))
+        given = inbox.take()
+        assert given is not None
+        order.append(type(given[0]).__name__)
+    turns = {name: order.index(name) for name in ("Abort", "AgentStatusInput", "Submit")}
+    assert turns["Abort"] == TURN_AFTER - 1, "at once"
+    assert {turns["AgentStatusInput"], turns["Submit"]} == {TURN_AFTER + 1, TURN_AFTER + 2}
+    assert len(drain(inbox)) == 3, "the news that these went before"
+
+
+def test_what_waits_is_told() -> None:
+    inbox = Inbox()
+    for seq in (1, 2):
+        inbox.put(inp.AgentStatusInput(status(seq=seq)))
+    inbox.put(event("1"))
+    inbox.take()
+    assert inbox.statistics() == InboxLoad({"telemetry": 1}, most=2, replaced=1)
 
 
 def test_telemetry_keeps_the_latest_of_each_agent_and_takes_turns() -> None:

@@ -9,7 +9,7 @@ from msgspec.structs import replace
 
 from formiga_bt.engine import inputs as inp
 from formiga_bt.engine.drivers.persist import DURABLE, Outcome
-from formiga_bt.engine.drivers.realtime import EngineStopped, RealtimeDriver
+from formiga_bt.engine.drivers.realtime import TIMERS_A_TURN, EngineStopped, RealtimeDriver
 from formiga_bt.engine.engine import Engine
 from formiga_bt.errors import TaskError, TransportError
 from formiga_bt.geo import Position
@@ -292,3 +292,34 @@ def test_goals_carry_the_beat_of_their_sending(
     until(lambda: wire.goals)
     assert (wire.goals[0].action, wire.goals[0].epoch, wire.goals[0].task_id) == ("TakeOff", 1, "MoveTask-1")
     assert wire.goals[0].beat >= 1
+
+
+def test_a_flood_of_deadlines_keeps_no_order_waiting(
+    engine: WatchedEngine, wire: FakeTransport, driver: RealtimeDriver
+) -> None:
+    due = driver.now()
+    for number in range(1000):
+        engine.core.set_deadline(f"order|nobody_{number}", due)
+    answer = driver.post(inp.LockdownOrder("release"))
+    driver.start()
+    assert answer.result(5.0) == "ok"
+    until(lambda: len(engine.seen(inp.TimerDue)) == 1000)
+
+    kinds = [type(given).__name__ for _, given in engine.inputs]
+    assert kinds[: kinds.index("LockdownOrder")].count("TimerDue") <= 2 * TIMERS_A_TURN
+    times = [at for at, _ in engine.inputs]
+    assert times == sorted(times)
+    assert driver.error is None
+    until(lambda: driver.statistics().behind_s == 0.0)
+
+
+def test_who_sends_more_requests_than_can_wait_is_told_busy(
+    monkeypatch: pytest.MonkeyPatch, driver: RealtimeDriver
+) -> None:
+    monkeypatch.setattr("formiga_bt.engine.drivers.inbox.MOST_REQUESTS", 2)
+    waiting = [driver.post(MOVE), driver.post(MOVE)]
+    with pytest.raises(TaskError, match="requests wait already; try again later") as refused:
+        driver.ask(MOVE)
+    assert refused.value.code == "busy"
+    assert driver.statistics().inbox.waiting == {"requests": 2}
+    assert not any(one.done() for one in waiting)
