@@ -200,8 +200,14 @@ class TaskForget(Struct, frozen=True, tag=True):
     task: str
 
 
+class TaskGone(Struct, frozen=True, tag=True):
+    """A task that ended long ago is forgotten: its record and its explanation. The journal still has them."""
+
+    task: str
+
+
 Change = (
     TaskPut | AgentPut | GoalPut | GoalDrop | QuestionPut | QuestionDrop | ClearancePut | ScopePut | VarPut | NodeMem
     | DeadlineSet | WallTimerSet | RequestPut | Granted | Explained | CounterSet | TaskForget | OrderPut | LockdownPut
-    | ApprovalPut | DutyPut | Happened | NodesEnded | LibraryPut | DraftedPut
+    | ApprovalPut | DutyPut | Happened | NodesEnded | LibraryPut | DraftedPut | TaskGone
 )  # fmt: skip

@@ -157,6 +157,7 @@ class Core:
         task = change.task
         if task.section == "done":
             self.open.pop(task.id, None)
+            self.index.ended[task.id] = None
         else:
             self.open[task.id] = None
 

@@ -75,8 +75,13 @@ class Index:
         self.busy: Names = {}
         """and those of them that wait for another machine."""
         self._held_up_by: dict[str, tuple[str, ...]] = {}
+        self.ended: Names = {}
+        """Tasks that have ended and are not forgotten yet, in the order of their end."""
         self.free_people: Names = dict.fromkeys(state.agents)
         """People whose queue of questions must be looked at."""
+        ended = [task for task in state.tasks.values() if task.section == "done"]
+        for task in sorted(ended, key=lambda task: (task.ended_at or 0, task.order)):
+            self.ended[task.id] = None
         for goal in state.goals.values():
             self.goal(goal)
         for key, deadline in state.deadlines.items():

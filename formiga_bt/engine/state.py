@@ -211,6 +211,12 @@ def _forget(state: EngineState, board: Blackboard, change: ch.TaskForget) -> Non
     board.drop(f"/allocation/grants/{task_id}")
 
 
+def _gone(state: EngineState, board: Blackboard, change: ch.TaskGone) -> None:
+    state.tasks.pop(change.task, None)
+    state.explanations.pop(change.task, None)
+    board.drop(f"/tasks/{change.task}/status")
+
+
 APPLY: Final[Mapping[type, Callable[[EngineState, Blackboard, Any], None]]] = MappingProxyType(
     {
         ch.TaskPut: _task,
@@ -238,6 +244,7 @@ APPLY: Final[Mapping[type, Callable[[EngineState, Blackboard, Any], None]]] = Ma
         ch.Explained: _explained,
         ch.CounterSet: _counter,
         ch.TaskForget: _forget,
+        ch.TaskGone: _gone,
     }
 )
 """How each kind of change is applied."""

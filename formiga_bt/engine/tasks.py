@@ -44,6 +44,8 @@ CLEANUP_US = 300 * SECOND
 """Default of cleanup_timeout."""
 MAX_QUEUED = 10_000
 """Tasks that may wait for agents at once."""
+KEPT_ENDED = 10_000
+"""So many ended tasks are kept in memory with their outcomes and explanations; the journal has all of them."""
 
 AFTER: Final[Mapping[str, str]] = {"on_failure": "finally", "on_abort": "finally", "finally": "recover"}
 SECTION_AFTER_STEPS: Final[Mapping[str, str]] = {"SUCCEEDED": "finally", "FAILED": "on_failure", "CANCELED": "on_abort"}
@@ -508,7 +510,22 @@ class Tasks:
         self.runs.pop(task_id, None)
         if task.stop:
             self.orders.carried_out(core.task(task_id))
+        self._forget_oldest()
         self.poke_allocator()
+
+    def _forget_oldest(self) -> None:
+        """Keep the newest ended tasks only; one that an open task requested stays as long as that."""
+        core = self._core
+        ended = core.index.ended
+        if len(ended) <= KEPT_ENDED:
+            return
+        oldest = next(iter(ended))
+        del ended[oldest]
+        parent = core.state.tasks.get(core.task(oldest).parent)
+        if parent is not None and parent.section != "done":
+            ended[oldest] = None  # its turn comes again
+        else:
+            core.emit(ch.TaskGone(oldest))
 
     def poke_allocator(self) -> None:
         """Agents or requests changed: let the allocator look soon."""

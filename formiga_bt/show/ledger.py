@@ -128,6 +128,7 @@ class Ledger:
             ch.NodeMem: self._memory,
             ch.NodesEnded: self._nodes_ended,
             ch.TaskForget: self._memory_dropped,
+            ch.TaskGone: lambda _at, _change: None,  # it keeps as many as its own bounds say
             ch.WallTimerSet: self._wall,
         }
         for task in self.state.tasks.values():
