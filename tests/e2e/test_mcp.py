@@ -163,7 +163,8 @@ def test_a_proposal_waits_for_a_person_and_starts_nothing(assistant: Assistant) 
     mine = assistant.folder.resolve() / "look.yaml"
     keep = f"cp -n {told['file']} {mine}"
     assert told["next"] == [f"formiga show {told['file']}", keep, f"formiga run {mine} -p target=camp"]
-    assert (place / "task.yaml").read_text(encoding="utf-8") == LOOK
+    line, _, text = (place / "task.yaml").read_text(encoding="utf-8").partition("\n")
+    assert (line.partition(" {")[0], text) == ("# drafted", LOOK)
     origin = json.loads((place / "origin.json").read_text(encoding="utf-8"))
     assert (origin["by"], origin["request"], origin["approved_by"]) == ("mcp:desk helper", "look at the camp", "")
     assert origin["unix_millis"] > 0
