@@ -113,7 +113,7 @@ class Thinner:
         self._live: dict[str, AgentRecord] = dict(state.agents)
         self._kept: dict[str, AgentRecord] = dict(state.agents)
         """As the fold of what is kept has them."""
-        self._wall: dict[str, Micros] = {key: us for key, us in state.wall.items() if key.startswith(LIVE)}
+        self._wall: dict[str, Micros] = dict(state.wall)
         self._points: dict[str, list[Point]] = {}
         self._last: dict[str, Point] = {}
         self.seq, self.at = state.seq, state.now
@@ -129,7 +129,7 @@ class Thinner:
             if type(change) is ch.AgentPut:
                 self._live[change.agent.id] = self._kept[change.agent.id] = change.agent
                 self._last.pop(change.agent.id, None)
-            elif type(change) is ch.WallTimerSet and change.key.startswith(LIVE):
+            elif type(change) is ch.WallTimerSet:
                 if change.after_us is None:
                     self._wall.pop(change.key, None)
                 else:
@@ -188,9 +188,8 @@ class Thinner:
 
     def view(self, state: EngineState) -> EngineState:
         """Return the engine's present state as the fold of what is kept has it, all way points included."""
-        wall = {key: self._wall.get(key, us) for key, us in state.wall.items()}
         agents = {name: self._kept[name] for name in state.agents}
-        return replace(state, seq=self.seq, now=self.at, agents=agents, wall=wall)
+        return replace(state, seq=self.seq, now=self.at, agents=agents, wall=dict(self._wall))
 
 
 def _is_same(old: AgentRecord, new: AgentRecord) -> bool:

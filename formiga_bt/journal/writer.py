@@ -71,7 +71,7 @@ class Writer:
         self._lesson: list[Step] = []
         self._snapshot_steps, self._backlog_bytes = snapshot_steps, backlog_bytes
         self._since_snapshot = 0
-        self._snapshot_at = state().now
+        self._snapshot_at: Micros | None = None
 
     def begin(self, versions: dict[str, str] | None = None) -> None:
         """Note the start of the engine.
@@ -138,6 +138,8 @@ class Writer:
                 lesson, self._lesson = self._lesson, []
                 self.journal.teach(lesson)
             state = self._state()
+            if self._snapshot_at is None:
+                self._snapshot_at = state.now
             old = state.now - self._snapshot_at >= SNAPSHOT_US and self._since_snapshot > 0
             if self._since_snapshot >= self._snapshot_steps or old:
                 self.journal.append((), self._thinner.blocks(0, all_=True))

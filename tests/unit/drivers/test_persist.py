@@ -1,0 +1,171 @@
+"""The driver and its journal: durable first, then effects and answers; what happens when nothing can be kept."""
+
+import threading
+import time
+from collections.abc import Callable, Iterator, Sequence
+
+import pytest
+
+from formiga_bt.engine import inputs as inp
+from formiga_bt.engine.drivers.persist import DURABLE, Outcome
+from formiga_bt.engine.drivers.realtime import EngineStopped, RealtimeDriver
+from formiga_bt.errors import SiteError, TaskError
+from formiga_bt.lang.types import AgentRef
+from tests.unit.drivers.conftest import FakeTransport, WatchedEngine
+from tests.unit.drivers.test_realtime import ready, until
+
+MOVE = inp.Submit("MoveTask", {"robot": AgentRef("lwd_1")})
+FULL = inp.JournalState("full", "no room")
+
+
+class Disk:
+    """Keeps steps; may be held shut, full, or broken."""
+
+    def __init__(self) -> None:
+        self.batches: list[list[inp.Step]] = []
+        self.open = threading.Event()
+        self.open.set()
+        self.full = False
+        self.told = "ok"
+        self.error: Exception | None = None
+
+    def keep(self, steps: Sequence[inp.Step]) -> Outcome:
+        self.open.wait(5.0)
+        if self.error is not None:
+            raise self.error
+        self.batches.append(list(steps))
+        now = "full" if self.full else "ok"
+        news = inp.JournalState(now, "no room" if self.full else "") if now != self.told else None
+        self.told = now
+        return Outcome(not self.full, news)
+
+    @property
+    def steps(self) -> list[inp.Step]:
+        return [step for batch in self.batches for step in batch]
+
+
+@pytest.fixture
+def disk() -> Disk:
+    return Disk()
+
+
+@pytest.fixture
+def wire() -> FakeTransport:
+    return FakeTransport()
+
+
+@pytest.fixture
+def driver(engine: WatchedEngine, wire: FakeTransport, disk: Disk) -> Iterator[RealtimeDriver]:
+    driver = RealtimeDriver(engine, [wire], speed=20.0, persist=disk)
+    driver.start()
+    ready(engine, wire)
+    yield driver
+    disk.open.set()
+    driver.stop()
+
+
+def test_nothing_leaves_and_nobody_is_answered_before_a_step_is_durable(
+    driver: RealtimeDriver, engine: WatchedEngine, wire: FakeTransport, disk: Disk
+) -> None:
+    heard: list[int] = []
+    driver.listeners.append(lambda step: heard.append(step.seq))
+    disk.open.clear()
+    reply = driver.post(MOVE)
+    until(lambda: engine.seen(inp.Submit))
+    submitted = engine.state.seq
+    time.sleep(0.05)
+    assert not reply.done()
+    assert not wire.goals
+    assert submitted not in heard
+    disk.open.set()
+    assert reply.result(5.0) == "MoveTask-1"
+    until(lambda: wire.goals)
+    assert [step.seq for step in disk.steps] == list(range(1, len(disk.steps) + 1))
+
+
+def test_steps_that_come_together_are_one_batch(driver: RealtimeDriver, disk: Disk) -> None:
+    disk.open.clear()
+    first = driver.post(inp.Duty("nobody", True))
+    until(first.running)
+    time.sleep(0.02)
+    replies = [driver.post(inp.Operator("hold", "", "me")) for _ in range(20)]
+    disk.open.set()
+    for reply in replies:
+        reply.result(5.0)
+    together = max(sum(isinstance(step.input, inp.Operator) for step in batch) for batch in disk.batches)
+    assert together > 1
+    assert sum(isinstance(step.input, inp.Operator) for step in disk.steps) == 20
+
+
+def test_a_full_disk_refuses_new_tasks_and_lets_go_on_what_flies(
+    driver: RealtimeDriver, engine: WatchedEngine, wire: FakeTransport, disk: Disk
+) -> None:
+    alarms: list[inp.Effect] = []
+    driver.listeners.append(
+        lambda step: alarms.extend(e for e in step.effects if isinstance(e, inp.Alarm | inp.Notify))
+    )
+    assert driver.ask(MOVE) == "MoveTask-1"
+    until(lambda: wire.goals)
+    disk.full = True
+    with pytest.raises(TaskError) as told:
+        driver.ask(MOVE)
+    assert told.value.code == "journal_full"
+    assert str(told.value) == ("MoveTask-2 is taken back: the journal cannot be written; make room on its disk")
+    until(lambda: engine.state.tasks["MoveTask-2"].status == "CANCELED")
+    with pytest.raises(TaskError) as told:
+        driver.ask(MOVE)
+    assert str(told.value) == "the journal cannot be written, so no task is admitted; make room on its disk"
+    assert alarms == [
+        inp.Alarm("journal_full", "nothing can be kept, no new task is admitted; what flies goes on: no room")
+    ]
+    assert driver.ask(inp.Operator("hold", "lwd_1", "me")) == "ok", "orders are carried out and answered"
+    until(lambda: wire.cancels)
+    disk.full = False
+    driver.ask(inp.Operator("continue", "lwd_1", "me"))
+    until(lambda: engine.state.counters["journal"] == 0)
+    assert driver.ask(MOVE) == "MoveTask-3"
+    until(lambda: len(alarms) == 2)
+    assert alarms[1] == inp.Notify("the journal keeps everything again", (), "info")
+
+
+def test_an_engine_that_may_not_write_any_more_ends_and_sends_nothing(
+    driver: RealtimeDriver, wire: FakeTransport, disk: Disk
+) -> None:
+    disk.error = SiteError("another engine has taken the site")
+    with pytest.raises(EngineStopped, match=r"^the engine stopped: another engine has taken the site$"):
+        driver.ask(MOVE)
+    until(lambda: driver.error is not None)
+    assert not wire.goals
+    with pytest.raises(EngineStopped, match="another engine has taken the site"):
+        driver.ask(MOVE)
+
+
+def test_steps_before_a_bug_are_kept(driver: RealtimeDriver, engine: WatchedEngine, disk: Disk) -> None:
+    def breaks(given: inp.Input) -> None:
+        if isinstance(given, inp.Abort):
+            raise ZeroDivisionError
+
+    engine.before = breaks
+    disk.open.clear()
+    first = driver.post(MOVE)
+    until(lambda: engine.seen(inp.Submit))
+    second, third = driver.post(inp.Operator("hold", "nobody", "me")), driver.post(inp.Abort("MoveTask-1"))
+    disk.open.set()
+    assert first.result(5.0) == "MoveTask-1"
+    with pytest.raises(EngineStopped, match="by a bug"):
+        third.result(5.0)
+    assert second.result(5.0).startswith("error:unknown_"), "handled right before, and kept"
+    assert isinstance(disk.steps[-1].input, inp.Operator)
+
+
+@pytest.mark.parametrize("state", ["slow", "full"])
+def test_how_the_journal_stands_is_told_once(engine: WatchedEngine, state: str) -> None:
+    give: Callable[..., inp.Step] = lambda s, at: engine.handle(at, inp.JournalState(s, "why"))  # noqa: E731
+    assert [effect.code for effect in give(state, 1).effects if isinstance(effect, inp.Alarm)] == [f"journal_{state}"]
+    assert give(state, 2).effects == ()
+    assert [type(effect) for effect in give("ok", 3).effects] == [inp.Notify]
+    assert give("ok", 4).changes == ()
+
+
+def test_what_is_durable_is_a_constant() -> None:
+    assert Outcome(True) == DURABLE

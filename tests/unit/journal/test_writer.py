@@ -1,0 +1,184 @@
+"""The driver's seam: what it does when the disk is slow, full, and well again."""
+
+import sqlite3
+from collections.abc import Sequence
+from pathlib import Path
+
+import pytest
+
+from formiga_bt.engine.drivers.persist import DURABLE, Outcome
+from formiga_bt.engine.inputs import JournalState, Step
+from formiga_bt.engine.state import EngineState, fold, snapshot
+from formiga_bt.errors import JournalError
+from formiga_bt.journal.past import Past
+from formiga_bt.journal.store import Journal, Unwritable
+from formiga_bt.journal.writer import tasks_of
+from tests.unit.journal.conftest import Recording, steps_of
+
+LONG = steps_of("pick_up")
+
+
+class Rig(Recording):
+    """A recording whose disk fills, and whose clock is turned by hand."""
+
+    def __init__(self, journal: Journal, **options: object) -> None:
+        super().__init__(journal, EngineState(), thin=False, **options)
+        self.journal = journal
+        self.outcomes: list[Outcome] = []
+
+    def give(self, steps: Sequence[Step]) -> Outcome:
+        for step in steps:
+            fold(self.state, self.board, step)
+        self.outcomes.append(self.writer.keep(steps))
+        return self.outcomes[-1]
+
+    def fill(self) -> None:
+        assert self.journal._write is not None
+        used = self.journal._write.exec_driver_sql("PRAGMA page_count").scalar()
+        self.journal._write.exec_driver_sql(f"PRAGMA max_page_count = {used}")
+        self.journal._write.commit()
+
+    def free(self) -> None:
+        assert self.journal._write is not None
+        self.journal._write.exec_driver_sql("PRAGMA max_page_count = 1000000")
+        self.journal._write.commit()
+
+
+@pytest.fixture
+def where(tmp_path: Path) -> str:
+    return str(tmp_path / "journal.db")
+
+
+@pytest.fixture
+def rig(taken: Journal) -> Rig:
+    return Rig(taken)
+
+
+def test_a_full_disk_is_told_once_and_steps_wait_until_there_is_room(rig: Rig) -> None:
+    assert rig.give(LONG[:20]) == DURABLE
+    rig.fill()
+    told = rig.give(LONG[20:200])
+    assert told == Outcome(
+        False,
+        JournalState(
+            "full",
+            f"the journal {rig.journal.where} cannot be written: database or disk is full; make room on its disk",
+        ),
+    )
+    rig.clock += 0.5
+    assert rig.give(LONG[200:210]) == Outcome(False)
+    rig.clock += 1.0
+    assert rig.give(LONG[210:220]) == Outcome(False), "tried again, still full"
+    rig.free()
+    assert rig.give(LONG[220:230]) == Outcome(False), "not before a second is over"
+    rig.clock += 1.1
+    assert rig.give(LONG[230:240]) == Outcome(True, JournalState("ok"))
+    assert [kept.step for kept in rig.journal.read()] == list(LONG[:240])
+    assert snapshot(Past(rig.journal).state()) == snapshot(rig.state)
+
+
+def test_what_no_longer_fits_into_memory_is_a_gap_and_a_snapshot_follows(taken: Journal) -> None:
+    rig = Rig(taken, backlog_bytes=20_000)
+    rig.give(LONG[:20])
+    rig.fill()
+    for first in range(20, 400, 20):
+        rig.clock += 2.0
+        rig.give(LONG[first : first + 20])
+    rig.free()
+    rig.clock += 2.0
+    assert rig.give(LONG[400:410]) == Outcome(True, JournalState("ok"))
+    rig.give(LONG[410:])
+    gaps = taken.gaps()
+    lost = [seq for gap in gaps for seq in range(gap.seq, gap.to_seq + 1)]
+    assert sorted([*lost, *(kept.seq for kept in taken.read())]) == list(range(1, len(LONG) + 1))
+    assert 100 < len(lost) <= 390
+    assert {gap.why for gap in gaps} == {"the journal could not be written for too long"}
+    past = Past(taken)
+    assert snapshot(past.state()) == snapshot(rig.state)
+    assert past.state(LONG[10].at).seq >= 11
+    with pytest.raises(JournalError, match="the journal could not be written for too long"):
+        past.state(gaps[-1].at)
+
+
+def test_a_slow_disk_is_told_and_calm_again_after_ten_seconds(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
+    append, takes = rig.journal.append, 0.0
+
+    def slowly(*rows: object) -> None:
+        append(*rows)  # type: ignore[arg-type]
+        rig.clock += takes
+
+    monkeypatch.setattr(rig.journal, "append", slowly)
+    takes = 0.4
+    assert rig.give(LONG[:5]) == DURABLE
+    takes = 0.7
+    text = f"a commit to {rig.journal.where} took 0.7 s"
+    assert rig.give(LONG[5:10]) == Outcome(True, JournalState("slow", text))
+    assert rig.give(LONG[10:15]) == Outcome(True)
+    takes = 0.0
+    rig.clock += 9.9
+    assert rig.give(LONG[15:20]) == Outcome(True)
+    rig.clock += 0.2
+    assert rig.give(LONG[20:25]) == Outcome(True, JournalState("ok"))
+
+
+def test_a_batch_of_telemetry_alone_needs_no_commit(taken: Journal) -> None:
+    recording = Recording(taken)
+    commits = []
+    for step in LONG:
+        recording.feed([step])
+        commits.append(recording.writer.commits)
+    assert recording.writer.commits < len(LONG) / 2
+    assert recording.writer.kept < len(LONG) / 2
+
+
+def test_another_program_that_holds_the_file_is_full_too(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
+    rig.give(LONG[:5])
+    assert rig.journal._write is not None
+    rig.journal._write.exec_driver_sql("PRAGMA busy_timeout = 1")
+    rig.journal._write.commit()
+    other = sqlite3.connect(rig.journal.where, isolation_level=None)
+    other.execute("BEGIN IMMEDIATE")
+    told = rig.give(LONG[5:10])
+    assert told.news is not None
+    assert told.news.text.startswith(f"the journal {rig.journal.where} is kept busy by another program: ")
+    other.execute("ROLLBACK")
+    other.close()
+    rig.clock += 1.1
+    assert rig.give(LONG[10:15]) == Outcome(True, JournalState("ok"))
+
+
+def test_the_end_writes_what_waits_and_a_snapshot(rig: Rig) -> None:
+    rig.give(LONG[:100])
+    rig.fill()
+    rig.give(LONG[100:300])
+    rig.free()
+    rig.writer.end()
+    assert [kept.seq for kept in rig.journal.read()] == list(range(1, 301))
+    state = rig.journal.snapshot_at()
+    assert state == rig.state
+    (start,) = rig.journal.starts()
+    assert start.ended is not None
+
+
+def test_an_end_without_room_is_quiet(rig: Rig) -> None:
+    rig.give(LONG[:100])
+    rig.fill()
+    rig.give(LONG[100:300])
+    rig.writer.end()
+    rig.free()
+    assert [kept.seq for kept in rig.journal.read()] == list(range(1, 101))
+
+
+def test_a_journal_that_nobody_took_writes_nothing(opened: object, where: str) -> None:
+    with Journal(where, "demo") as journal, pytest.raises(AssertionError, match="take"):
+        journal.append([])
+
+
+def test_tasks_touched_are_those_of_the_parts_of_a_step() -> None:
+    submit = next(step for step in LONG if type(step.input).__name__ == "Submit")
+    assert tasks_of(submit) == ("PickUp-1",)
+    assert all("|" not in task for step in LONG for task in tasks_of(step))
+
+
+def test_unwritable_is_a_journal_error() -> None:
+    assert issubclass(Unwritable, JournalError)

@@ -1,0 +1,82 @@
+"""`formiga up` and its journal: what a start writes, what the next one goes on from, what is refused."""
+
+from pathlib import Path
+
+import pytest
+
+from formiga_bt.engine.state import snapshot
+from formiga_bt.errors import JournalError, SiteError
+from formiga_bt.journal.keep import stats
+from formiga_bt.journal.past import Past
+from formiga_bt.journal.store import Journal
+from formiga_bt.services.journaling import SITE_FILES, JournalAt
+from tests.unit.services.conftest import Start
+
+pytestmark = pytest.mark.network
+NORMAL = JournalAt(durability="normal")
+
+
+def file_of(folder: Path) -> Path:
+    return folder / ".formiga" / "meadow" / "journal.db"
+
+
+def test_a_site_at_work_can_be_read_from_its_journal_and_after(start: Start, tmp_path: Path) -> None:
+    texts = {"MoveTask": {"trees/move_task.yaml": "text"}, SITE_FILES: {"base.yaml": "types", "site.yaml": "site"}}
+    with start(journal=NORMAL, texts=texts) as service:
+        task = service.post("/v1/tasks", {"task": "Hello", "params": {}}) if "Hello" in service.host.served else None
+        with Journal(file_of(tmp_path), "meadow", read_only=True) as journal:
+            service.wait(lambda: len(Past(journal).state().agents) == 2)
+        live = service.host.driver.engine
+    with Journal(file_of(tmp_path), "meadow", read_only=True) as journal:
+        past = Past(journal)
+        assert set(past.state().agents) == set(live.state.agents)
+        assert past.state().tasks == live.state.tasks
+        assert task is None or past.state().tasks
+        (one,) = journal.starts()
+        assert (one.epoch, one.ended is not None) == (1, True)
+        assert {"msgspec", "sqlalchemy", "formiga", "node_state"} <= set(one.versions)
+        kept = {row.name: row for row in journal.bundles()}
+        assert kept[SITE_FILES].texts == texts[SITE_FILES]
+        assert stats(journal).starts == 1
+        assert snapshot(past.state()) == snapshot(past.state(past.state().now))
+
+
+def test_numbers_instants_and_epochs_go_on_at_the_next_start(start: Start, tmp_path: Path) -> None:
+    with start(journal=NORMAL) as service:
+        assert service.host.epoch == 1
+    with Journal(file_of(tmp_path), "meadow", read_only=True) as journal:
+        seq, at = journal.last()
+    (tmp_path / ".formiga" / "meadow" / "epoch").write_text("0\n")  # as of a folder on another machine
+    with start(journal=NORMAL) as service:
+        assert service.host.epoch == 2
+        assert service.host.driver.engine.state.seq > seq
+        assert service.host.driver.engine.state.now > at
+    assert (tmp_path / ".formiga" / "meadow" / "epoch").read_text() == "2\n"
+    with Journal(file_of(tmp_path), "meadow", read_only=True) as journal:
+        assert [one.epoch for one in journal.starts()] == [1, 2]
+        seqs = [kept.seq for kept in journal.read()]
+        assert seqs == sorted(set(seqs))
+
+
+def test_one_journal_has_one_engine(start: Start, tmp_path: Path) -> None:
+    where = tmp_path / "shared.db"
+    with Journal(where, "meadow", durability="normal") as other:
+        other.take()
+        with (
+            pytest.raises(SiteError, match="another engine writes the journal of the site 'meadow'"),
+            start(journal=JournalAt(str(where), "normal")),
+        ):
+            pass
+    with start(journal=JournalAt(str(where), "normal")) as service:
+        assert service.host.journaling.text == f"{where} (durability normal)"
+
+
+def test_a_journal_that_is_none_ends_the_start_and_gives_the_site_back(start: Start, tmp_path: Path) -> None:
+    where = tmp_path / "notes.txt"
+    where.write_text("buy milk")
+    with pytest.raises(JournalError, match="is no journal"), start(journal=JournalAt(str(where))):
+        pass
+    assert where.read_text() == "buy milk"
+    with start() as service:
+        assert service.host.journaling.text == "none: what happens is not kept (--no-journal)"
+    assert not file_of(tmp_path).exists()
