@@ -1,9 +1,8 @@
 """What a wake costs among 100,000 active tasks, beside the same engine with 100 of them.
 
-A third of the tasks waits for a deadline more than ten minutes away, a third for a key of one of 1,000 machines that report once
-a second, a third for a goal of a person (people are shared: many tasks address one). Inputs go straight into the engine, so the
-figures are those of `Engine.handle`: everything but wires and the journal. Per wake, in the small and in the large engine, in
-turns, as processor time:
+A third of the tasks waits for a deadline more than ten minutes away, a third for a key of one of 1,000 machines, a third for a
+goal of a person (people are shared: many tasks address one). Inputs go straight into the engine, so the figures are those of
+`Engine.handle`: everything but wires and the journal. Processor time, in the small and in the large engine in turns, medians:
 
     timer     a deadline fires, its task goes on to the next wait
     key       a status changes the key that tasks wait for: per task woken, its share of the step

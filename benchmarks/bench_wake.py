@@ -1,22 +1,29 @@
 """What a wake costs: the deepest leaf of a 12-node tree, woken by something that does not end it, beside py_trees' own tick.
 
-Ours: `wake` marks the way from the leaf to the root, `run_passes` decides from root to leaf, memory is written. Theirs: one
-`root.tick()` of a tree of the same shape from py_trees' own nodes. Both in this process, alternating, medians of many rounds.
+Ours: `wake` asks the leaf whether it has anything to do, `run_passes` visits what has. Theirs: one `root.tick()` of a tree of
+the same shape from py_trees' own nodes. Both in this process, alternating, medians of many rounds. Besides: a wake that ends
+the leaf, so that everything from it to the root is decided and the next step begins, in deep and in wide trees; and what a tree
+costs to make, in time and in memory, beside one of py_trees' nodes.
 
     python benchmarks/bench_wake.py [--rounds N] [--json FILE]
 """
 
 import argparse
+import gc
 import json
 import statistics
 import time
+import tracemalloc
 from collections.abc import Callable
+from typing import Any
 
 import py_trees
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
+from formiga_bt.compile import compile_section
 from formiga_bt.lang.loader import load_catalogue, load_site, load_task_text
+from formiga_bt.lang.model import Task
 from formiga_bt.packaged import files, folder
 from formiga_bt.rehearsal import Rehearsal
 
@@ -48,20 +55,24 @@ class Waiting(Behaviour):
         return Status.RUNNING
 
 
-def ours() -> Callable[[], None]:
-    """Return a function that wakes the deepest leaf once."""
+def load(text: str) -> tuple[Task, Rehearsal]:
+    """Return a task and a world that has it."""
     catalogue, _, _ = load_catalogue(files("actions"))
     site, _, _ = load_site(folder("trees") / "demo-site.yaml")
-    loaded = load_task_text(TASK, "deep.yaml", catalogue=catalogue, site=site)
+    loaded = load_task_text(text, "deep.yaml", catalogue=catalogue, site=site)
     assert loaded.task is not None, loaded.diagnostics
     assert site is not None
-    rehearsal = Rehearsal(site, catalogue, [loaded.task], [])
-    task_id = rehearsal.submit("Deep")
+    return loaded.task, Rehearsal(site, catalogue, [loaded.task], [])
+
+
+def ours(text: str = TASK, end: str = "@1") -> Callable[[], None]:
+    """Return a function that wakes the leaf whose key ends so, once."""
+    task, rehearsal = load(text)
+    task_id = rehearsal.submit(task.name)
     rehearsal.run_for(1.0)
     trees = rehearsal.engine.tasks.runs[task_id].trees
     core = rehearsal.engine.core
-    (leaf,) = [key for key in trees.statuses() if key.endswith("@1")]
-    assert len(trees.statuses()) >= 8, trees.statuses()
+    leaf = next(key for key in trees.statuses() if key.endswith(end))
 
     def once() -> None:
         core.state.seq += 1  # a step of its own, so that the budget of visits starts anew
@@ -69,6 +80,41 @@ def ours() -> Callable[[], None]:
         trees.run_passes()
 
     return once
+
+
+def ending(text: str) -> Callable[[], None]:
+    """Return a function that ends a wait and lets the next one begin: everything on the way is decided."""
+    task, rehearsal = load(text)
+    task_id = rehearsal.submit(task.name)
+    rehearsal.run_for(0.5)
+    core, trees = rehearsal.engine.core, rehearsal.engine.tasks.runs[task_id].trees
+
+    def once() -> None:
+        due = core.next_deadline()
+        assert due is not None
+        core.begin(max(core.now, due[0]))
+        _, name, key = due[1].split("|", 2)
+        core.due.add((name, key))
+        trees.wake(key)
+        trees.run_passes()
+
+    return once
+
+
+def nested(depth: int) -> str:
+    """Return a task whose wait is so deep."""
+    lines = ["formiga: 1", "task: Nested", "steps:"]
+    for level in range(depth):
+        lines.append("  " * (2 * level + 1) + "- sequence:")
+    pad = "  " * (2 * depth + 1)
+    lines += [f"{pad}- repeat: 1000000", f"{pad}  steps:", f"{pad}    - wait: 1 s"]
+    return "\n".join(lines)
+
+
+def wide(width: int) -> str:
+    """Return a task with a parallel of so many branches, of which the last one ends and begins again."""
+    branches = "\n".join("      - wait: 1000 h" for _ in range(width - 1))
+    return f"formiga: 1\ntask: Wide\nsteps:\n  - parallel:\n{branches}\n      - repeat: 1000000\n        steps: [{{wait: 1 s}}]"
 
 
 def theirs() -> Callable[[], None]:
@@ -92,12 +138,28 @@ def theirs() -> Callable[[], None]:
     return once
 
 
-def batch(call: Callable[[], None]) -> float:
+def batch(call: Callable[[], Any], times: int = BATCH) -> float:
     """Return microseconds a call over one batch."""
     start = time.perf_counter()
-    for _ in range(BATCH):
+    for _ in range(times):
         call()
-    return (time.perf_counter() - start) / BATCH * 1e6
+    return (time.perf_counter() - start) / times * 1e6
+
+
+def median_us(call: Callable[[], Any], rounds: int = 15) -> float:
+    """Return the median of some batches."""
+    return statistics.median(batch(call) for _ in range(rounds))
+
+
+def bytes_of(make: Callable[[], Any], count: int = 500) -> float:
+    """Return how much memory one of what a function makes needs."""
+    gc.collect()
+    tracemalloc.start()
+    before, _ = tracemalloc.get_traced_memory()
+    kept = [make() for _ in range(count)]
+    after, _ = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    return (after - before) / len(kept)
 
 
 def main() -> None:
@@ -111,11 +173,31 @@ def main() -> None:
     wake = statistics.median(a for a, _ in pairs)
     tick = statistics.median(b for _, b in pairs)
     ratio = statistics.median(b / a for a, b in pairs)
+    found: dict[str, Any] = {"wake_us": wake, "py_trees_tick_us": tick, "ratio": ratio}
     print(f"wake of the deepest leaf {wake:.2f} us, py_trees {py_trees.version.__version__} tick {tick:.2f} us")
     print(f"py_trees tick / our wake: {ratio:.1f} (median of {options.rounds} pairs of {BATCH})")
+    for depth in (2, 8, 24):
+        found[f"ends_at_depth_{depth}_us"] = us = median_us(ending(nested(depth)))
+        print(f"a wait ends and the next one begins, {depth + 1} levels below the root: {us:.1f} us")
+    for width in (2, 20, 200):
+        idle = median_us(ours(wide(width), ".steps[0]"))
+        found[f"ends_in_width_{width}_us"] = us = median_us(ending(wide(width)))
+        found[f"wake_in_width_{width}_us"] = idle
+        print(f"the same in a parallel of {width}: {us:.1f} us; woken for nothing: {idle:.2f} us")
+    task, _ = load(TASK)
+    nodes = sum(1 for _ in compile_section("steps", task.steps).iterate())
+    made = median_us(lambda: compile_section("steps", task.steps))
+    size = bytes_of(lambda: compile_section("steps", task.steps)) / nodes
+    their_made, their_size = median_us(lambda: Waiting("leaf")), bytes_of(lambda: Waiting("leaf"), 5000)
+    found |= {"make_us": made, "nodes": nodes, "bytes_a_node": size, "py_trees_node_us": their_made}
+    found["py_trees_bytes_a_node"] = their_size
+    print(
+        f"a tree of {nodes} nodes is made in {made:.0f} us: {made / nodes:.2f} us and {size:.0f} bytes a node;", end=" "
+    )
+    print(f"a node of py_trees: {their_made:.2f} us, {their_size:.0f} bytes")
     if options.json:
         with open(options.json, "w", encoding="utf-8") as out:
-            json.dump({"wake_us": wake, "py_trees_tick_us": tick, "ratio": ratio}, out, indent=2)
+            json.dump(found, out, indent=2)
 
 
 if __name__ == "__main__":

@@ -11,7 +11,7 @@ from formiga_bt.nodes.base import Node
 from formiga_bt.nodes.composites import CallNode, FallbackNode, IfNode, SequenceNode, SwitchNode
 from formiga_bt.nodes.decorators import IgnoreFailureNode, RetryNode, TimeoutNode, WhenNode
 from formiga_bt.nodes.extra import WithAgentsNode
-from formiga_bt.nodes.leaves import AskNode, DoNode, ReleaseNode, WaitNode, check_node, fail_node, notify_node, set_node
+from formiga_bt.nodes.leaves import AskNode, CheckNode, DoNode, FailNode, NotifyNode, ReleaseNode, SetNode, WaitNode
 from formiga_bt.nodes.live import GuardNode, ReactiveNode, WaitForNode, WaitUntilNode
 from formiga_bt.nodes.loops import BreakIfNode, ForNode, LoopNode
 from formiga_bt.nodes.parallel import ForParallelNode, ParallelNode
@@ -65,13 +65,13 @@ def _compile_kind(step: model.Step) -> Node:
         case model.Wait():
             return WaitNode(step)
         case model.Check():
-            return check_node(step)
+            return CheckNode(step)
         case model.Set():
-            return set_node(step)
+            return SetNode(step)
         case model.Notify():
-            return notify_node(step)
+            return NotifyNode(step)
         case model.Fail():
-            return fail_node(step)
+            return FailNode(step)
         case model.Sequence():
             return _sequence(step)
         case model.Fallback():

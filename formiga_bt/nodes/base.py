@@ -277,5 +277,5 @@ class Node(Behaviour):
         """Return the deepest running node, for py_trees' displays."""
         for child in self.children:
             if child.status is RUNNING:
-                return child.tip()
+                return child.tip()  # type: ignore[no-any-return]
         return self if self.status is not INVALID else None

@@ -39,7 +39,7 @@ class Chain(Node):
 
     def body(self) -> list[Node]:
         """Return the children that this run goes through."""
-        return self.children  # type: ignore[return-value]
+        return self.children  # type: ignore[no-any-return]
 
     def memo(self) -> Mem:
         """Return the memory for the present place."""

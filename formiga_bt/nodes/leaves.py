@@ -4,7 +4,6 @@ Each reads its expressions once, just before acting. A field of an agent that is
 `unknown_state`; a value that cannot be computed (division by zero, ...) is the task's exception.
 """
 
-from collections.abc import Callable
 from typing import Any, ClassVar, TypeVar
 
 from py_trees.common import Status
@@ -272,18 +271,8 @@ class ReleaseNode(Leaf):
 class InstantNode(Leaf):
     """`check`, `set`, `notify` and `fail`: done the moment they start."""
 
-    def __init__(self, step: model.Step, act: "Callable[[InstantNode, Run], Status]") -> None:
+    def __init__(self, step: model.Step) -> None:
         super().__init__(step.title, step)
-        self._act = act
-
-    @property
-    def kind(self) -> str:  # type: ignore[override]
-        """Return the step's kind."""
-        return self.step_model.kind if self.step_model else "instant"
-
-    def act(self, run: Run) -> Status:
-        """Run the kind's function."""
-        return self._act(self, run)
 
 
 def check_failure(step: model.Check, env: model.Env, path: str) -> Failure:
@@ -291,53 +280,62 @@ def check_failure(step: model.Check, env: model.Env, path: str) -> Failure:
     return Failure("check", str(step.message.run(env)) if step.message else f"{step.cond.source} is false", path)
 
 
-def check_node(step: model.Check) -> InstantNode:
-    """Return a `check`."""
+class CheckNode(InstantNode):
+    """`check`."""
 
-    def act(node: InstantNode, run: Run) -> Status:
-        env = node.env(run)
-        if step.cond.run(env):
+    kind: ClassVar[str] = "check"
+    step_model: model.Check
+
+    def act(self, run: Run) -> Status:
+        """Read the condition."""
+        env = self.env(run)
+        if self.step_model.cond.run(env):
             return SUCCESS
-        node.failure = check_failure(step, env, node.path)
+        self.failure = check_failure(self.step_model, env, self.path)
         return Status.FAILURE
 
-    return InstantNode(step, act)
 
+class SetNode(InstantNode):
+    """`set`: all values are read before any is assigned."""
 
-def set_node(step: model.Set) -> InstantNode:
-    """Return a `set`: all values are read before any is assigned."""
+    kind: ClassVar[str] = "set"
+    step_model: model.Set
 
-    def act(node: InstantNode, run: Run) -> Status:
-        env = node.env(run)
-        values = {name: expr.run(env) for name, expr in step.assign.items()}
+    def act(self, run: Run) -> Status:
+        """Assign."""
+        env = self.env(run)
+        values = {name: expr.run(env) for name, expr in self.step_model.assign.items()}
         for name, value in values.items():
-            run.set_var(node.scope, name, value)
+            run.set_var(self.scope, name, value)
         return SUCCESS
 
-    return InstantNode(step, act)
 
+class NotifyNode(InstantNode):
+    """`notify`: it never fails, also when its text cannot be made."""
 
-def notify_node(step: model.Notify) -> InstantNode:
-    """Return a `notify`: it never fails, also when its text cannot be made."""
+    kind: ClassVar[str] = "notify"
+    step_model: model.Notify
 
-    def act(node: InstantNode, run: Run) -> Status:
-        env = node.env(run)
+    def act(self, run: Run) -> Status:
+        """Tell."""
+        step, env = self.step_model, self.env(run)
         try:
             text = str(step.text.run(env))
         except UnknownState as unknown:
             text = f"{step.text.source} ({unknown.key} is not known)"
         to = [p for who in step.to for p in AskNode._people(run, env, who)] or list(run.people("watchers"))
-        run.notify(text, tuple(dict.fromkeys(to)), step.severity, node.path)
+        run.notify(text, tuple(dict.fromkeys(to)), step.severity, self.path)
         return SUCCESS
 
-    return InstantNode(step, act)
 
+class FailNode(InstantNode):
+    """`fail`."""
 
-def fail_node(step: model.Fail) -> InstantNode:
-    """Return a `fail`."""
+    kind: ClassVar[str] = "fail"
+    step_model: model.Fail
 
-    def act(node: InstantNode, run: Run) -> Status:
+    def act(self, run: Run) -> Status:
+        """Fail."""
+        step = self.step_model
         code = f"failed:{step.code}" if step.code else "failed"
-        return node.fail(code, str(step.message.run(node.env(run))))
-
-    return InstantNode(step, act)
+        return self.fail(code, str(step.message.run(self.env(run))))
