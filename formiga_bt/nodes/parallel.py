@@ -62,15 +62,15 @@ class Gathering(Node, composites.Parallel):
         return self._fill_and_decide(run)
 
     def on_proceed(self, run: Run) -> Status:
-        """Visit the woken children in order, then decide once."""
+        """Visit the woken children in order, then decide once, if one of them has ended."""
         if self.halting:
             return self._drained(run)
-        for index, state in enumerate(self.states):
-            if state == RUNS:
-                child = self._child(index)
-                if child.proceed(run) is not RUNNING:
-                    self._count(run, index)
-        return self._fill_and_decide(run)
+        ended = False
+        for index, child in enumerate(self.children):
+            if child.dirty and self.states[index] == RUNS and child.proceed(run) is not RUNNING:
+                self._count(run, index)
+                ended = True
+        return self._fill_and_decide(run) if ended else RUNNING
 
     def _child(self, index: int) -> Node:
         child = self.children[index]
