@@ -108,24 +108,27 @@ class VirtualDriver:
         times = [t for t in (self.scheduler.next_time(), self._next_wall(), due[0] if due else None) if t is not None]
         return min(times, default=None)
 
-    def run_one(self) -> bool:
-        """Let the next thing happen; return False when there is none."""
-        at = self.next_time()
-        if at is None:
+    def run_one(self, limit: Micros | None = None) -> bool:
+        """Let the next thing happen; return False when there is none, or none until `limit`."""
+        world, wall, due = self.scheduler.next_time(), self._next_wall(), self.engine.next_deadline()
+        at = world
+        if wall is not None and (at is None or wall < at):
+            at = wall
+        if due is not None and (at is None or due[0] < at):
+            at = due[0]
+        if at is None or (limit is not None and at > limit):
             return False
         if self.scheduler.now() // SECOND > self._beat:
             self._publish_clock()
             return True
-        world, wall = self.scheduler.next_time(), self._next_wall()
-        if world is not None and world <= at:
+        if at == world:
             self.scheduler.run_next()
-        elif wall is not None and wall <= at:
+        elif at == wall:
             self.scheduler.advance_to(wall)
             _, _, key = heapq.heappop(self._wall)
             self._wall_live.pop(key, None)
             self.feed(inp.WallDue(key, wall))
         else:
-            due = self.engine.next_deadline()
             assert due is not None
             self.scheduler.advance_to(max(due[0], self.scheduler.now()))
             self._handle(self.scheduler.now(), inp.TimerDue(due[1]))
@@ -135,10 +138,8 @@ class VirtualDriver:
     def run_until(self, done: Callable[[], bool], limit: Micros) -> bool:
         """Run until `done()` or until virtual time `limit`; return whether it is done."""
         while not done():
-            at = self.next_time()
-            if at is None or at > limit:
+            if not self.run_one(limit):
                 return done()
-            self.run_one()
         return True
 
     def close(self) -> None:
