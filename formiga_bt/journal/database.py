@@ -6,7 +6,7 @@ process, a file lock beside the SQLite file, or a session lock in PostgreSQL.
 
 import fcntl
 import hashlib
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import IO, Any, Final, Literal
 
@@ -225,6 +225,26 @@ class writing:  # noqa: N801 - it is used as a statement
             self._connection.commit()
         else:
             self._connection.rollback()
+
+
+class Prepared:
+    """A statement that runs often: made into text once.
+
+    Args:
+        statement: with a parameter for each value.
+        engine: of the database.
+    """
+
+    def __init__(self, statement: sa.Executable, engine: Engine) -> None:
+        compiled: Any = statement.compile(dialect=engine.dialect)
+        self._text = str(compiled)
+        self._order: list[str] | None = compiled.positiontup
+
+    def run(self, connection: Connection, *rows: Mapping[str, Any]) -> int:
+        """Run it for each row; return how many rows of the table it touched."""
+        order = self._order
+        given: Any = rows if order is None else [tuple([row[name] for name in order]) for row in rows]
+        return connection.exec_driver_sql(self._text, given[0] if len(rows) == 1 else list(given)).rowcount
 
 
 class mapped:  # noqa: N801 - it is used as a statement

@@ -26,7 +26,7 @@ from formiga_bt.engine.inputs import Step
 from formiga_bt.engine.state import EngineState
 from formiga_bt.errors import JournalError, SiteError
 from formiga_bt.journal import codec, schema
-from formiga_bt.journal.database import Database, Durability, mapped, told, writing
+from formiga_bt.journal.database import Database, Durability, Prepared, mapped, told, writing
 from formiga_bt.journal.thin import Block, Point, pack, unpack
 
 NODE_STATE_VERSION: Final = 1
@@ -119,6 +119,7 @@ class Journal:
         self.epoch = 0
         self._release: Callable[[], None] | None = None
         self._write: Connection | None = None
+        self._hot = _Hot(self.database)
         try:
             self._open()
         except BaseException:
@@ -256,10 +257,10 @@ class Journal:
         """
         with self._transaction(rows[-1].seq if rows else None, rows[-1].at if rows else None) as connection:
             if rows:
-                connection.execute(sa.insert(schema.steps), [self._step_row(row) for row in rows])
+                self._hot.steps.run(connection, *(self._step_row(row) for row in rows))
                 touched = [{"site": self.number, "task": task, "seq": row.seq} for row in rows for task in row.tasks]
                 if touched:
-                    connection.execute(sa.insert(schema.step_tasks), touched)
+                    self._hot.step_tasks.run(connection, *touched)
             if blocks:
                 connection.execute(sa.insert(schema.telemetry), [self._block_row(block) for block in blocks])
 
@@ -505,6 +506,20 @@ class Journal:
         return found
 
 
+class _Hot:
+    """The statements of every commit."""
+
+    def __init__(self, database: Database) -> None:
+        sites = schema.sites
+        mine = (sites.c.site == sa.bindparam("the_site")) & (sites.c.epoch == sa.bindparam("the_epoch"))
+        held = sa.update(sites).where(mine)
+        moved = held.values(seq=sa.bindparam("last_seq"), at_us=sa.bindparam("last_us"))
+        self.advance = Prepared(moved, database.engine)
+        self.still_mine = Prepared(held.values(seq=sites.c.seq), database.engine)
+        self.steps = Prepared(sa.insert(schema.steps).inline(), database.engine)
+        self.step_tasks = Prepared(sa.insert(schema.step_tasks).inline(), database.engine)
+
+
 class Gap(Struct, frozen=True):
     """Steps that could not be written, and did not fit into memory any more."""
 
@@ -544,21 +559,20 @@ class _Transaction:
 
     def __init__(self, journal: Journal, seq: int | None, at: Micros | None) -> None:
         self._journal = journal
-        self._values: dict[str, Any] = {"epoch": journal.epoch}
-        if seq is not None:
-            self._values |= {"seq": seq, "at_us": at}
+        self._values: dict[str, Any] = {} if seq is None else {"last_seq": seq, "last_us": at}
         self._writing: writing | None = None
 
     def __enter__(self) -> Connection:
         try:
             self._writing = writing(self._journal._writer())
             connection = self._writing.__enter__()
-            mine = (schema.sites.c.site == self._journal.number) & (schema.sites.c.epoch == self._journal.epoch)
-            done = connection.execute(sa.update(schema.sites).where(mine).values(self._values))
+            number, epoch, hot = self._journal.number, self._journal.epoch, self._journal._hot
+            mine = {"the_site": number, "the_epoch": epoch, **self._values}
+            touched = (hot.advance if self._values else hot.still_mine).run(connection, mine)
         except SQLAlchemyError as error:
             self._undo()
             raise Unwritable(told(self._journal.where, error)) from error
-        if done.rowcount != 1:
+        if touched != 1:
             self._undo()
             raise Overtaken(
                 f"another engine has taken the site '{self._journal.site}' in {self._journal.where}; this one ends"
