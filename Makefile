@@ -3,7 +3,7 @@
 #   make demo     see a small fleet work through missions in simulation
 #   make test     run the tests            (make test EXTERNAL=1: also those that need more than pip installs)
 #   make lint     formatting, lint, types, import directions
-#   make bench    run the benchmarks
+#   make bench    run the benchmarks           (make bench-peers: only those beside other engines, all sizes, some minutes)
 #   make pictures draw the pictures of the documents anew (needs graphviz)
 
 PYTHON ?= python3
@@ -16,7 +16,7 @@ PY := $(VENV)/bin/python
 STAMP := $(VENV)/.made-from-pyproject
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test external lint format bench pictures wheel clean
+.PHONY: help demo test external lint format bench bench-peers pictures wheel clean
 
 help:
 	@sed -n 's/^#   //p' Makefile
@@ -43,7 +43,7 @@ test: $(STAMP) $(if $(EXTERNAL),external)
 
 # What tests marked `external` need of pip; Node.js, npm, graphviz and tmux are the machine's (.ci/run installs them).
 external: $(STAMP)
-	@$(PY) -m pip install --quiet --disable-pip-version-check --editable '.[dev,btcpp,local-llm,experiments,postgres,parquet]'
+	@$(PY) -m pip install --quiet --disable-pip-version-check --editable '.[dev,btcpp,peers,local-llm,experiments,postgres,parquet]'
 	@command -v npm >/dev/null || { echo "tests marked external need Node.js and npm (Debian, Ubuntu: apt install nodejs npm)" >&2; exit 1; }
 	@command -v dot >/dev/null || { echo "tests marked external need graphviz (Debian, Ubuntu: apt install graphviz)" >&2; exit 1; }
 	@command -v postgres >/dev/null || ls /usr/lib/postgresql/*/bin/postgres >/dev/null 2>&1 || { echo "tests marked external need PostgreSQL (Debian, Ubuntu: apt install postgresql)" >&2; exit 1; }
@@ -62,6 +62,13 @@ format: $(STAMP)
 bench: $(STAMP)
 	@set -e; for file in benchmarks/bench_*.py; do \
 	  if [ -e "$$file" ]; then echo "== $$file"; $(PY) "$$file"; else echo "no benchmarks yet"; fi; done
+
+# Writes tables, JSON and a plot to benchmarks/results/. Let nothing else run meanwhile.
+bench-peers: $(STAMP)
+	@$(PY) -m pip install --quiet --disable-pip-version-check --editable '.[dev,btcpp,peers]'
+	@$(PY) benchmarks/bench_peers.py --full
+	@$(PY) benchmarks/bench_reaction.py
+	@$(PY) benchmarks/bench_leak.py
 
 pictures: $(STAMP)
 	@command -v dot >/dev/null || { echo "pictures need graphviz (Debian, Ubuntu: apt install graphviz)" >&2; exit 1; }
