@@ -158,6 +158,17 @@ class Authority:
                 )
         return ""
 
+    def came_back(self, *, long: bool) -> None:
+        """The engine was away: nobody is on duty any more after a long time, and approvals are by those who may give them."""
+        core = self._core
+        if long:
+            for pilot in list(core.state.duty):
+                core.emit(ch.DutyPut(pilot, None))
+        approvers = core.site.people.get(APPROVERS, ())
+        for digest, approval in list(core.state.approvals.items()):
+            if approval.by not in approvers:
+                core.emit(ch.ApprovalPut(digest, None))
+
     # -- grants ----------------------------------------------------------------------------------------------------
     def blocked(self, request: Request) -> tuple[str, str] | None:
         """Return (code, detail) of what keeps a waiting request from being granted now, whoever is free; or None."""

@@ -18,6 +18,7 @@ from formiga_bt.engine.records import (
     Lockdown,
     Question,
     Request,
+    Resuming,
     StandingOrder,
     TaskRecord,
     Verdict,
@@ -206,8 +207,14 @@ class TaskGone(Struct, frozen=True, tag=True):
     task: str
 
 
+class ResumePut(Struct, frozen=True, tag=True):
+    """The engine was away, and stands so in finding out what happened meanwhile; None = all is known."""
+
+    resume: Resuming | None
+
+
 Change = (
     TaskPut | AgentPut | GoalPut | GoalDrop | QuestionPut | QuestionDrop | ClearancePut | ScopePut | VarPut | NodeMem
     | DeadlineSet | WallTimerSet | RequestPut | Granted | Explained | CounterSet | TaskForget | OrderPut | LockdownPut
-    | ApprovalPut | DutyPut | Happened | NodesEnded | LibraryPut | DraftedPut | TaskGone
+    | ApprovalPut | DutyPut | Happened | NodesEnded | LibraryPut | DraftedPut | TaskGone | ResumePut
 )  # fmt: skip

@@ -140,8 +140,9 @@ class Clearances:
         core = self._core
         task = core.state.tasks[task_id]
         found: dict[str, None] = {}
-        if not task.system_agent:
-            for step in asks_of(core.model(task)):
+        model = core.library.of(task)
+        if model is not None:
+            for step in asks_of(model):
                 for who in step.of:
                     ids = self._people.of_role(who.name) if who.site_role else task.roles.get(who.name, ())
                     found.update(dict.fromkeys(ids))

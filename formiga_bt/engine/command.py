@@ -98,7 +98,7 @@ class Command:
             self._continue_machines(machines, target, tasks)
         else:
             for task_id in list(core.open):
-                if any(cause.startswith("operator") for cause in core.task(task_id).held):
+                if any(_waits_for_word(cause) for cause in core.task(task_id).held):
                     self._try_continue(task_id)
             for name in list(core.state.orders):
                 self._try_continue(name)
@@ -113,7 +113,7 @@ class Command:
         core = self._core
         tasks = {t.id: t for t in (core.state.tasks.get(a.task) for a in machines) if t is not None}
         tasks |= {task.id: task for task in named}
-        held = any(c.startswith("operator") for t in tasks.values() for c in t.held)
+        held = any(_waits_for_word(c) for t in tasks.values() for c in t.held)
         ordered = [core.state.orders[a.id] for a in machines if a.id in core.state.orders]
         if not held and not ordered:
             raise TaskError("not_held", f"{target} was not stopped, there is nothing to continue")
@@ -123,8 +123,8 @@ class Command:
             self._orders.withdraw(order)
         for task in tasks.values():
             for cause in task.held:
-                mine = cause == "operator" or cause.removeprefix("operator:") in [a.id for a in machines]
-                if cause.startswith("operator") and (mine or task.id in [one.id for one in named]):
+                mine = cause in ("operator", "resume") or cause.removeprefix("operator:") in [a.id for a in machines]
+                if _waits_for_word(cause) and (mine or task.id in [one.id for one in named]):
                     unhold(core, task.id, cause)
         for agent in machines:
             self._orders.resume(agent)
@@ -188,3 +188,8 @@ class Command:
         if agent.liveness != "ALIVE":
             raise TaskError("not_alive", f"{agent.id} cannot be reached; it comes back by itself when it can")
         self._fleet.begin_return(agent.id)
+
+
+def _waits_for_word(cause: str) -> bool:
+    """Return whether `continue` ends a cause of HELD: a person's stop, or an outage of the engine."""
+    return cause.startswith("operator") or cause == "resume"

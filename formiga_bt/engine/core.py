@@ -68,6 +68,10 @@ class Core:
         self.effects: list[Effect] = []
         self.woken: dict[str, dict[str, None]] = {}
         """task -> node keys to wake, in order"""
+        self.stands_by = False
+        """The first input will be `Resumed`: nothing happens before it."""
+        self.at_work = ""
+        """The task that was settled last: if the engine stops by a bug, that one's."""
         self.running = ""
         """The task whose trees run a pass now, and how its nodes are woken at once."""
         self.wake_now: Callable[[str], None] | None = None
@@ -119,6 +123,8 @@ class Core:
         self.state.seq += 1
         self.changes, self.effects = [], []
         self.due.clear()
+        if self.timers_stand:
+            return
         for task_id, key in self.instants.until(now):
             self.wake(task_id, key)
 
@@ -308,8 +314,16 @@ class Core:
             for key, left in paused.items():
                 self.set_deadline(key, self.now + left, task_id, pausable=True)
 
+    @property
+    def timers_stand(self) -> bool:
+        """Return whether no timer fires: it is not known yet what happened while the engine was away."""
+        resume = self.state.resume
+        return self.stands_by or (resume is not None and resume.phase == "asking")
+
     def next_deadline(self) -> tuple[Micros, str] | None:
         """Return the earliest live deadline, ties in the order of setting."""
+        if self.timers_stand:
+            return None
         return self._deadlines.first()
 
     def set_wall(self, key: str, after_us: Micros | None) -> None:

@@ -6,7 +6,7 @@ A driver feeds inputs one at a time, with `TimerDue` for each deadline that lies
 then carries out its effects. The same engine runs in production, dry runs, tests and fault injection.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Collection, Mapping
 
 from formiga_bt.clock import Micros
 from formiga_bt.engine import changes as ch
@@ -26,6 +26,8 @@ from formiga_bt.engine.keeping import note_journal, refuse_if_full
 from formiga_bt.engine.lockdown import Lockdowns
 from formiga_bt.engine.orders import Orders
 from formiga_bt.engine.people import People
+from formiga_bt.engine.reconcile import Reconcile
+from formiga_bt.engine.rescue import Rescue
 from formiga_bt.engine.resume import restore_trees
 from formiga_bt.engine.state import EngineState
 from formiga_bt.engine.tasks import Tasks
@@ -48,6 +50,10 @@ class Engine:
         policy: how agents are chosen; `closest` by default.
         trees: how trees are run; the tests' naive interpreter is another.
         state: a loaded state to go on from.
+        resumes: the first input will be `Resumed`; until then no timer fires, and a tree that cannot be rebuilt is told in
+            `unbuilt` and stops nothing else.
+        without: tasks whose trees are not rebuilt.
+        look: told of each task before its tree is rebuilt, and of "" at the end.
     """
 
     def __init__(
@@ -59,6 +65,9 @@ class Engine:
         policy: Policy = closest,
         trees: TreesFactory = CompiledTrees,
         state: EngineState | None = None,
+        resumes: bool = False,
+        without: Collection[str] = (),
+        look: Callable[[str], None] | None = None,
     ) -> None:
         self.core = core = Core(site, catalogue, tasks, state or EngineState())
         self.authority = Authority(core)
@@ -79,8 +88,14 @@ class Engine:
         self.gatekeeper.clearances = self.clearances
         self.clearances.tasks = self.tasks
         self.tasks.allocation, self.tasks.admit = self.allocation, self.authority.admit
+        self.rescue = Rescue(core, self.goals, self.people, self.tasks)
+        self.reconcile = Reconcile(core, self.fleet, self.goals, self.authority, self.rescue)
+        self.goals.is_expired = self.reconcile.is_expired
+        core.stands_by = resumes
+        self.unbuilt: dict[str, str] = {}
+        """Tasks whose trees could not be rebuilt -> why."""
         if state is not None:
-            restore_trees(core, self.tasks)
+            self.unbuilt = restore_trees(core, self.tasks, without, look or _look if resumes else None)
 
     @property
     def state(self) -> EngineState:
@@ -114,11 +129,17 @@ class Engine:
             f"deadline {due} was passed over at {now}"
         )
         core.begin(now)
+        if core.state.resume is not None:
+            self.reconcile.before_input(given)
         try:
             reply = self._dispatch(given)
         except TaskError as error:
             reply = f"error:{error.code}:{error}"
+        if core.state.resume is not None:
+            self.reconcile.after_input(given)
         self._settle()
+        if core.state.resume is not None and self.reconcile.proceed():
+            self._settle()
         return inp.Step(core.state.seq, now, given, tuple(core.changes), tuple(core.effects), reply)
 
     def _dispatch(self, given: inp.Input) -> str:
@@ -169,6 +190,8 @@ class Engine:
                 self.core.emit(ch.CounterSet("epoch", epoch))
                 if self.state.counters.get("deposed"):
                     self.core.emit(ch.CounterSet("deposed", 0))
+            case inp.Resumed():
+                self.reconcile.begin(given)
             case inp.JournalState():
                 note_journal(self.core, given)
         return ""
@@ -221,6 +244,8 @@ class Engine:
         word, _, rest = key.partition("|")
         if word == "live":
             self.fleet.on_live_due(rest, at)
+        elif word in ("resume", "ask"):
+            self.reconcile.on_wall(word, rest)
         else:
             self.goals.on_wall(word, rest)
 
@@ -233,6 +258,7 @@ class Engine:
             elif core.touched:
                 touched, core.touched = core.touched, {}
                 for task_id in touched if len(touched) == 1 else sorted(touched, key=self._order_of):
+                    core.at_work = task_id
                     self.tasks.settle(task_id)
             elif core.stale:
                 self.lockdowns.review(core.stale)
@@ -260,3 +286,7 @@ class Engine:
             if question.clears and question.reply["answer"] in question.clears_on:
                 self.clearances.grant(question.clears, question.reply["by"])
             core.wake(question.task, question.owner)
+
+
+def _look(task_id: str) -> None:
+    """Nobody wants to know which task is rebuilt."""

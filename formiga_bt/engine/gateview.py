@@ -44,6 +44,7 @@ class GateView:
         if agent.human:
             return Ask(
                 agent=agent.id, task=goal.task, human=True, reachable=reachable(agent), control="engine", deposed=deposed,
+                unsettled=self._is_unsettled(agent.id),
                 locked=self._locked(goal, task), held=bool(task and _holds(task.held, agent.id, goal.section)),
             )  # fmt: skip
         spec = core.action(goal.action)
@@ -69,6 +70,7 @@ class GateView:
             busy=agent.goal if agent.goal != goal.id else "",
             stopped=self._stopped(goal),
             locked=self._locked(goal, task),
+            unsettled=self._is_unsettled(agent.id),
             held=bool(task and _holds(task.held, agent.id, goal.section)),
             requires="" if goal.safety else spec.requires,
             position=agent.position,
@@ -86,6 +88,10 @@ class GateView:
             home=home.at if home else None,
             exempt_clearance=spec.cuts or (task is not None and task.stop in ("land", "cut")),
         )
+
+    def _is_unsettled(self, agent_id: str) -> bool:
+        resume = self._core.state.resume
+        return resume is not None and (resume.phase != "watching" or agent_id in resume.before)
 
     def _is_asked(self, goal: GoalRecord) -> bool:
         record = self._core.state.clearances.get(goal.agent)
@@ -259,7 +265,7 @@ def _order(traffic: Traffic) -> int:
 
 def _holds(held: tuple[str, ...], agent: str, section: str) -> bool:
     if section != "steps":  # cleanup and the way home go on; but only a person hands a machine back that was taken over
-        return f"take-over:{agent}" in held
+        return f"take-over:{agent}" in held or ("resume" in held and section != "recover")
     # The clearance that a goal's own agent waits for is judged by the gate itself.
     return any(cause != f"clearance:{agent}" for cause in held)
 

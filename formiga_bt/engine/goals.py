@@ -15,18 +15,20 @@
 Of a take-off that was broken off in the air, the next attempt is what is left of it (`engine.climbing`).
 """
 
+from collections.abc import Callable
 from typing import Any
 
 import msgspec
 from msgspec.structs import replace
 
-from formiga_bt.clock import SECOND
+from formiga_bt.clock import SECOND, Micros
 from formiga_bt.engine import changes as ch
 from formiga_bt.engine.climbing import climb, is_up, top_m
 from formiga_bt.engine.core import EVERYTHING, Core
 from formiga_bt.engine.fleet import Fleet
-from formiga_bt.engine.gatekeeper import Gatekeeper
+from formiga_bt.engine.gatekeeper import TTL_BEATS, Gatekeeper
 from formiga_bt.engine.inputs import Alarm, CancelGoal, EffectFailed, QueryGoal
+from formiga_bt.engine.people import TTL_BEATS as QUESTION_BEATS
 from formiga_bt.engine.records import BUSY, GO_ON, STOPPED, GoalRecord
 from formiga_bt.geo import Place, Position
 from formiga_bt.lang.types import Type
@@ -39,6 +41,9 @@ RESEND_US = 2 * SECOND
 
 class Goals:
     """All goals of all tasks."""
+
+    is_expired: Callable[[Micros | None, float], bool]
+    """Tells whether a goal that was sent then is older than its life in seconds, an outage counted (`engine.reconcile`)."""
 
     def __init__(self, core: Core, fleet: Fleet, gatekeeper: Gatekeeper) -> None:
         self._core = core
@@ -254,10 +259,15 @@ class Goals:
 
     def _on_unknown(self, goal: GoalRecord) -> None:
         # The agent never had it: a cancel is done with, a goal is sent again under the same id, if it still may go.
+        asked = goal.owner == "!question"
         if goal.cancel_why in (STOPPED, GO_ON):
             self._stopped(goal)
         elif goal.cancel_asked:
             self.end(goal.id, "canceled")
+        elif goal.state == "sent" and self.is_expired(goal.sent_at, QUESTION_BEATS if asked else TTL_BEATS):
+            self.end(
+                goal.id, "rejected", "goal_expired", "the engine was away, and the order is too old to be sent again"
+            )
         elif goal.state == "sent" and self._gate.may_resend(goal):
             self._gate.resend(goal)
         elif goal.state == "sent":

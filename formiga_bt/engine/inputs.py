@@ -10,6 +10,7 @@ from msgspec import Struct
 from formiga_bt.clock import Micros
 from formiga_bt.engine.changes import Change
 from formiga_bt.engine.records import Priority
+from formiga_bt.nodes.memory import NODE_STATE_VERSION
 from formiga_bt.safety.drafted import Drafted
 from formiga_bt.transport.messages import AgentCard, AgentEvent, AgentStatus, Clearance, GoalEvent
 
@@ -167,6 +168,35 @@ class Started(Struct, frozen=True, tag=True):
     epoch: int
 
 
+class Resumed(Struct, frozen=True, tag=True, kw_only=True):
+    """The first input of an engine that goes on from a journal: what the engine cannot know of itself.
+
+    Its state is that after the last step that was journaled; trees are rebuilt already.
+    """
+
+    epoch: int
+    at: Micros
+    """Engine time when the former engine was last alive."""
+    since: Micros
+    """Wall time then."""
+    wall: Micros
+    """Wall time now."""
+    heard: Micros = 0
+    """Now, on the clock that statuses are stamped with when they come in."""
+    speed: float = 1.0
+    """Engine seconds per wall second, of the former engine."""
+    node_state: int = NODE_STATE_VERSION
+    """Of what the former engine's nodes remembered."""
+    rebuilt: dict[str, str] = {}
+    """Open task -> bundle of the files that its tree was rebuilt from."""
+    lost: dict[str, str] = {}
+    """Open task -> why its tree could not be rebuilt."""
+    poison: tuple[str, ...] = ()
+    """Tasks that stopped the engine each time it resumed them: not rebuilt any more."""
+    again: "tuple[CancelGoal | Notify | Alarm, ...]" = ()
+    """Effects of the last commit: they may not have left."""
+
+
 class JournalState(Struct, frozen=True, tag=True):
     """How the journal stands: `ok`, `slow`, or `full`: it cannot be written. Given by the driver when that changes."""
 
@@ -178,7 +208,7 @@ class JournalState(Struct, frozen=True, tag=True):
 Input = (
     Submit | Serve | Abort | Operator | LockdownOrder | Approve | Duty | AgentSeenInput | AgentGoneInput | AgentStatusInput
     | GoalEventInput | AgentEventInput | QueryReplyInput | BadStatusInput | TimerDue | WallDue | EffectFailed | Started
-    | JournalState
+    | JournalState | Resumed
 )  # fmt: skip
 
 # -- effects -----------------------------------------------------------------------------------------------------------

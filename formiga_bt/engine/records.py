@@ -498,6 +498,50 @@ class ClearanceRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
     """The spot that the word is for."""
 
 
+class Before(Struct, frozen=True):
+    """A machine of a task as it was last known before the engine was away."""
+
+    boot_id: str
+    seq: int
+    control: str
+    landed: tuple[str, ...]
+    """What it may be now, by what it was doing."""
+    port: str
+    """On whose port it stood; "" = in the air, or elsewhere."""
+    position: Position | None
+    """Where it stood or hovered; None: it was on its way."""
+
+
+class Resuming(Struct, frozen=True, kw_only=True):
+    """The engine was away, and not all is known again of what happened meanwhile.
+
+    | phase | what |
+    |---|---|
+    | asking | machines tell what became of their goals; no timer fires, no goal leaves |
+    | overdue | deadlines that passed meanwhile fire, in order; no goal leaves yet |
+    | watching | all goes on; only some machines were not heard of yet |
+    """
+
+    phase: Literal["asking", "overdue", "watching"]
+    since: Micros
+    """Wall time when the engine was last alive."""
+    at: Micros
+    """Engine time then."""
+    outage_us: Micros
+    """Wall time until it was there again."""
+    speed: float = 1.0
+    """Engine seconds per wall second then."""
+    until: Micros = 0
+    """Deadlines up to this instant are overdue."""
+    waits: tuple[str, ...] = ()
+    """Agents with a goal in doubt that have not told of it."""
+    unheard: tuple[str, ...] = ()
+    """Agents that have not announced themselves again."""
+    before: dict[str, Before] = {}
+    cancels: tuple[tuple[str, str, str], ...] = ()
+    """Agent, goal and action of cancels that may not have left, of goals that are forgotten here."""
+
+
 class Deadline(Struct, frozen=True):
     """An engine-time deadline; `seq` breaks ties in the order of setting. `task` owns it, if any."""
 

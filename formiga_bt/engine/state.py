@@ -22,6 +22,7 @@ from formiga_bt.engine.records import (
     Lockdown,
     Question,
     Request,
+    Resuming,
     StandingOrder,
     TaskRecord,
     Verdict,
@@ -57,6 +58,8 @@ class EngineState(Struct):
     orders: dict[str, StandingOrder] = field(default_factory=dict)
     """agent -> the order that stands on it"""
     lockdown: Lockdown | None = None
+    resume: Resuming | None = None
+    """while it is found out what happened when the engine was away"""
     approvals: dict[str, Approval] = field(default_factory=dict)
     """hash of a bundle and its site -> who approved it (`mode: real`)"""
     duty: dict[str, Micros] = field(default_factory=dict)
@@ -125,6 +128,10 @@ def _order(state: EngineState, _: Blackboard, change: ch.OrderPut) -> None:
 
 def _lockdown(state: EngineState, _: Blackboard, change: ch.LockdownPut) -> None:
     state.lockdown = change.lockdown
+
+
+def _resume(state: EngineState, _: Blackboard, change: ch.ResumePut) -> None:
+    state.resume = change.resume
 
 
 def _approval(state: EngineState, _: Blackboard, change: ch.ApprovalPut) -> None:
@@ -245,6 +252,7 @@ APPLY: Final[Mapping[type, Callable[[EngineState, Blackboard, Any], None]]] = Ma
         ch.CounterSet: _counter,
         ch.TaskForget: _forget,
         ch.TaskGone: _gone,
+        ch.ResumePut: _resume,
     }
 )
 """How each kind of change is applied."""

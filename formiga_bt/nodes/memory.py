@@ -3,11 +3,14 @@
 Kept in the task's state by instance path, written only through `Run.remember`; `Node.restore` rebuilds a tree from it.
 """
 
-from typing import Any, Literal
+from typing import Any, Final, Literal
 
 from msgspec import Struct
 
 from formiga_bt.clock import Micros
+
+NODE_STATE_VERSION: Final = 1
+"""Raised with each change after which a tree cannot be rebuilt from what nodes of the version before remembered."""
 
 
 class SequenceMem(Struct, frozen=True, tag="sequence", tag_field="mem"):

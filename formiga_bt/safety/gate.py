@@ -48,6 +48,8 @@ class Ask(Struct, frozen=True, kw_only=True, gc=False):
     """The stop that stands on the agent, if this goal does not carry it out."""
     locked: str = ""
     """What lockdown makes the fleet do, if it holds this goal back."""
+    unsettled: bool = False
+    """It is not known yet what the agent did while the engine was away."""
     held: bool = False
     """Its task is held and the goal comes from `steps`."""
     requires: str = ""
@@ -149,6 +151,8 @@ def _person(ask: Ask) -> Verdict:
     # Questions do not come here: they pass in lockdown, and while their task is held.
     if ask.locked:
         return Hold("lockdown", ask.locked)
+    if ask.unsettled:
+        return Hold("reconcile", ask.agent)
     if ask.held:
         return Hold("held", ask.task)
     return Go() if ask.reachable else Hold("unreachable", ask.agent)
@@ -165,6 +169,8 @@ def _command(ask: Ask) -> Verdict | None:
         return Hold("stopped", ask.stopped)
     if ask.locked:
         return Hold("lockdown", ask.locked)
+    if ask.unsettled and not ask.safety:
+        return Hold("reconcile", ask.agent)
     if ask.busy and not ask.safety:
         return Hold("draining", ask.busy)
     if ask.held:

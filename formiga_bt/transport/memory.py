@@ -269,6 +269,19 @@ class MemoryHub:
         if card is not None and not link.dead:
             self._later(link, lambda: self.transport.told(link.agent, lambda: AgentSeen(check_card(link.agent, card))))
 
+    def show_all(self) -> None:
+        """Announce everyone whose presence stands."""
+        for link in self._links.values():
+            if link.seen:
+                self.show(link)
+
+    def forget_asks(self) -> None:
+        """Nobody waits for answers any more."""
+        for link in self._links.values():
+            for ask in link.asks:
+                self.transport.drop(ask)
+            link.asks.clear()
+
     def loses_result(self, agent: str) -> bool:
         """Return True, and count it, if the next result is to be lost."""
         left = self._lost_results.get(agent, 0)
@@ -363,7 +376,9 @@ class MemoryTransport:
     def open(self, wake: Callable[[], None]) -> None:
         """Start; what agents said before is kept for the first poll."""
         self._wake = wake
-        self._closed = False
+        if self._closed:  # an engine that comes back finds who is there
+            self._closed = False
+            self._hub.show_all()
         if self._inbox:
             wake()
 
@@ -371,6 +386,7 @@ class MemoryTransport:
         """Stop: nothing is delivered any more."""
         self._closed = True
         self._inbox.clear()
+        self._hub.forget_asks()
 
     def poll(self) -> Sequence[TransportEvent]:
         """Return what has arrived."""
@@ -449,6 +465,10 @@ class MemoryTransport:
         else:
             if self._end(ask):
                 self.arrived(event)
+
+    def drop(self, ask: _Ask) -> None:
+        """End a request of an engine that is gone."""
+        self._end(ask)
 
     @staticmethod
     def _end(ask: _Ask) -> bool:

@@ -92,6 +92,10 @@ class Catalogue:
     """SHA-256 (hex) over the files."""
 
 
+RESUME_HOLD_AFTER_US: Final = 30_000_000
+"""`resume_hold_after` of a site that does not say it."""
+MOST_RESUME_HOLD_AFTER_US: Final = 600_000_000
+"""The longest that a site may say."""
 MIN_SPACING_M: Final = 3.0
 """`min_spacing` of a site that does not say it."""
 
@@ -141,6 +145,8 @@ class Site:
     """What the site tightens of every machine's envelope, named as in `AgentType.limits`."""
     on_breach: Mapping[str, str] = field(default_factory=dict)
     """Like `AgentType.on_breach`; the site's word ranks above the type's."""
+    resume_hold_after_us: int = RESUME_HOLD_AFTER_US
+    """After a longer outage of the engine its tasks come back HELD: a person must say that they may go on."""
     preflight: bool = False
     """Whether a machine is granted only when its preflight checks are all ok."""
     pilots: Mapping[str, int] = field(default_factory=dict)

@@ -18,6 +18,12 @@ SITE: Final = (
     Option("layers", "value", "Heights at which drones cross, over the base's ground."),
     Option("separation", "value", "Least distance between drones of different tasks.", type="distance"),
     Option("min_spacing", "value", "Least distance between spots that machines use.", type="distance"),
+    Option(
+        "resume_hold_after",
+        "value",
+        "After a longer outage of the engine its tasks wait for a person.",
+        type="duration",
+    ),
     Option("envelope", "options", "What the site tightens of the envelope of every machine.", keys=ENVELOPE),
     Option("on_breach", "map", "What follows a breach of a limit; it ranks above the type's word."),
     Option(

@@ -10,6 +10,7 @@ from formiga_bt.lang.document import Entry, Scalar
 from formiga_bt.lang.envelope import check_site, read_envelope, read_on_breach
 from formiga_bt.lang.ground import load_heights
 from formiga_bt.lang.model import Port, Site, SiteAgent
+from formiga_bt.lang.model.world import MOST_RESUME_HOLD_AFTER_US, RESUME_HOLD_AFTER_US
 from formiga_bt.lang.reading import (
     did_you_mean,
     fix_word,
@@ -64,6 +65,7 @@ class SiteReader(Points):
             layers_m=self._layers(),
             separation_m=self._distance("separation", 15.0),
             min_spacing_m=self._distance("min_spacing", 3.0),
+            resume_hold_after_us=self._resume_hold_after(),
             envelope=self._envelope(),
             on_breach=read_on_breach(self.keys["on_breach"].value, self.problems) if "on_breach" in self.keys else {},
             preflight=self._word("preflight", ("required", "shown")) == "required",
@@ -195,6 +197,19 @@ class SiteReader(Points):
         if value is not None and value <= 0:
             self.problems.add("E062", self.keys[key].value.mark, f"'{key}' must be above 0 m")
         return default if value is None else value
+
+    def _resume_hold_after(self) -> int:
+        key = "resume_hold_after"
+        seconds = read_quantity(self.keys[key].value, self.problems, key, "duration") if key in self.keys else None
+        if seconds is None:
+            return RESUME_HOLD_AFTER_US
+        after = round(seconds * 1_000_000)
+        if not 0 <= after <= MOST_RESUME_HOLD_AFTER_US:
+            what = f"'{key}' must be 0 s to {MOST_RESUME_HOLD_AFTER_US // 60_000_000} min"
+            help_ = "machines that nobody watched for longer must not go on by themselves; 30 s if nothing is said"
+            self.problems.add("E062", self.keys[key].value.mark, what, help_)
+            return RESUME_HOLD_AFTER_US
+        return after
 
     def _agents(self) -> dict[str, SiteAgent]:
         found: dict[str, SiteAgent] = {}

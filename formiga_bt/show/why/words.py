@@ -69,6 +69,7 @@ GATE: Final[Mapping[str, str]] = {
     "unreachable": "waits until {text} can be reached",
     "draining": "waits for the end of a former goal ({text})",
     "held": "waits: its task is held",
+    "reconcile": "waits until it is known what {text} did while the engine was away",
 }
 """Why a goal waits at the gate, after `agent.Action`."""
 

@@ -1,0 +1,79 @@
+"""Tasks that cannot be resumed: their steps are given up, and their machines come home.
+
+Of a tree that cannot be rebuilt nothing is run any more, no cleanup either. What its goals do is canceled, and each machine
+that may be airborne is brought home by its type's recover subtree, as at every release.
+"""
+
+from msgspec.structs import replace
+
+from formiga_bt.engine import changes as ch
+from formiga_bt.engine.core import Core
+from formiga_bt.engine.goals import Goals
+from formiga_bt.engine.inputs import Alarm
+from formiga_bt.engine.people import People
+from formiga_bt.engine.recovery import UNDER_WAY
+from formiga_bt.engine.tasks import Tasks
+
+
+class Rescue:
+    """Sends tasks to their part `recover`."""
+
+    def __init__(self, core: Core, goals: Goals, people: People, tasks: Tasks) -> None:
+        self._core = core
+        self._goals = goals
+        self._people = people
+        self._tasks = tasks
+
+    def give_up(self, task_id: str, code: str, reason: str) -> None:
+        """End a task without its tree.
+
+        Args:
+            task_id: has not ended.
+            code: its reason code, `exception` or `upgrade`.
+            reason: in words.
+        """
+        core = self._core
+        task = core.task(task_id)
+        if task.status == "PENDING":
+            self._tasks.refuse(task_id, code, reason)
+            return
+        self._forget_tree(task_id)
+        fields = {} if task.outcome and task.system_agent else {"outcome": "FAILED", "code": code, "reason": reason}
+        core.put_task(
+            task_id,
+            stopping=False,
+            drain=(),
+            tidying=(),
+            releasing={},
+            release_after={},
+            served={},
+            paused={},
+            again="",
+            abort_now=True,
+            recovering=tuple(replace(r, state="failed") if r.state in UNDER_WAY else r for r in task.recovering),
+            **fields,
+        )
+        core.effect(Alarm("not_resumed", f"{task_id} is not resumed, its machines come home: {reason}", task_id))
+        self._tasks.children.end_all(task_id)
+        self._tasks.enter(task_id, "recover")
+
+    def _forget_tree(self, task_id: str) -> None:
+        core = self._core
+        self._tasks.runs.pop(task_id, None)
+        for goal in [g for g in core.state.goals.values() if g.task == task_id and g.owner != "!question"]:
+            if goal.ended:
+                core.emit(ch.GoalDrop(goal.id))
+            elif self._goals.cancel(goal.id):
+                core.put_goal(goal.id, owner="!none")
+        for question in core.index.questions_of(task_id):
+            self._people.close(question)
+        for key in core.index.deadlines_of(task_id):
+            core.clear_deadline(key)
+        for key, request in list(core.state.requests.items()):
+            if request.holder == task_id:
+                core.emit(ch.RequestPut(key, None))
+        for path in list(core.state.memory.get(task_id, ())):
+            core.emit(ch.NodeMem(task_id, path, None))
+        for scope in list(core.state.scopes.get(task_id, ())):
+            if scope:
+                core.emit(ch.ScopePut(task_id, scope, None))
