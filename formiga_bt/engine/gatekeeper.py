@@ -128,6 +128,8 @@ class Gatekeeper:
         core = self._core
         stale, core.stale = core.stale, set()
         index = core.index
+        if not index.gated:
+            return
         # A goal that waits for a machine in its way waits on while neither that machine nor its own has changed.
         names = (
             index.gated

@@ -128,6 +128,8 @@ class TaskRun:
     def flush(self) -> None:
         """Write what changed in a pass: which steps ended, then the memory of those that run."""
         emit = self._core.emit
+        if not self._fresh and not self._ended:
+            return
         if self._ended:
             emit(ch.NodesEnded(self.task_id, tuple(self._ended)))
             self._ended.clear()
@@ -258,16 +260,21 @@ class TaskRun:
 
     def find(self, goal_id: str) -> GoalRecord | Tidy | Leaving | Ending | None:
         """Return what stands in a drain set, or None if it was dropped."""
+        goal = self._core.state.goals.get(goal_id)
+        if goal is not None:
+            return goal
         if goal_id.startswith(ENDING):
             return Ending(goal_id, self._core.task(goal_id.removeprefix(ENDING)).ended)
         if goal_id.startswith(RELEASE):
             agent = goal_id.removeprefix(RELEASE)
             return Leaving(agent, agent in self._core.task(self.task_id).releasing)
-        return self.tidies.find(goal_id) if goal_id.startswith(WORD) else self._core.state.goals.get(goal_id)
+        return self.tidies.find(goal_id) if goal_id.startswith(WORD) else None
 
     def drop_goal(self, goal_id: str) -> None:
         """Forget an ended goal, or an ended `finally`."""
-        if goal_id.startswith(WORD):
+        if goal_id in self._core.state.goals:
+            self._core.emit(ch.GoalDrop(goal_id))
+        elif goal_id.startswith(WORD):
             self.tidies.drop(goal_id)
         elif not goal_id.startswith((RELEASE, ENDING)):
             self._core.emit(ch.GoalDrop(goal_id))

@@ -67,10 +67,10 @@ class Chain(Node):
             self.index = index
             self.remember(run, self.memo())
             self.arrive(run)
-            status = children[index].enter(run, self.place(index), self.child_scope())
-            if status is RUNNING:
+            child = children[index]
+            if child.enter(run, self.place(index), self.child_scope()) is RUNNING:
                 return RUNNING
-            ended = self._child_ended(children[index])
+            ended = self._child_ended(child)
             if ended is not None:
                 return ended
             index += 1

@@ -127,7 +127,10 @@ class TimeoutNode(Modifier):
     def on_enter(self, run: Run) -> Status:
         """Set the deadline and start the child."""
         self.drain, self.halting = (), False
-        after: Micros = micros(self.duration.run(run.env(self.scope, self.error_here())))
+        duration = self.duration
+        after: Micros = micros(
+            duration.const if duration.is_const else duration.run(run.env(self.scope, self.error_here()))
+        )
         self.remember(run, TimeoutMem())
         run.set_deadline(self.key, run.now + after)
         self.child.enter(run, self.path, self.scope)
