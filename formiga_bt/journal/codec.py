@@ -198,22 +198,21 @@ class Codec:
         self._dictionaries = dict(dictionaries)
         self._current = current
         words = self._dictionaries.get(current, b"")
-        self._press = zlib.compressobj(1, zlib.DEFLATED, -15, 8, zlib.Z_DEFAULT_STRATEGY, words)
-        self._thorough = zlib.compressobj(6, zlib.DEFLATED, -15, 8, zlib.Z_DEFAULT_STRATEGY, words)
+        self._press = zlib.compressobj(6, zlib.DEFLATED, -15, 8, zlib.Z_DEFAULT_STRATEGY, words)
         self._step = msgspec.msgpack.Decoder(Step, ext_hook=_unpack)
         self._state = msgspec.msgpack.Decoder(EngineState, ext_hook=_unpack)
 
     def encode(self, step: Step) -> bytes:
         """Return a step as bytes."""
-        return self._wrap(_ENCODER.encode(_lowered(step)), self._press)
+        return self._wrap(_ENCODER.encode(_lowered(step)))
 
     def encode_state(self, state: EngineState) -> bytes:
         """Return the whole state as bytes."""
-        return self._wrap(_ENCODER.encode(_lowered(state)), self._thorough)
+        return self._wrap(_ENCODER.encode(_lowered(state)))
 
-    def _wrap(self, data: bytes, press: Any) -> bytes:
+    def _wrap(self, data: bytes) -> bytes:
         if self._current:
-            mine = press.copy()
+            mine = self._press.copy()
             small: bytes = mine.compress(data) + mine.flush()
             if len(small) < len(data):
                 return bytes((FORMAT, self._current)) + zlib.crc32(small).to_bytes(4, "big") + small

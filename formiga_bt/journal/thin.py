@@ -1,5 +1,7 @@
 """Telemetry on its way in: a status that changed nothing but where a machine is becomes a way point, or nothing at all.
 
+So does the news of a goal that it still runs.
+
 What a tree, the allocator or the gate saw is kept whole: if a status moved anything else (a condition turned, a machine landed,
 a request was looked at), its step is kept. So the fold of what is kept equals the engine's state at each kept step, but for
 
@@ -8,10 +10,12 @@ a request was looked at), its step is kept. So the fold of what is kept equals t
 | an agent's position, `stood_at`, battery, wind | to 0.1 m, 1 %, 0.1 m/s |
 | its `seq`, `stamp`, `heard_at`, `heard_wall` | of that way point; one comes at least each 30 s |
 | how long the look whether it is still heard of waits | of the last one that is kept |
+| the count of a goal's news, its progress to a tenth | of the last news that is kept |
 """
 
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
+from operator import attrgetter
 from typing import Any, Final
 
 import msgspec
@@ -20,13 +24,17 @@ from msgspec.structs import replace
 
 from formiga_bt.clock import SECOND, Micros
 from formiga_bt.engine import changes as ch
-from formiga_bt.engine.inputs import AgentStatusInput, Step, WallDue
-from formiga_bt.engine.records import AgentRecord
+from formiga_bt.engine.inputs import AgentStatusInput, GoalEventInput, Step, WallDue
+from formiga_bt.engine.records import AgentRecord, GoalRecord
 from formiga_bt.engine.state import EngineState
 from formiga_bt.geo import Position
 
 THINNED: Final = ("position", "stood_at", "battery", "wind", "seq", "stamp", "heard_at", "heard_wall")
 """Fields of an agent that a status may change without its step being kept."""
+THINNED_OF_GOAL: Final = ("n", "progress")
+"""Fields of a goal that its news may change without its step being kept."""
+PROGRESS: Final = 0.1
+"""News of so much progress is kept."""
 LIVE: Final = "live|"
 """Of the keys of wall-time deadlines that look whether an agent is still heard of."""
 HEARD_EVERY_US: Final[Micros] = 30 * SECOND
@@ -114,6 +122,7 @@ class Thinner:
         self._kept: dict[str, AgentRecord] = dict(state.agents)
         """As the fold of what is kept has them."""
         self._wall: dict[str, Micros] = dict(state.wall)
+        self._goals: dict[str, GoalRecord] = dict(state.goals)
         self._points: dict[str, list[Point]] = {}
         self._last: dict[str, Point] = {}
         self.seq, self.at = state.seq, state.now
@@ -129,6 +138,10 @@ class Thinner:
             if type(change) is ch.AgentPut:
                 self._live[change.agent.id] = self._kept[change.agent.id] = change.agent
                 self._last.pop(change.agent.id, None)
+            elif type(change) is ch.GoalPut:
+                self._goals[change.goal.id] = change.goal
+            elif type(change) is ch.GoalDrop:
+                self._goals.pop(change.goal, None)
             elif type(change) is ch.WallTimerSet:
                 if change.after_us is None:
                     self._wall.pop(change.key, None)
@@ -143,6 +156,8 @@ class Thinner:
             return False
         if isinstance(given, WallDue):
             return self._is_look(given.key, step.changes)
+        if isinstance(given, GoalEventInput):
+            return given.event.status is None and self._still_runs(step.changes)
         if not isinstance(given, AgentStatusInput):
             return False
         new = self._live.get(given.status.id)
@@ -155,6 +170,19 @@ class Thinner:
         if new is not None and step.changes:
             self._live[new.id] = new
             self._note(step.seq, new)
+        return True
+
+    def _still_runs(self, changes: Sequence[ch.Change]) -> bool:
+        """Return whether nothing is new of a goal but that there was news."""
+        for change in changes:
+            old = self._goals.get(change.goal.id) if isinstance(change, ch.GoalPut) else None
+            if old is None or not isinstance(change, ch.GoalPut):
+                return False
+            new = change.goal
+            if abs((new.progress or 0.0) - (old.progress or 0.0)) >= PROGRESS:
+                return False
+            if replace(new, **{name: getattr(old, name) for name in THINNED_OF_GOAL}) != old:
+                return False
         return True
 
     @staticmethod
@@ -189,12 +217,16 @@ class Thinner:
     def view(self, state: EngineState) -> EngineState:
         """Return the engine's present state as the fold of what is kept has it, all way points included."""
         agents = {name: self._kept[name] for name in state.agents}
-        return replace(state, seq=self.seq, now=self.at, agents=agents, wall=dict(self._wall))
+        goals = {name: self._goals[name] for name in state.goals}
+        return replace(state, seq=self.seq, now=self.at, agents=agents, goals=goals, wall=dict(self._wall))
+
+
+_REST: Final = attrgetter(*(name for name in AgentRecord.__struct_fields__ if name not in THINNED))
 
 
 def _is_same(old: AgentRecord, new: AgentRecord) -> bool:
     """Return whether two records differ in what is thinned only."""
-    return replace(new, **{name: getattr(old, name) for name in THINNED}) == old
+    return bool(_REST(old) == _REST(new))
 
 
 # -- way points as bytes -----------------------------------------------------------------------------------------------

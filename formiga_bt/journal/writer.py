@@ -17,7 +17,7 @@ from formiga_bt.engine.state import EngineState
 from formiga_bt.journal.store import Gap, Journal, Overtaken, Row, Unwritable
 from formiga_bt.journal.thin import Thinner
 
-SNAPSHOT_STEPS: Final = 5000
+SNAPSHOT_STEPS: Final = 2000
 SNAPSHOT_US: Final[Micros] = 3600 * SECOND
 """A snapshot comes after so many kept steps, or so long with any."""
 LESSON: Final = 256

@@ -10,12 +10,12 @@ from msgspec.structs import replace
 from formiga_bt.blackboard import Blackboard
 from formiga_bt.clock import SECOND
 from formiga_bt.engine import changes as ch
-from formiga_bt.engine.inputs import AgentStatusInput, Step, WallDue
-from formiga_bt.engine.records import AgentRecord
+from formiga_bt.engine.inputs import AgentStatusInput, GoalEventInput, Step, WallDue
+from formiga_bt.engine.records import AgentRecord, GoalRecord
 from formiga_bt.engine.state import EngineState, fold, snapshot
 from formiga_bt.geo import Position, distance_m
 from formiga_bt.journal.thin import LIVE, THINNED, Point, Thinner, lay_over, pack, point_of, unpack
-from formiga_bt.transport.messages import AgentStatus
+from formiga_bt.transport.messages import AgentStatus, GoalEvent
 from tests.replay.missions import MISSIONS
 from tests.unit.journal.conftest import steps_of
 
@@ -27,8 +27,9 @@ def without_thinned(state: EngineState) -> bytes:
         name: replace(agent, **{field: getattr(blank, field) for field in THINNED})
         for name, agent in state.agents.items()
     }
+    goals = {name: replace(goal, n=-1, progress=None) for name, goal in state.goals.items()}
     wall = {key: 0 if key.startswith(LIVE) else us for key, us in sorted(state.wall.items())}
-    return snapshot(replace(state, agents=agents, wall=wall))
+    return snapshot(replace(state, agents=agents, goals=goals, wall=wall))
 
 
 def laws(steps: Sequence[Step]) -> tuple[int, int]:
@@ -130,6 +131,32 @@ def test_a_step_that_anything_may_depend_on_is_kept(step: Step) -> None:
 def test_a_step_that_only_tells_where_is_not_kept_unless_all_are(step: Step) -> None:
     assert not thinner().keeps(step)
     assert thinner(thin=False).keeps(step)
+
+
+GOAL = GoalRecord(id="g", agent="lwd_1", action="GoTo", state="running", n=3, progress=0.5)
+
+
+def news(*changes: ch.Change, **event: object) -> Step:
+    told = GoalEvent(goal_id="g", agent="lwd_1", state="running", **event)
+    return Step(2, 2, GoalEventInput(told), changes, ())
+
+
+@pytest.mark.parametrize(
+    ("step", "kept"),
+    [
+        (news(), False),
+        (news(ch.GoalPut(replace(GOAL, n=4))), False),
+        (news(ch.GoalPut(replace(GOAL, n=4, progress=0.55))), False),
+        (news(ch.GoalPut(replace(GOAL, n=4, progress=0.61))), True),
+        (news(ch.GoalPut(replace(GOAL, n=4, phase="descending"))), True),
+        (news(ch.GoalPut(replace(GOAL, n=4)), ch.WallTimerSet("accept|g", None)), True),
+        (news(ch.GoalPut(replace(GOAL, id="other"))), True),
+        (news(ch.GoalPut(replace(GOAL, n=4)), status=AgentStatus(id="lwd_1", type="lwd")), True),
+    ],
+)
+def test_news_that_a_goal_still_runs_is_not_kept(step: Step, kept: bool) -> None:
+    assert Thinner(EngineState(goals={"g": GOAL})).keeps(step) is kept
+    assert Thinner(EngineState(goals={"g": GOAL}), thin=False).keeps(step)
 
 
 def test_who_stands_still_makes_a_way_point_each_half_minute() -> None:

@@ -41,6 +41,19 @@ def test_a_site_at_work_can_be_read_from_its_journal_and_after(start: Start, tmp
         assert snapshot(past.state()) == snapshot(past.state(past.state().now))
 
 
+def test_the_files_of_what_is_loaded_are_kept_and_again_at_the_next_start(start: Start, tmp_path: Path) -> None:
+    text = "formiga: 1\ntask: New\nsteps: [{wait: 1 s}]\n"
+    for epoch in (1, 2):
+        with start(journal=NORMAL) as service:
+            if epoch == 1:
+                service.post("/v1/library", {"file": "new.yaml", "texts": {"new.yaml": text}, "by": "eve"})
+            assert "New" in service.host.served
+        with Journal(file_of(tmp_path), "meadow", read_only=True) as journal:
+            (row,) = [one for one in journal.bundles() if one.name == "New"]
+        assert (row.file, row.origin, row.epoch) == ("new.yaml", "loaded", epoch)
+        assert row.texts == {"new.yaml": text}
+
+
 def test_numbers_instants_and_epochs_go_on_at_the_next_start(start: Start, tmp_path: Path) -> None:
     with start(journal=NORMAL) as service:
         assert service.host.epoch == 1
