@@ -79,6 +79,11 @@ class TaskRun:
         self._compiled = self.trees if isinstance(self.trees, CompiledTrees) else None
         self.tidies.trees = self.trees
 
+    def close(self) -> None:
+        """The task has ended: let go of its trees, so that their memory is free at once."""
+        if self._compiled is not None:
+            self._compiled.close()
+
     @property
     def now(self) -> Micros:
         """Return the instant of the step."""

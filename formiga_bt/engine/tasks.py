@@ -66,6 +66,8 @@ class Tasks:
         self._fleet = fleet
         self._factory = factory
         self.runs: dict[str, TaskRun] = {}
+        self._left: list[TaskRun] = []
+        """Runs of tasks that have ended, until the next task is looked at."""
         self.recovery = Recovery(core, fleet, self)
         self.errands = Errands(core, goals, self)
         self.children = Children(core, self)
@@ -168,10 +170,17 @@ class Tasks:
             )
         return run
 
+    def _leave(self, task_id: str) -> None:
+        run = self.runs.pop(task_id, None)
+        if run is not None:
+            self._left.append(run)  # its nodes may be running this very moment
+
     # -- one step --------------------------------------------------------------------------------------------------
     def settle(self, task_id: str) -> None:
         """Run a task's trees until they are quiet, follow ended sections and drained goals to the next part."""
         core = self._core
+        while self._left:
+            self._left.pop().close()
         task = core.state.tasks.get(task_id)
         if task is None or task.section in ("", "done"):
             core.woken.pop(task_id, None)
@@ -241,7 +250,7 @@ class Tasks:
         core = self._core
         task = core.task(task_id)
         core.emit(ch.TaskForget(task_id))
-        self.runs.pop(task_id, None)
+        self._leave(task_id)
         fresh = TaskRecord(
             id=task.id, name=task.name, order=task.order, bundle=task.bundle, version=task.version,
             library=task.library, priority=task.priority,
@@ -507,7 +516,7 @@ class Tasks:
         )
         self.children.ended(core.task(task_id))
         core.emit(ch.TaskForget(task_id))
-        self.runs.pop(task_id, None)
+        self._leave(task_id)
         if task.stop:
             self.orders.carried_out(core.task(task_id))
         self._forget_oldest()

@@ -177,6 +177,17 @@ class CompiledTrees:
         self.roots[section] = root
         root.restore(self.host, at or section, scope)
 
+    def close(self) -> None:
+        """Take the trees apart: nodes know their parents, so else only the garbage collector would find them."""
+        for root in self.roots.values():
+            for node in root.iterate():
+                node.parent = None
+                if isinstance(node, Node):
+                    node.run = None
+        self.roots.clear()
+        self._nodes.clear()
+        del self.host
+
     def statuses(self) -> dict[str, str]:
         """Return the running nodes by key."""
         found: dict[str, str] = {}

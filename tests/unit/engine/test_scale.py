@@ -60,12 +60,15 @@ def test_tasks_that_have_ended_leave_nothing_but_their_records(bench: Any) -> No
     world.fill()
 
     def fly(count: int) -> Counter[str]:
+        gc.collect()
+        gc.disable()
         for _ in range(count):
             task = world.give(inp.Submit("WaitsForTime", {"after": 700.0})).reply
             world.let(SECOND)
             assert world.give(inp.Abort(task)).reply == "ok"
             world.let(SECOND)
-        gc.collect()
+        world.give(inp.Abort(world.give(inp.Submit("WaitsForTime", {"after": 700.0})).reply))
+        gc.enable()
         found = Counter(type(one).__name__ for one in gc.get_objects() if isinstance(one, Node | TaskRun))
         state, core = world.engine.state, world.engine.core
         tables = {"memory": state.memory, "scopes": state.scopes, "deadlines": state.deadlines, "goals": state.goals}
