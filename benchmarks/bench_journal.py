@@ -1,8 +1,8 @@
 """What the journal costs: microseconds a step beside a bare SQLite insert, bytes a day, time to seek.
 
-    python benchmarks/bench_journal.py [--minutes 60] [--folder DIR]
+    python benchmarks/bench_journal.py [--minutes 30] [--folder DIR]
 
-A site of 50 agents that report each second works for a virtual hour: a mission each ten seconds. All that
+A site of 50 agents that report each second works for half a virtual hour: a mission each ten seconds. All that
 it does is kept as `formiga up` keeps it; then its steps are written again, each way, for the time that a step takes.
 """
 
@@ -100,7 +100,7 @@ def write_again(path: Path, steps: Sequence[Step], durability: Durability, batch
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--minutes", type=float, default=60.0)
+    parser.add_argument("--minutes", type=float, default=30.0)
     parser.add_argument("--folder", type=Path, default=None, help="on the disk that is to be measured")
     options = parser.parse_args()
     with tempfile.TemporaryDirectory(dir=options.folder) as name:

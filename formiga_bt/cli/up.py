@@ -167,7 +167,7 @@ def gaps(site: "Site", speed: float) -> list[str]:
 
 
 def _library(
-    tasks: list[Path] | None, beside: Path, world: World, texts: dict[str, dict[str, str]]
+    tasks: list[Path] | None, beside: Path, world: World, texts: dict[str, dict[str, str]] | None = None
 ) -> "tuple[dict[str, Task], list[str]]":
     """Return the tasks to serve, and what is not served and why; put the files that each was read from into `texts`.
 
@@ -198,7 +198,8 @@ def _library(
                 )
         else:
             served[read.task.name] = read.task
-            texts[read.task.name] = dict(read.sources)
+            if texts is not None:
+                texts[read.task.name] = dict(read.sources)
     return served, refused
 
 

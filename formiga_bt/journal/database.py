@@ -66,7 +66,8 @@ class Database:
     def __init__(self, word: str | Path, *, durability: Durability = "full", create: bool = True) -> None:
         self.url = read_url(str(word))
         self.is_sqlite = self.url.get_backend_name() == "sqlite"
-        self.where = self.url.database or "" if self.is_sqlite else self.url.render_as_string()
+        shown = self.url.set(drivername="postgresql").render_as_string()
+        self.where = self.url.database or "" if self.is_sqlite else shown
         """As people are told; without a password."""
         self.durability = durability
         if self.is_sqlite:
@@ -235,7 +236,7 @@ class Prepared:
         engine: of the database.
     """
 
-    def __init__(self, statement: sa.Executable, engine: Engine) -> None:
+    def __init__(self, statement: sa.ClauseElement, engine: Engine) -> None:
         compiled: Any = statement.compile(dialect=engine.dialect)
         self._text = str(compiled)
         self._order: list[str] | None = compiled.positiontup

@@ -224,29 +224,33 @@ class Journal:
         if self._write.closed or self._write.invalidated:
             self._write.close()
             self._write = self.database.engine.connect()
-            if not self.database.is_sqlite:  # the session ended, and its lock with it
+            if not self.database.is_sqlite:
+                # The session ended, and its lock with it. A server that has not noticed may still hold it for that session,
+                # so who has the lock decides nothing here; whose epoch it is does, in each commit.
                 self._release = self.database.lock(self.site, self._write)
-                if self._release is None:
-                    raise Overtaken(self._taken())
         return self._write
 
     # -- writing: what -----------------------------------------------------------------------------------------------
-    def begin(self, state: EngineState, wall: Micros, versions: Mapping[str, str] | None = None) -> None:
+    def begin(
+        self, state: EngineState, wall: Micros, versions: Mapping[str, str] | None = None, at: Micros | None = None
+    ) -> None:
         """Note a start of the engine, with the state that it begins with.
 
         Args:
             state: its `seq` and `now` are not before those of the last step.
             wall: wall time.
             versions: of libraries; those of formiga and Python are added.
+            at: engine time of the start, if that is after the state's own.
         """
         said = {"formiga": __version__, "python": platform.python_version(), "node_state": str(NODE_STATE_VERSION)}
+        begun = max(state.now, at or 0)
         row = {
-            "site": self.number, "epoch": self.epoch, "seq": state.seq, "at_us": state.now, "wall_us": wall,
+            "site": self.number, "epoch": self.epoch, "seq": state.seq, "at_us": begun, "wall_us": wall,
             "versions": json.dumps({**said, **(versions or {})}), "ended_us": None,
         }  # fmt: skip
         with self._transaction(state.seq, state.now) as connection:
             connection.execute(sa.insert(schema.starts), row)
-            self._put_snapshot(connection, state, state.now)
+            self._put_snapshot(connection, state, begun)
 
     def append(self, rows: Sequence[Row], blocks: Sequence[Block] = ()) -> None:
         """Write steps and way points: all of them or nothing, durable when this returns.

@@ -73,13 +73,13 @@ class Writer:
         self._since_snapshot = 0
         self._snapshot_at: Micros | None = None
 
-    def begin(self, versions: dict[str, str] | None = None) -> None:
-        """Note the start of the engine.
+    def begin(self, versions: dict[str, str] | None = None, at: Micros | None = None) -> None:
+        """Note the start of the engine, at this engine time.
 
         Raises:
             JournalError: the journal cannot be written.
         """
-        self.journal.begin(self._state(), self._wall(), versions)
+        self.journal.begin(self._state(), self._wall(), versions, at)
 
     def keep(self, steps: Sequence[Step]) -> Outcome:
         """Keep steps; see `Persist.keep`."""

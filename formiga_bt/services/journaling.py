@@ -108,7 +108,7 @@ class Journaling:
         from formiga_bt.journal.writer import Writer
 
         self._writer = Writer(self.journal, state, wall=lambda: time.time_ns() // 1000, clock=time.monotonic)
-        self._writer.begin({name: metadata.version(name) for name in LIBRARIES})
+        self._writer.begin({name: metadata.version(name) for name in LIBRARIES}, now())
         self._housekeeper = Housekeeper(self.journal, now)
         self._housekeeper.start()
 

@@ -38,6 +38,25 @@ def test_no_clock_of_another_speed_on_a_real_site() -> None:
         gaps(Site(name="north", lat=66.5, lng=25.7, mode="real"), 2.0)
 
 
+def test_up_keeps_one_journal_or_none(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert run(["init"]) == 0
+    assert run(["up", "--no-journal", "--journal", "site.db"]) == 2
+    assert "--no-journal and --journal URL: say one of them" in capsys.readouterr().err
+
+
+def test_a_journal_that_is_none_is_told_before_anything_starts(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert run(["init"]) == 0
+    capsys.readouterr()
+    assert run(["up", "--journal", "site.yaml", "--http", "127.0.0.1:0", "--listen", "tcp/127.0.0.1:0"]) == 1
+    assert "formiga: site.yaml is no journal: it is not a database\n  help: " in capsys.readouterr().err
+
+
 def test_up_refuses_another_speed_before_anything_starts(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -170,6 +170,38 @@ def test_an_older_journal_is_brought_to_this_version_in_one_go(where: str) -> No
     database.engine.dispose()
 
 
+@pytest.mark.external
+@pytest.mark.network
+def test_a_server_that_was_away_is_gone_on_with_unless_another_engine_took_over(postgres: str) -> None:
+    def hang_up(journal: Journal) -> None:
+        with journal.database.engine.connect() as connection:
+            connection.exec_driver_sql(
+                "SELECT pg_terminate_backend(pid) FROM pg_stat_activity "
+                "WHERE pid <> pg_backend_pid() AND backend_type = 'client backend'"
+            )
+
+    with Journal(postgres, "away") as journal:
+        journal.take()
+        journal.append(rows(journal, 1, 2))
+        hang_up(journal)
+        with pytest.raises(Unwritable, match=r"^the journal postgresql://formiga@/postgres"):
+            journal.append(rows(journal, 3, 4))
+        journal.append(rows(journal, 3, 4))
+        assert [kept.seq for kept in journal.read()] == [1, 2, 3, 4]
+        with Journal(postgres, "away") as other, pytest.raises(SiteError):
+            other.take()
+        hang_up(journal)
+        with Journal(postgres, "away") as other:
+            assert other.take() == 2
+            with pytest.raises(Unwritable):
+                journal.append(rows(journal, 5, 6))
+            for _ in range(2):
+                with pytest.raises(Overtaken):
+                    journal.append(rows(journal, 5, 6))
+        with pytest.raises(Overtaken):
+            journal.append(rows(journal, 5, 6))
+
+
 # -- SQLite files ------------------------------------------------------------------------------------------------------
 def refused(path: Path, **options: bool) -> str:
     with pytest.raises(JournalError) as told:
@@ -254,7 +286,7 @@ def test_a_server_that_is_not_there_is_told_without_its_password(tmp_path: Path)
     pytest.importorskip("psycopg")
     with pytest.raises(JournalError) as told:
         Journal(f"postgresql://me:secret@/none?host={tmp_path}", "demo")
-    assert str(told.value).startswith("the journal postgresql+psycopg://me:***@/none")
+    assert str(told.value).startswith("the journal postgresql://me:***@/none")
     assert "secret" not in str(told.value)
 
 

@@ -34,6 +34,7 @@ def test_a_site_at_work_can_be_read_from_its_journal_and_after(start: Start, tmp
         assert task is None or past.state().tasks
         (one,) = journal.starts()
         assert (one.epoch, one.ended is not None) == (1, True)
+        assert past.first() == one.at > 10**15, "not long before"
         assert {"msgspec", "sqlalchemy", "formiga", "node_state"} <= set(one.versions)
         kept = {row.name: row for row in journal.bundles()}
         assert kept[SITE_FILES].texts == texts[SITE_FILES]
