@@ -7,7 +7,8 @@ ours: above 1 ours is the cheaper one. What stands is frozen for the garbage col
     build    building and starting, an instance
     memory   resident memory, an instance
     idle     one round in which nobody has news, of all instances: what ticks ticks all of them
-    news     one wake that ends nothing, told to the instance whom it concerns (a peer ticks that tree only)
+    news     one wake that ends nothing, told to the instance whom it concerns (a peer ticks that tree only). Ours records
+             news of an action and visits nothing; in `watch` the news is a charge that a task waits for, and is looked at
     burst    one wake of 100 at once (ten bursts a second: 1,000 wakes a second), and nobody says who: a peer ticks all
     result   an action ends and the next one begins, told to the instance whom it concerns; the mission only
 
@@ -30,7 +31,7 @@ from benchmarks.peers.all_peers import all_peers, missing
 from benchmarks.peers.cell import compare, pin
 from benchmarks.peers.child import Child
 from benchmarks.peers.protocol import Peer
-from benchmarks.peers.trees import TREES
+from benchmarks.peers.trees import TREES, WATCH
 
 RESULTS = Path(__file__).parent / "results"
 FEW = {"wide": 1000, "chain": 1000}
@@ -55,6 +56,8 @@ def measures_of(key: str, tree: str, size: int) -> tuple[str, ...]:
 
     Threads that poll have no news, they look. A burst is one of many, and few results are told apart from a cold cache.
     """
+    if tree == WATCH:
+        return () if key == "threads" else ("news", "burst") if size >= MANY else ("news",)
     known = ["idle"]
     if key != "threads":
         known.append("news")
@@ -77,7 +80,8 @@ def pair(ours: Child, key: str, tree: str, size: int, rounds: int) -> list[dict[
     """Return all figures of one peer beside ours."""
     with closing(Child(key, tree, size)) as theirs:
         found = []
-        for what in ("build_us", "bytes") if size >= MANY or (key == "threads" and size > 1) else ():
+        stands = tree != WATCH and (size >= MANY or (key == "threads" and size > 1))
+        for what in ("build_us", "bytes") if stands else ():
             a, b = ours.built[what], theirs.built[what]
             found.append(row(tree, size, key, what, a, b, b / max(a, 1e-9)))
         for what in measures_of(key, tree, size):
@@ -91,7 +95,7 @@ def run(trees: list[str], sizes: list[int], keys: list[str], rounds: int) -> lis
     found: list[dict[str, Any]] = []
     peers = all_peers()
     for tree in trees:
-        threads = THREAD_SIZES if "threads" in keys and tree not in peers["threads"].lacks else ()
+        threads = THREAD_SIZES if "threads" in keys and tree != WATCH and tree not in peers["threads"].lacks else ()
         for size in sorted({*sizes, *threads}):
             if size > FEW.get(tree, size):
                 continue
@@ -119,7 +123,7 @@ def run(trees: list[str], sizes: list[int], keys: list[str], rounds: int) -> lis
 def fits(key: str, peer: Peer, tree: str, size: int, sizes: list[int]) -> bool:
     """Return whether a peer is measured with so many of a tree."""
     if key == "threads":
-        return size in THREAD_SIZES and tree not in peer.lacks
+        return tree != WATCH and size in THREAD_SIZES and tree not in peer.lacks
     return size in sizes and size <= peer.most and tree not in peer.lacks
 
 
@@ -158,7 +162,7 @@ def main() -> None:
     parser.add_argument("--rounds", type=int, default=5)
     parser.add_argument("--out", type=Path, default=RESULTS / "peers.json")
     options = parser.parse_args()
-    trees = options.trees or (list(TREES) if options.full else ["twelve", "mission"])
+    trees = options.trees or (list(TREES) if options.full else ["twelve", "watch", "mission"])
     sizes = options.sizes or ([1, 100, 1000, 10_000] if options.full else [1, 100, 1000])
     keys, versions = [], {}
     for key, peer in all_peers().items():

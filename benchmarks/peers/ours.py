@@ -12,13 +12,21 @@ from formiga_bt.engine.engine import Engine
 from formiga_bt.geo import Position
 from formiga_bt.lang.loader import load_catalogue, load_site, load_task_text
 from formiga_bt.lang.model import Catalogue, Site
+from formiga_bt.lang.types import AgentRef
 from formiga_bt.transport.messages import AgentCard, AgentStatus, GoalEvent, GoalState
 
 CATALOGUE = """\
 types:
   worker: {label: worker, human: true, shared: true, actions: [Work], suspect_after: 1 h, lost_after: 2 h}
+  cart: {label: cart, actions: [Roll], recover: back.yaml#Back, suspect_after: 1 h, lost_after: 2 h}
 actions:
+  Roll: {repeatable: true}
   Work: {fields: {leaf: {type: text}}, repeatable: true, concurrency: 1000000}
+"""
+BACK = """\
+formiga: 1
+subtrees:
+  Back: {params: {one: agent}, steps: [{do: one.Roll}]}
 """
 SITE = """\
 formiga_site: 1
@@ -40,6 +48,7 @@ def world() -> tuple[Site, Catalogue]:
     with tempfile.TemporaryDirectory() as folder:
         here = Path(folder)
         (here / "catalogue.yaml").write_text(CATALOGUE, encoding="utf-8")
+        (here / "back.yaml").write_text(BACK, encoding="utf-8")
         (here / "site.yaml").write_text(SITE, encoding="utf-8")
         catalogue, found, _ = load_catalogue([here / "catalogue.yaml"], [here])
         assert not found, found
@@ -67,14 +76,18 @@ class OurFleet:
         self.give(inp.AgentSeenInput(card))
         status = AgentStatus(id="worker_0", type="worker", boot_id="b", seq=1, position=Position(0.0, 0.0, 0.0))
         self.give(inp.AgentStatusInput(status))
+        self.carts: list[str] = []
+        if "who" in loaded.task.params:
+            self._add_carts(count)
         while len(self.ids) < count:
             self.submit(min(PORTION, count - len(self.ids)))
 
     def submit(self, count: int) -> list[str]:
         """Submit so many tasks and let them start; return their ids."""
         new = []
-        for _ in range(count):
-            reply = self.give(inp.Submit(self.task)).reply
+        for number in range(len(self.ids), len(self.ids) + count):
+            params = {"who": AgentRef(self.carts[number])} if self.carts else {}
+            reply = self.give(inp.Submit(self.task, params)).reply
             assert not reply.startswith("error"), reply
             new.append(reply)
         self.ids += new
@@ -102,7 +115,32 @@ class OurFleet:
         """Ask when something is due, once for all trees: that is all."""
         self.engine.next_deadline()
 
+    def _add_carts(self, count: int) -> None:
+        """Let a machine for each task announce itself: what the task watches."""
+        self.carts = [f"cart_{number}" for number in range(count)]
+        for number, cart in enumerate(self.carts):
+            self.give(inp.AgentSeenInput(AgentCard(id=cart, type="cart", boot_id="b", actions=("Roll",))))
+            self.give(self._charge(number, 90.0))
+
+    def _charge(self, number: int, percent: float) -> inp.AgentStatusInput:
+        self.n += 1
+        status = AgentStatus(
+            id=self.carts[number],
+            type="cart",
+            boot_id="b",
+            seq=self.n,
+            stamp=self.now,
+            battery=percent,
+            position=Position(5.0 * number, 5.0, 0.0),
+            landed="grounded",
+        )
+        return inp.AgentStatusInput(status)
+
     def news(self, trees: Sequence[int]) -> None:
+        if self.carts:
+            for tree in trees:
+                self.give(self._charge(tree, 50.0 + self.n % 400 / 10))
+            return
         for tree in trees:
             goal = next(iter(self.goals[self.ids[tree]].values()))
             self.give(self.event(goal, "running"))
@@ -110,6 +148,11 @@ class OurFleet:
     burst = news
 
     def results(self, trees: Sequence[int], action: str, ok: bool = True) -> None:
+        if self.carts:
+            assert ok, "a wait for a charge only succeeds"
+            for tree in trees:
+                self.give(self._charge(tree, 10.0))
+            return
         for tree in trees:
             goal = self.goals[self.ids[tree]].pop(action)
             self.give(self.event(goal, "succeeded" if ok else "failed"))
@@ -125,6 +168,8 @@ class OurFleet:
         return STATUS.get(self.engine.state.tasks[self.ids[tree]].status, "running")
 
     def running(self, tree: int) -> frozenset[str]:
+        if self.carts:
+            return frozenset({"deep"} if self.status(tree) == "running" else ())
         return frozenset(self.goals.get(self.ids[tree], {}))
 
     def close(self) -> None:

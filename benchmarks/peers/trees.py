@@ -85,9 +85,11 @@ def mission() -> Node:
 
 
 TREES: Final[Mapping[str, Node]] = MappingProxyType(
-    {"twelve": twelve(), "mission": mission(), "wide": wide(), "chain": chain()}
+    {"twelve": twelve(), "watch": twelve(), "mission": mission(), "wide": wide(), "chain": chain()}
 )
-"""By name."""
+"""By name. The action of `watch` is a wait for a machine's charge: its news are looked at, and it goes on waiting."""
+
+WATCH: Final = "watch"
 
 ACTIONS_IN_TURN: Final = (
     "out_0",
@@ -109,28 +111,27 @@ def task_text(name: str, tree: Node) -> str:
     import json
 
     assert tree.kind == "sequence", "a task's steps are a sequence"
-    return json.dumps(
-        {
-            "formiga": 1,
-            "task": name.capitalize(),
-            "params": {"n": {"type": "number", "default": 1}},
-            "agents": {"worker": {"type": "worker", "id": "worker_0"}},
-            "steps": [_step(child) for child in tree.children],
-        },
-        indent=1,
-    )
+    params: dict[str, Any] = {"n": {"type": "number", "default": 1}}
+    task: dict[str, Any] = {"formiga": 1, "task": name.capitalize(), "params": params}
+    deed: dict[str, Any] | None = None
+    if name == WATCH:
+        params["who"] = {"type": "agent", "of": ["cart"]}
+        deed = {"wait_until": "who.battery < 20 %"}
+    else:
+        task["agents"] = {"worker": {"type": "worker", "id": "worker_0"}}
+    return json.dumps({**task, "steps": [_step(child, deed) for child in tree.children]}, indent=1)
 
 
-def _step(node: Node) -> dict[str, Any]:
+def _step(node: Node, deed: dict[str, Any] | None) -> dict[str, Any]:
     if node.kind in ("timeout", "retry"):
-        step = _step(node.children[0])
+        step = _step(node.children[0], deed)
         if node.kind == "timeout":
             step["timeout"] = f"{node.n} s"
         else:
             step["retry"] = {"attempts": node.n}
         return step
     if node.kind == "act":
-        return {"do": "worker.Work", "with": {"leaf": node.name}}
+        return dict(deed) if deed is not None else {"do": "worker.Work", "with": {"leaf": node.name}}
     if node.kind == "check":
         return {"check": "n > 0"}
-    return {node.kind: [_step(child) for child in node.children]}
+    return {node.kind: [_step(child, deed) for child in node.children]}

@@ -24,6 +24,8 @@ def test_what_is_measured() -> None:
     assert bench_peers.measures_of("py_trees", "twelve", 1) == ("idle", "news")
     assert bench_peers.measures_of("py_trees", "mission", 100) == ("idle", "news", "burst", "result")
     assert bench_peers.measures_of("threads", "mission", 1) == ("idle",)
+    assert bench_peers.measures_of("bonsai", "watch", 1) == ("news",)
+    assert bench_peers.measures_of("bonsai", "watch", 1000) == ("news", "burst")
     assert bench_peers.measures_of("threads", "mission", 30) == ("idle", "result")
 
 

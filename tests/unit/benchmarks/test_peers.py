@@ -13,6 +13,7 @@ from benchmarks.peers.trees import ACTIONS_IN_TURN, CHECK, TREES, Node, act, fal
 Script = list[tuple[str, bool]]
 EVERYTHING_WELL = {
     "twelve": [("deep", True)],
+    "watch": [("deep", True)],
     "mission": [(action, True) for action in ACTIONS_IN_TURN],
     "wide": [(f"wide_{i}", True) for i in range(49, -1, -1)],
     "chain": [("bottom", True)],
@@ -89,6 +90,14 @@ def test_a_choice_goes_on_to_its_next_child(key: str) -> None:
     assert told(the(key).build(CHOICE, "choice", 2), script, True) == ours
 
 
+def test_news_of_a_charge_is_looked_at_by_the_task_that_waits_for_it() -> None:
+    fleet = Ours().build(TREES["watch"], "watch", 3)
+    fleet.news([0, 1, 2, 0])
+    assert {fleet.status(tree) for tree in range(3)} == {"running"}
+    fleet.results([1], "deep")
+    assert [fleet.status(tree) for tree in range(3)] == ["running", "success", "running"]
+
+
 @pytest.mark.parametrize("key", PEERS)
 def test_every_measure_is_taken_at_a_tiny_size(key: str) -> None:
     peer = the(key)
@@ -141,6 +150,7 @@ def test_the_trees_are_tasks_of_ours() -> None:
     assert '"timeout": "7200 s"' in task_text("twelve", TREES["twelve"])
     assert {name: sum(1 for _ in tree.walk()) for name, tree in TREES.items()} == {
         "twelve": 13,
+        "watch": 13,
         "mission": 25,
         "wide": 52,
         "chain": 57,
