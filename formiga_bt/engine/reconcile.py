@@ -103,7 +103,7 @@ class Reconcile:
             if agent.human or not agent.task or agent.liveness == "LOST":
                 continue
             goals = [goal for goal in core.index.goals_of(agent.id) if goal.in_flight]
-            effects = [core.action(goal.action).effect for goal in goals]
+            effects = ["unknown" if goals else "", *(core.action(goal.action).effect for goal in goals)]
             found[agent.id] = Before(
                 agent.boot_id,
                 agent.seq,

@@ -37,12 +37,13 @@ class Rescue:
         if task.status == "PENDING":
             self._tasks.refuse(task_id, code, reason)
             return
-        self._forget_tree(task_id)
+        drain = self._forget_tree(task_id)
         fields = {} if task.outcome and task.system_agent else {"outcome": "FAILED", "code": code, "reason": reason}
         core.put_task(
             task_id,
-            stopping=False,
-            drain=(),
+            section="finally" if task.section == "recover" else task.section,  # its way home is begun anew
+            stopping=True,
+            drain=drain,
             tidying=(),
             releasing={},
             release_after={},
@@ -54,17 +55,19 @@ class Rescue:
             **fields,
         )
         core.effect(Alarm("not_resumed", f"{task_id} is not resumed, its machines come home: {reason}", task_id))
-        self._tasks.children.end_all(task_id)
-        self._tasks.enter(task_id, "recover")
+        core.touch(task_id)
 
-    def _forget_tree(self, task_id: str) -> None:
+    def _forget_tree(self, task_id: str) -> tuple[str, ...]:
+        """Drop all that a task's tree stood for; return the goals whose end must be waited for."""
         core = self._core
+        drain = []
         self._tasks.runs.pop(task_id, None)
         for goal in [g for g in core.state.goals.values() if g.task == task_id and g.owner != "!question"]:
             if goal.ended:
                 core.emit(ch.GoalDrop(goal.id))
             elif self._goals.cancel(goal.id):
-                core.put_goal(goal.id, owner="!none")
+                core.put_goal(goal.id, owner="!task")
+                drain.append(goal.id)
         for question in core.index.questions_of(task_id):
             self._people.close(question)
         for key in core.index.deadlines_of(task_id):
@@ -77,3 +80,4 @@ class Rescue:
         for scope in list(core.state.scopes.get(task_id, ())):
             if scope:
                 core.emit(ch.ScopePut(task_id, scope, None))
+        return tuple(drain)

@@ -1,0 +1,414 @@
+"""What may happen while the engine is away: it is long, a machine restarts or is moved, a person answers, it dies once more."""
+
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from formiga_bt.engine import inputs as inp
+from formiga_bt.engine.records import GoalRecord, TaskRecord
+from formiga_bt.errors import TaskError
+from formiga_bt.lang.model import Site
+from formiga_bt.rehearsal import Rehearsal, fleet_of
+from formiga_bt.testing import check_rehearsal, packaged_world, task_of
+from tests.missions.crashing import Crashing
+
+SITE, CATALOGUE = packaged_world()
+LONG_LEG = """\
+imports: [lib/flying.yaml]
+agents:
+  drone: {type: lwd, id: lwd_1}
+  watcher: {type: watcher}
+steps:
+  - do: drone.TakeOff
+    with: {altitude: 60 m}
+  - do: drone.GoTo
+    with: {to: {east: 20 m, north: 300 m, height: 60 m}}
+    retry: {attempts: 2}
+    timeout: 5 min
+  - ask: Seen?
+    of: [watcher]
+    options: ["yes", "no"]
+    save_as: seen
+  - do: drone.GoTo
+    with: {to: {east: 60 m, north: 300 m, height: 60 m}}
+  - notify: it is ${seen.answer}
+  - call: ReturnHome
+    with: {drone: "${drone}"}
+finally:
+  - notify: tidied up
+"""
+
+
+def begin(text: str = LONG_LEG, answers: list[dict[str, Any]] | None = None, site: Site = SITE) -> tuple[Crashing, str]:
+    task = task_of(text, site, CATALOGUE)
+    said = answers or [{"match": "Seen", "options": ["yes"], "after": "5 s"}]
+    flight = Rehearsal(site, CATALOGUE, [task], fleet_of(site, CATALOGUE, scripts={"watcher_1": said}))
+    flight.run_for(1)
+    crashing = Crashing(flight)
+    return crashing, flight.submit(task.name)
+
+
+def leg(flown: Crashing, action: str = "GoTo") -> GoalRecord | None:
+    goals = flown.flight.engine.state.goals.values()
+    return next((g for g in goals if g.action == action and g.in_flight), None)
+
+
+def in_flight(flown: Crashing, seconds: float = 3.0) -> None:
+    """Fly until the first leg is under way."""
+    assert flown.flight.run_until(lambda: (g := leg(flown)) is not None and g.state == "running")
+    flown.flight.run_for(seconds)
+
+
+def task(flown: Crashing, task_id: str) -> TaskRecord:
+    return flown.flight.task(task_id)
+
+
+def settled(flown: Crashing) -> None:
+    """Run until it is known what happened meanwhile."""
+    assert flown.flight.run_until(lambda: flown.flight.engine.state.resume is None, limit_s=60), flown.story()
+
+
+def ends(flown: Crashing, task_id: str, status: str = "SUCCEEDED") -> TaskRecord:
+    assert flown.run(), flown.story()
+    ended = task(flown, task_id)
+    assert ended.status == status, flown.story()
+    assert flown.twice() == []
+    check_rehearsal(flown.flight)
+    return ended
+
+
+def test_no_timer_fires_and_no_goal_leaves_before_machines_have_told() -> None:
+    flown, id_ = begin()
+    in_flight(flown)
+    flown.die()
+    first = flown.resume(away_s=3)
+    assert flown.flight.engine.state.resume is not None
+    assert flown.flight.engine.state.resume.phase == "asking"
+    assert flown.flight.engine.state.resume.waits == ("lwd_1",)
+    assert flown.flight.engine.next_deadline() is None
+    assert not [e for e in first.effects if isinstance(e, inp.SendGoal)]
+    settled(flown)
+    queries = [e for s in flown.seen if s.seq > first.seq for e in s.effects if isinstance(e, inp.QueryGoal)]
+    assert [(q.agent, q.goal_ids) for q in queries][:1] == [("lwd_1", (f"{id_}/1/steps/steps[1]@1",))]
+    notices = [e.text for step in flown.seen for e in step.effects if isinstance(e, inp.Notify)]
+    assert notices == [f"resumed after 3.0 s: {id_} on"]
+    ends(flown, id_)
+
+
+def test_a_result_that_came_meanwhile_counts_before_a_deadline_that_passed() -> None:
+    flown, id_ = begin(LONG_LEG.replace("5 min", "1 min"), site=replace(SITE, resume_hold_after_us=600_000_000))
+    in_flight(flown)
+    goal = leg(flown)
+    assert goal is not None
+    deadline = min(d.at for key, d in flown.flight.engine.state.deadlines.items() if "steps[1]" in key)
+    flown.die()
+    side = flown.flight.sim["lwd_1"].side
+    assert side is not None
+    side._silence_us = None  # it does not come home by itself
+    while side.state_of(goal.id) == "running":
+        flown.away(0.5)
+    assert flown.flight.now < deadline
+    step = flown.resume(away_s=(deadline - flown.flight.now) / 1e6 + 1)
+    assert step.at > deadline
+    settled(flown)
+    ends(flown, id_)
+
+
+def test_deadlines_that_passed_fire_in_their_order() -> None:
+    text = """\
+agents: {watcher: {type: watcher}}
+steps:
+  - parallel:
+      - sequence: [{wait: 12 s}, {notify: second}]
+      - sequence: [{wait: 11 s}, {notify: first}]
+      - sequence: [{wait: 12 s}, {notify: third}]
+      - wait: 1 min
+"""
+    flown, id_ = begin(text)
+    flown.flight.run_for(2)
+    flown.die()
+    flown.resume(away_s=20)
+    settled(flown)
+    notices = [e.text for step in flown.seen for e in step.effects if isinstance(e, inp.Notify)]
+    assert notices == ["first", "second", "third", f"resumed after 20.0 s: {id_} on"]
+    ends(flown, id_)
+
+
+class TestLong:
+    def test_tasks_come_back_held_and_go_on_with_a_word(self) -> None:
+        flown, id_ = begin()
+        assert flown.flight.run_until(lambda: bool(flown.flight.engine.state.questions))
+        flown.die()
+        flown.resume(away_s=31, wall=flown.flight.now + 31_000_000, since=flown.killed_at)
+        settled(flown)
+        assert "resume" in task(flown, id_).held
+        assert "the engine was away for 31 s; these wait for a person: Try-1; formiga continue" in flown.alarms()
+        before = len(flown.begun)
+        flown.flight.run_for(20)
+        assert [one for one in flown.begun[before:] if one.action != "Confirm"] == []
+        if any(cause.startswith("take-over") for cause in task(flown, id_).held):  # it has gone home by itself
+            with pytest.raises(TaskError, match="not the engine's to command"):
+                flown.flight.ask(inp.Operator("continue", id_, "watcher_1"))
+
+    def test_an_outage_just_short_enough_holds_nothing(self) -> None:
+        flown, id_ = begin()
+        in_flight(flown)
+        flown.die()
+        now = flown.flight.now
+        flown.resume(away_s=2, wall=now + 30_000_000, since=now)
+        settled(flown)
+        assert task(flown, id_).held == ()
+        ends(flown, id_)
+
+    def test_goals_in_flight_are_found_again_and_nothing_new_is_sent(self) -> None:
+        flown, id_ = begin()
+        in_flight(flown)
+        flown.die()
+        now = flown.flight.now
+        flown.resume(away_s=2, wall=now + 30_000_001, since=now)
+        settled(flown)
+        assert task(flown, id_).held == ("resume",)
+        assert leg(flown) is not None
+        assert flown.flight.run_until(lambda: bool(flown.flight.engine.state.questions), limit_s=120)  # it arrives
+        flown.flight.run_for(20)  # the question is asked, and answered
+        assert flown.flight.engine.state.questions == {}
+        waiting = [g for g in flown.flight.engine.state.goals.values() if g.state == "gated"]
+        assert [(g.action, g.code) for g in waiting] == [("GoTo", "held")]
+        flown.flight.ask(inp.Operator("continue", id_, "watcher_1"))
+        ends(flown, id_)
+
+    def test_continue_for_all_and_of_the_machine(self) -> None:
+        for target in ("", "lwd_1"):
+            flown, id_ = begin()
+            in_flight(flown)
+            flown.die()
+            flown.resume(away_s=2, since=flown.flight.now - 60_000_000)
+            settled(flown)
+            flown.flight.ask(inp.Operator("continue", target, "watcher_1"))
+            assert task(flown, id_).held == ()
+            ends(flown, id_)
+
+    def test_a_person_may_abort_it_or_bring_it_home(self) -> None:
+        flown, id_ = begin()
+        in_flight(flown)
+        flown.die()
+        flown.resume(away_s=2, since=flown.flight.now - 60_000_000)
+        settled(flown)
+        flown.flight.ask(inp.Operator("return", "lwd_1", "watcher_1"))  # safety goals pass
+        assert flown.flight.run_until(
+            lambda: flown.flight.engine.state.agents["lwd_1"].landed == "grounded", limit_s=300
+        )
+        flown.flight.abort(id_)
+        ends(flown, id_, "CANCELED")
+
+    def test_recover_goes_on(self) -> None:
+        flown, id_ = begin()
+        in_flight(flown)
+        flown.flight.abort(id_)
+        assert flown.flight.run_until(lambda: task(flown, id_).section == "recover")
+        flown.flight.run_for(1)
+        flown.die()
+        flown.resume(away_s=2, since=flown.flight.now - 60_000_000)
+        ends(flown, id_, "CANCELED")
+
+
+class TestMachines:
+    def test_one_that_was_started_anew_waits_for_a_word_and_flies_its_next_attempt(self) -> None:
+        flown, id_ = begin()
+        in_flight(flown)
+        flown.die()
+        flown.flight.sim.kill("lwd_1")
+        flown.flight.sim.restart("lwd_1")
+        flown.resume(away_s=2)
+        settled(flown)
+        assert task(flown, id_).held == ("resume",)
+        assert (
+            f"lwd_1 was started anew while the engine was away; {id_} waits: formiga continue {id_}" in flown.alarms()
+        )
+        goals = [g for g in flown.flight.engine.state.goals.values() if g.agent == "lwd_1"]
+        assert [(g.state, g.code) for g in goals] == [("interrupted", "in_doubt")]
+        flown.flight.run_for(10)
+        flown.flight.ask(inp.Operator("continue", id_, "watcher_1"))
+        ends(flown, id_)
+        assert flown.again_begun() == [f"{id_}/1/steps/steps[1]"]
+
+    def test_one_whose_action_may_not_be_repeated_cannot_be_continued(self) -> None:
+        text = LONG_LEG.replace("5 min", "30 min").replace(
+            "  - do: drone.GoTo\n    with: {to: {east: 20 m, north: 300 m, height: 60 m}}\n    retry: {attempts: 2}\n",
+            "  - do: drone.Explore\n    with: {region: '${site.regions.bog}', altitude: 60 m}\n",
+        )
+        flown, id_ = begin(text)
+        assert flown.flight.run_until(lambda: (g := leg(flown, "Explore")) is not None and g.state == "running")
+        flown.die()
+        flown.flight.sim.kill("lwd_1")
+        flown.flight.sim.restart("lwd_1")
+        flown.resume(away_s=2)
+        settled(flown)
+        with pytest.raises(TaskError, match="Explore of lwd_1 may not be done a second time") as said:
+            flown.flight.ask(inp.Operator("continue", id_, "watcher_1"))
+        assert said.value.code == "cannot_continue"
+        flown.flight.abort(id_)
+        ends(flown, id_, "CANCELED")
+
+    def test_one_that_never_answers_is_lost_as_after_any_silence(self) -> None:
+        flown, id_ = begin()
+        in_flight(flown)
+        flown.die()
+        flown.flight.sim.kill("lwd_1")
+        flown.resume(away_s=2)
+        for seconds, phase in ((9.5, "asking"), (1, "watching")):
+            flown.flight.run_for(seconds)
+            assert flown.flight.engine.state.resume is not None
+            assert flown.flight.engine.state.resume.phase == phase
+        ended = ends(flown, id_, "FAILED")
+        assert ended.code == "agent_lost"
+        assert flown.flight.engine.state.resume is None
+
+    def test_one_that_a_pilot_took_waits_for_the_handback(self) -> None:
+        flown, id_ = begin()
+        in_flight(flown)
+        flown.die()
+        flown.flight.sim.take_over("lwd_1")
+        flown.resume(away_s=2)
+        settled(flown)
+        assert set(task(flown, id_).held) == {"resume", "take-over:lwd_1"}
+        flown.flight.sim.hand_back("lwd_1")
+        flown.flight.run_for(1)
+        flown.flight.ask(inp.Operator("handback_continue", "lwd_1", "watcher_1"))
+        assert task(flown, id_).held == ("resume",)
+        flown.flight.ask(inp.Operator("continue", id_, "watcher_1"))
+        ends(flown, id_)
+
+    def test_one_that_a_pilot_took_and_gave_back_meanwhile_waits_too(self) -> None:
+        flown, id_ = begin()
+        in_flight(flown)
+        flown.die()
+        flown.flight.sim.take_over("lwd_1")
+        flown.away(1)
+        flown.flight.sim.hand_back("lwd_1")
+        flown.resume(away_s=1)
+        settled(flown)
+        assert "take-over:lwd_1" in task(flown, id_).held
+
+
+def test_an_order_that_is_too_old_is_not_sent_again() -> None:
+    flown, id_ = begin(LONG_LEG.replace("    retry: {attempts: 2}\n", ""))
+    assert flown.flight.run_until(
+        lambda: leg(flown, "TakeOff") is not None and leg(flown, "TakeOff").state == "running"
+    )  # type: ignore[union-attr]
+    steps = len(flown.seen)  # an equal flight tells which step sends the leg
+    probe, _ = begin(LONG_LEG.replace("    retry: {attempts: 2}\n", ""))
+    assert probe.flight.run_until(lambda: leg(probe) is not None)
+    flown.kill_at(len(probe.seen) - steps)  # the step that sends the leg: it never leaves
+    assert not flown.run()
+    flown.flight.sim["lwd_1"].drone.on_link_loss = "hold"
+    flown.resume(away_s=9, since=flown.killed_at - 2_000_000)
+    settled(flown)
+    ended = ends(flown, id_, "FAILED")
+    assert ended.code == "goal_expired"
+
+
+class TestPeople:
+    def test_an_answer_given_meanwhile_counts_and_nobody_is_asked_again(self) -> None:
+        flown, id_ = begin(answers=[{"match": "Seen", "options": ["no"], "after": "2 s"}])
+        assert flown.flight.run_until(lambda: bool(flown.flight.engine.state.questions))
+        flown.flight.run_for(0.5)
+        flown.die()
+        flown.resume(away_s=5)
+        ends(flown, id_)
+        assert [one.goal for one in flown.begun if one.action == "Confirm"] == [f"{id_}/1/steps/steps[2]~watcher_1"]
+        notices = [e.text for step in flown.seen for e in step.effects if isinstance(e, inp.Notify)]
+        assert "it is no" in notices
+
+    def test_an_open_question_stays_open_under_its_number(self) -> None:
+        flown, id_ = begin(answers=[{"match": "Seen", "options": ["no"], "after": "20 s"}])
+        assert flown.flight.run_until(lambda: bool(flown.flight.engine.state.questions))
+        flown.flight.run_for(0.5)
+        flown.die()
+        flown.resume(away_s=5)
+        settled(flown)
+        assert [q.number for q in flown.flight.engine.state.questions.values()] == ["Q1"]
+        ends(flown, id_)
+        assert len([one for one in flown.begun if one.action == "Confirm"]) == 1
+
+
+def test_it_dies_once_more_while_it_asks() -> None:
+    flown, id_ = begin()
+    in_flight(flown)
+    flown.die()
+    flown.resume(away_s=20)
+    flown.kill_at(1)
+    assert not flown.run()
+    flown.resume(away_s=11)  # together too long: nobody watched for 31 s
+    settled(flown)
+    assert "resume" in task(flown, id_).held
+    assert flown.flight.engine.state.epoch == 3
+
+
+class TestGivenUp:
+    def test_a_task_that_stops_the_engine_goes_home_without_its_tree(self) -> None:
+        flown, id_ = begin()
+        in_flight(flown)
+        flown.die()
+        flown.resume(away_s=2, poison=(id_,))
+        ended = ends(flown, id_, "FAILED")
+        assert ended.code == "exception"
+        assert "it stopped the engine each time it was resumed" in ended.reason
+        assert flown.flight.engine.state.agents["lwd_1"].landed == "grounded"
+        assert any(text.startswith(f"{id_} is not resumed, its machines come home") for text in flown.alarms())
+        assert not [e for step in flown.seen for e in step.effects if isinstance(e, inp.Notify) and "tidied" in e.text]
+
+    def test_a_task_of_another_version_goes_home(self) -> None:
+        flown, id_ = begin()
+        in_flight(flown)
+        flown.die()
+        flown.resume(away_s=2, node_state=0, poison=())
+        ended = ends(flown, id_, "FAILED")
+        assert (ended.code, ended.reason) == ("upgrade", "it was begun by another version of formiga")
+
+    def test_at_any_moment_of_a_mission(self) -> None:
+        counted, _ = begin()
+        before = len(counted.seen)
+        assert counted.run()
+        for step in range(1, len(counted.seen) - before, 12):
+            flown, id_ = begin()
+            flown.kill_at(step)
+            assert not flown.run()
+            flown.resume(away_s=2, node_state=0)
+            assert flown.run(), flown.story()
+            assert flown.twice() == []
+            assert task(flown, id_).status in ("FAILED", "SUCCEEDED"), flown.story()
+            check_rehearsal(flown.flight)
+
+    def test_recover_itself_is_begun_anew(self) -> None:
+        flown, id_ = begin()
+        in_flight(flown)
+        flown.flight.abort(id_)
+        assert flown.flight.run_until(lambda: task(flown, id_).section == "recover")
+        flown.flight.run_for(3)
+        flown.die()
+        flown.resume(away_s=2, poison=(id_,))
+        assert flown.run(), flown.story()
+        assert flown.flight.engine.state.agents["lwd_1"].landed == "grounded"
+        check_rehearsal(flown.flight)
+
+
+class TestStanding:
+    def test_lockdown_and_orders_stand(self) -> None:
+        flown, id_ = begin()
+        in_flight(flown)
+        flown.flight.ask(inp.Operator("hold", "lwd_1", "watcher_1"))
+        flown.flight.run_for(2)
+        flown.die()
+        flown.resume(away_s=2)
+        settled(flown)
+        assert flown.flight.engine.state.orders["lwd_1"].stop == "hold"
+        assert task(flown, id_).held == ("operator:lwd_1",)
+        flown.flight.ask(inp.LockdownOrder("return", "watcher_1"))
+        flown.die()
+        flown.resume(away_s=2)
+        assert flown.flight.engine.state.lockdown is not None
+        assert flown.flight.run_until(
+            lambda: flown.flight.engine.state.agents["lwd_1"].landed == "grounded", limit_s=600
+        )
