@@ -112,13 +112,13 @@ def main() -> int:
     options = parser.parse_args()
     run = Run(options.tasks, not options.no_referee)
     profile = cProfile.Profile() if options.profile else None
-    began = time.perf_counter()
+    began, cpu_began = time.perf_counter(), time.process_time()
     if profile is not None:
         profile.enable()
     in_time = run.fly()
     if profile is not None:
         profile.disable()
-    wall_s = time.perf_counter() - began
+    wall_s, cpu_s = time.perf_counter() - began, time.process_time() - cpu_began
     verdict = run.verdict()
     state = run.world.engine.state
     # A task that is gone from the state has ended and was forgotten; one that is there must have ended.
@@ -134,7 +134,7 @@ def main() -> int:
     print(
         f"wall: {wall_s:.2f} s for {virtual_s:.0f} s of virtual time, {run.steps} steps, {run.steps / wall_s:.0f} a second"
     )
-    print(f"missions a second: {len(run.ids) / wall_s:.1f}")
+    print(f"missions a second: {len(run.ids) / wall_s:.1f}; of processor time: {len(run.ids) / cpu_s:.1f}")
     print(f"tasks lost: {lost}, agents left assigned: {len(assigned)}, crashes: {crashes}")
     print(f"closest pass: {verdict.closest_pass}")
     print(f"step log: {run.digest:08x}")
