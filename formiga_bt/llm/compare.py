@@ -17,14 +17,16 @@ from formiga_bt.llm.world import World
 from formiga_bt.units import NUMBER, UNIT, parse_quantity
 
 FIGURES: Final[Mapping[str, str]] = {
-    r"\b(?:circle[sd]?|circular|orbits?)\b": "circle",
+    r"\b(?:circle[sd]?|circular|orbits?|c[ií]rculo)\b": "circle",
     r"\bzig-?zag\w*": "zigzag",
-    r"\btriang\w+|\bright angle\b": "triangle",
+    r"\btri[aá]ng\w+|\bright angle\b": "triangle",
 }
 """What a request calls a figure -> the helper that is it."""
 _BACK_AT_CENTRE: Final = r"\b(?:back|returns?|then)\b[^.]{0,25}\b(?:the )?(?:centre|center|middle)\b"
 OF_CHANGES: Final = frozenset({"place_not_used", "amount_not_used", "agent_not_used"})
 """What is certain of a request that only says what is to be changed."""
+_ELSE: Final = r"\b(?:otherwise|if not|else|says? no|on (?:a )?no|unless|si no|en caso contrario|dice que no)\b"
+"""What is said of the other case need not happen in the dry run, in which all answers are yes."""
 _LAND_AT: Final = r"\bland(?:s|ing)?\s+(?:together\s+)?(?:at|in|on|by|near|beside)\s+(?:the\s+)?"
 _TO, _AND_LAND = r"\b(?:to|towards?)\s+(?:the\s+)?", r",?\s+(?:and|to)\s+(?:then\s+)?lands?\b"
 _QUANTITY: Final = re.compile(rf"(?<![\w.])({NUMBER})\s*({UNIT})(?![\w%])", re.ASCII)
@@ -231,7 +233,9 @@ def in_turn(words: Words) -> Iterator[tuple[str, str]]:
 def _speaks_of_people(text: str) -> bool:
     return (
         re.search(
-            r"\b(?:person|people|somebody|someone|operator|human|okay|ok|until|unless|if|when)\b", text.casefold()
+            r"\b(?:person|people|somebody|someone|operator|human|okay|ok|until|unless|if|when|"
+            r"persona|gente|alguien|operador\w*|si|cuando|hasta que|a menos que)\b",
+            text.casefold(),
         )
         is not None
     )
@@ -248,5 +252,5 @@ def _ends(words: Words, flight: Flight) -> Iterator[Shortfall]:
         wanted = re.search(_LAND_AT + there, text) or re.search(_TO + there + _AND_LAND, text)
         if wanted and name not in landed:
             yield Shortfall("not_landed_there", f'the request wants a landing at "{said}", and nobody lands at {name}')
-    if words.means("home") and flight.stands and not homes:
+    if words.means("home") and flight.stands and not homes and not re.search(_ELSE, text):
         yield Shortfall("not_home", "the request wants a machine to come home, and none stands at its port at the end")

@@ -21,6 +21,9 @@ NUMBERS: Final[Mapping[str, int]] = {
     # Finnish
     "yksi": 1, "kaksi": 2, "kolme": 3, "neljä": 4, "viisi": 5, "kuusi": 6, "seitsemän": 7, "kahdeksan": 8, "yhdeksän": 9,
     "kymmenen": 10, "kaksikymmentä": 20, "kolmekymmentä": 30, "viisikymmentä": 50, "sata": 100,
+    # Spanish; not `un`, which is an article
+    "dos": 2, "tres": 3, "cuatro": 4, "cinco": 5, "seis": 6, "siete": 7, "ocho": 8, "nueve": 9, "diez": 10, "doce": 12,
+    "quince": 15, "veinte": 20, "treinta": 30, "cuarenta": 40, "cincuenta": 50, "sesenta": 60, "noventa": 90, "cien": 100,
     "yhden": 1, "kahden": 2, "kolmen": 3, "neljän": 4, "viiden": 5, "kuuden": 6, "kymmenen metrin": 10,
 }  # fmt: skip
 UNIT_WORDS: Final[Mapping[str, str]] = {
@@ -29,32 +32,53 @@ UNIT_WORDS: Final[Mapping[str, str]] = {
     "mins": "min", "hour": "h", "hours": "h", "percent": "%", "degree": "deg", "degrees": "deg", "°": "deg",
     "metri": "m", "metriä": "m", "metrin": "m", "kilometri": "km", "kilometriä": "km", "kilometrin": "km",
     "sekunti": "s", "sekuntia": "s", "sekunnin": "s", "minuutti": "min", "minuuttia": "min", "minuutin": "min",
+    "metro": "m", "metros": "m", "kilómetro": "km", "kilómetros": "km", "segundos": "s", "minuto": "min", "minutos": "min",
+    "hora": "h", "horas": "h", "por ciento": "%", "grados": "deg",
     "tunti": "h", "tuntia": "h", "tunnin": "h", "prosenttia": "%", "astetta": "deg",
 }  # fmt: skip
 _MORE: Final = re.compile(
     r"\b(?:another|the other|a second|the second|other)\s+(?:\w+\s+)?(?:one|ones|drones?|lwds?|hwds?|uavs?)\b"
+    r"|\b(?:otro|el otro|un segundo|el segundo)\s+(?:dron|va|vuela|aterriza|rodea|regresa|vuelve)\b"
     r"|\b(?:the |a )?second\s+(?:flies|goes|on\b|one\b)|\b(?:one|first)\b[^.]*\band (?:the other|another|one)\b",
     re.IGNORECASE,
 )
 """Machines that are spoken of besides `one light drone`."""
-DRONES: Final = ("drone", "drones", "uav", "uavs", "drooni", "droonia", "droonin", "droonit")
+PEOPLE: Final[Mapping[str, tuple[str, ...]]] = {
+    "watcher": ("vigilante", "vigilantes", "valvoja"),
+    "picker": ("recolector", "recolectora", "recolectores", "poimija"),
+}
+"""Other names of the shipped types of people."""
+DRONES: Final = ("drone", "drones", "uav", "uavs", "dron", "drones", "drooni", "droonia", "droonin", "droonit")
 LIGHT_HEAVY: Final[Mapping[str, tuple[str, ...]]] = {
     "lwd": ("lwd", "lwds", "light drone", "light drones", "light-weight drone", "light-weight drones", "lightweight drone",
             "lightweight drones", "light one", "small drone", "small drones", "kevyt drooni", "kevyttä droonia",
-            "kevyen droonin"),
+            "kevyen droonin", "dron ligero", "drones ligeros", "uno ligero"),
     "hwd": ("hwd", "hwds", "heavy drone", "heavy drones", "heavy-weight drone", "heavyweight drone", "heavyweight drones",
-            "heavy one", "big drone", "big drones", "raskas drooni", "raskasta droonia", "raskaan droonin"),
+            "heavy one", "big drone", "big drones", "raskas drooni", "raskasta droonia", "raskaan droonin",
+            "dron pesado", "drones pesados", "uno pesado"),
 }  # fmt: skip
 INTENTS: Final[Mapping[str, str]] = {
     "home": r"\b(?:(?:comes?|flies|fly|goes|go|returns?|gets?|brings?) (?:it |them |both )?(?:back )?home|return(?:s|ing)? to"
     r" (?:the |its |their )?(?:base|port|ports|home)|back (?:to (?:the |its |their )?(?:base|port|ports)|home)|comes? back|"
-    r"palaa|palaavat|kotiin)\b",
+    r"vuelv\w+ a (?:casa|la base|su puerto|sus puertos)|regres\w+|retorn\w+ a|palaa|palaavat|kotiin)\b",
     "ask": r"\b(?:ask|asks|asked|confirm|confirms|confirmed|confirmation|approv\w+|permission|says? so|agrees?|okays?|kysy\w*|"
-    r"vahvist\w+|question|\w+'s (?:word|ok|okay|answer|go-ahead))\b",
+    r"pregunt\w+|consult\w+|permiso|aprueb\w+|autoriz\w+|est[aá] de acuerdo|dice(?:n)? (?:que|si)|diga(?:n)? que|vahvist\w+|"
+    r"question|\w+'s (?:word|ok|okay|answer|go-ahead))\b",
     "stay": r"\b(?:stays? there|remains?|leave (?:it|them) there|jää)\b",
-    "land": r"\b(?:land|lands|landing|laskeudu\w*)\b",
+    "land": r"\b(?:land|lands|landing|aterri\w+|laskeudu\w*)\b",
 }
 """What is meant -> a pattern over the request in small letters."""
+_NO_QUESTION: Final = re.compile(
+    r"\b(?:nobody|no one|no-one|nadie)\b[^.;]*\b(?:ask\w*|confirm\w*|pregunt\w+)"
+    r"|\bno (?:hay que|hace falta|es necesario) pregunt\w+"
+    r"|\b(?:no need to|without|do not|don't|sin) (?:ask\w*|pregunt\w+)(?: \w+)?"
+)
+"""What says that nobody is to be asked."""
+_SHARED_NOUN: Final = re.compile(
+    r"\b(light|heavy|small|big)(?=\s+(?:one\s+)?and\s+(?:a|an|one|the)\s+(?:light|heavy|small|big)\s+drone)",
+    re.IGNORECASE,
+)
+"""`a light and a heavy drone`: the first one is a drone, too."""
 _UNITS: Final = sorted([*UNIT_WORDS, *UNITS], key=len, reverse=True)
 _AMOUNT: Final = re.compile(
     rf"(?<![\w.,])(\d+(?:[.,]\d+)?|{'|'.join(sorted(NUMBERS, key=len, reverse=True))})(?:\s*-\s*|\s*)"
@@ -113,7 +137,8 @@ class Words:
 
     def means(self, intent: str) -> bool:
         """Return whether an intention of `INTENTS` is said."""
-        return re.search(INTENTS[intent], self.text.casefold()) is not None
+        text = _NO_QUESTION.sub(" ", self.text.casefold()) if intent == "ask" else self.text.casefold()
+        return re.search(INTENTS[intent], text) is not None
 
     def holds(self, words: str) -> str:
         """Return the words as they stand in the request, or ""."""
@@ -167,6 +192,7 @@ def _said(name: str, request: str) -> str:
 def _counts(request: str, catalogue: Catalogue) -> dict[str, int]:
     """Return how many machines of each type are spoken of, where that is plain."""
     found: dict[str, set[int]] = {}
+    request = _SHARED_NOUN.sub(r"\1 drone", request)
     of_type = {name: words for name, words in LIGHT_HEAVY.items() if name in catalogue.types}
     for type_ in catalogue.types.values():
         if not type_.human and type_.label:
@@ -193,8 +219,14 @@ def _before(request: str, words: Iterable[str]) -> Iterator[int]:
 def types_said(request: str, catalogue: Catalogue) -> set[str]:
     """Return the agent types that a request names, by their name or label."""
     found = set()
+    request = _SHARED_NOUN.sub(r"\1 drone", request)
     for type_ in catalogue.types.values():
-        words = [type_.name, *LIGHT_HEAVY.get(type_.name, ()), *([type_.label] if type_.label else [])]
+        words = [
+            type_.name,
+            *LIGHT_HEAVY.get(type_.name, ()),
+            *PEOPLE.get(type_.name, ()),
+            *([type_.label] if type_.label else []),
+        ]
         if type_.name not in ("drone", "person") and any(_said(w, request) or _said(w + "s", request) for w in words):
             found.add(type_.name)
     return found

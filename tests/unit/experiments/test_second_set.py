@@ -118,3 +118,26 @@ def test_refusing_what_can_be_done_is_wrong() -> None:
 
     assert run.last is not None
     assert run.last.faults == ("said_impossible",)
+
+
+def test_the_comparison_of_the_product_has_nothing_against_a_right_tree_in_any_wording_and_language() -> None:
+    from formiga_bt.lang.loader import load_task_text
+    from formiga_bt.llm.compare import compare
+    from formiga_bt.llm.outcome import fly
+    from formiga_bt.llm.wording import read
+    from formiga_bt.llm.world import world_of as live_world
+
+    world = live_world()
+    alarms = []
+    for one in second_set():
+        if not one.reference:
+            continue
+        task = load_task_text(
+            one.reference, "x.yaml", catalogue=world.catalogue, site=world.site, library=world.folders
+        ).task
+        assert task is not None
+        flight = fly(task, world)
+        for words in one.wordings:
+            found = compare(read(words, world.site, world.catalogue), task, one.reference, flight, world)
+            alarms += [(one.id, said.code, words) for said in found if said.severity == "error"]
+    assert alarms == []
