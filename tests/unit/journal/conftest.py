@@ -65,16 +65,22 @@ def postgres() -> Iterator[str]:
         yield url
 
 
+@pytest.fixture
+def database(postgres: str) -> str:
+    """Return the URL of an empty PostgreSQL database."""
+    engine = sa.create_engine(postgres.replace("postgresql:", "postgresql+psycopg:"))
+    with engine.begin() as connection:
+        schema.tables.drop_all(connection)
+    engine.dispose()
+    return postgres
+
+
 @pytest.fixture(params=["sqlite", pytest.param("postgres", marks=[pytest.mark.external, pytest.mark.network])])
 def where(request: pytest.FixtureRequest, tmp_path: Path) -> str:
     """Return where an empty journal may be: in each kind of database."""
     if request.param == "sqlite":
         return str(tmp_path / "journal.db")
-    url: str = request.getfixturevalue("postgres")
-    engine = sa.create_engine(url.replace("postgresql:", "postgresql+psycopg:"))
-    with engine.begin() as connection:
-        schema.tables.drop_all(connection)
-    engine.dispose()
+    url: str = request.getfixturevalue("database")
     return url
 
 

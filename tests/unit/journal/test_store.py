@@ -172,7 +172,7 @@ def test_an_older_journal_is_brought_to_this_version_in_one_go(where: str) -> No
 
 @pytest.mark.external
 @pytest.mark.network
-def test_a_server_that_was_away_is_gone_on_with_unless_another_engine_took_over(postgres: str) -> None:
+def test_a_server_that_was_away_is_gone_on_with_unless_another_engine_took_over(database: str) -> None:
     def hang_up(journal: Journal) -> None:
         with journal.database.engine.connect() as connection:
             connection.exec_driver_sql(
@@ -180,7 +180,7 @@ def test_a_server_that_was_away_is_gone_on_with_unless_another_engine_took_over(
                 "WHERE pid <> pg_backend_pid() AND backend_type = 'client backend'"
             )
 
-    with Journal(postgres, "away") as journal:
+    with Journal(database, "away") as journal:
         journal.take()
         journal.append(rows(journal, 1, 2))
         hang_up(journal)
@@ -188,10 +188,10 @@ def test_a_server_that_was_away_is_gone_on_with_unless_another_engine_took_over(
             journal.append(rows(journal, 3, 4))
         journal.append(rows(journal, 3, 4))
         assert [kept.seq for kept in journal.read()] == [1, 2, 3, 4]
-        with Journal(postgres, "away") as other, pytest.raises(SiteError):
+        with Journal(database, "away") as other, pytest.raises(SiteError):
             other.take()
         hang_up(journal)
-        with Journal(postgres, "away") as other:
+        with Journal(database, "away") as other:
             assert other.take() == 2
             with pytest.raises(Unwritable):
                 journal.append(rows(journal, 5, 6))
