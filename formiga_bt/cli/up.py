@@ -254,6 +254,7 @@ def _banner(host: "EngineHost", people: dict[str, str], sim: bool) -> None:
         f"  API     {host.address.url}/v1   (OpenAPI: {host.address.url}/v1/openapi.json)",
         f"  journal {host.journaling.text}",
     ]
+    rows += [f"  resume  {text}" for text in host.resumed]
     rows += [f"  note    {text}" for text in host.restored]
     first = "Hello" if "Hello" in served else "TASK"
     rows.append(f"next, in another terminal in this folder: formiga run {first} --follow    or: formiga agents")

@@ -27,6 +27,7 @@ from formiga_bt.engine.core import EVERYTHING, Core
 from formiga_bt.engine.fleet import Fleet
 from formiga_bt.engine.goals import RESEND_US, Goals
 from formiga_bt.engine.holds import hold
+from formiga_bt.engine.keeping import JOURNAL, LEVELS
 from formiga_bt.engine.records import AgentRecord, Before, Resuming, TaskRecord
 from formiga_bt.engine.rescue import Rescue
 from formiga_bt.geo import horizontal_m
@@ -60,6 +61,8 @@ class Reconcile:
         core.emit(ch.CounterSet("epoch", given.epoch))
         if core.state.counters.get("deposed"):
             core.emit(ch.CounterSet("deposed", 0))
+        if core.state.counters.get(JOURNAL):
+            core.emit(ch.CounterSet(JOURNAL, LEVELS["ok"]))
         old = core.state.resume
         again = old is not None and old.phase != "watching"  # it went away once more before all was known
         since = old.since if old is not None and again else given.since
@@ -322,7 +325,7 @@ class Reconcile:
         silent = [one for one in resume.waits if not core.state.agents[one].present]
         quiet = f"; not heard of: {', '.join(silent)}" if silent else ""
         text = f"resumed after {resume.outage_us / SECOND:.1f} s: {'; '.join(parts) or 'nothing goes on'}{quiet}"
-        core.effect(inp.Notify(text, (), "info"))
+        core.effect(inp.Notify(text, tuple(core.site.people.get("watchers", ())), "info"))
 
     def is_expired(self, sent_at: Micros | None, life_s: float) -> bool:
         """Return whether a goal that was sent before the engine was away is older than its time to live."""

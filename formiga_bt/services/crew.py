@@ -1,7 +1,7 @@
 """Who approved what, and which pilots are on duty: orders and lists for the API, and what of it outlives a start.
 
-Approvals are kept in the site's runtime folder, one line each time a person gives or takes one back. Duty is not kept: after
-a start of the engine nobody is on duty until they say so.
+Approvals are kept in the site's runtime folder, one line each time a person gives or takes one back. Duty outlives a short
+outage of an engine with a journal; after a longer one (`resume_hold_after`) nobody is on duty until they say so.
 """
 
 from datetime import UTC, datetime

@@ -17,6 +17,7 @@ from formiga_bt.engine.drivers.realtime import Listener, RealtimeDriver, stop_wo
 from formiga_bt.engine.engine import Engine
 from formiga_bt.engine.inputs import Abort, Step
 from formiga_bt.engine.library import Bundles
+from formiga_bt.engine.resume import copy_of
 from formiga_bt.errors import FormigaError, TaskError
 from formiga_bt.lang.model import Catalogue, Site, Task
 from formiga_bt.services import api, crew, server, shown
@@ -28,6 +29,7 @@ from formiga_bt.services.flightlog import FlightLog
 from formiga_bt.services.journaling import JournalAt, Journaling
 from formiga_bt.services.loading import Loading, served_again
 from formiga_bt.services.orders import Orders
+from formiga_bt.services.resuming import Comeback, Pulse
 from formiga_bt.services.standing import lockdown_out, wall_us
 from formiga_bt.services.view import View
 from formiga_bt.show.folded import FoldedSource
@@ -99,6 +101,7 @@ class EngineHost:
         self._server: server.HttpServer | None = None
         self._stop = threading.Event()
         self._opened: list[Any] = []
+        self._back: Comeback | None = None
         self.draining = False
         self.restored: list[str] = []
         """What people should know of tasks that were loaded before this start, in sentences."""
@@ -127,19 +130,29 @@ class EngineHost:
         self._opened.append(self.journaling.close)
         self.journaling.open()
         self.epoch = self.journaling.take()
-        self.view = View(self.epoch)
         self._restore_tasks()
+        served = dict(self._tasks)
+        self._back = self.journaling.find_comeback(self._tasks, self.site, self._catalogue, now_us, counters)
+        back = self._back
+        self.view = View(self.epoch, state=copy_of(back.state) if back is not None else None)
         flights = FlightLog(self._folder.path, self.site)
-        state = self.journaling.first_state(now_us, counters)
-        engine = Engine(self.site, self._catalogue, self._tasks, state=state)
+        state = self.journaling.first_state(now_us, counters) if back is None else back.state
+        engine = Engine(
+            self.site, self._catalogue, self._tasks, state=state, resumes=back is not None,
+            without=back.blame.poison if back is not None else (), look=back.blame.look if back is not None else None,
+        )  # fmt: skip
         self.driver = RealtimeDriver(
             engine,
             [self._desk, *self._wires],
             speed=self._speed,
             epoch=self.epoch,
-            listeners=[self.view.feed_step, flights.feed_step, *self._listeners],
+            listeners=[
+                self.view.feed_step, flights.feed_step, *([back.blame.take] if back is not None else []), *self._listeners,
+            ],
             persist=self.journaling,
-        )
+            first=back.first(self.epoch, engine.unbuilt) if back is not None else None,
+            start_at=back.begins_at if back is not None else 0,
+        )  # fmt: skip
         self.journaling.begin(lambda: engine.state, self.driver.now)
         self.journaling.keep_read(self._tasks, self._texts)
         self.orders = Orders(self.driver, self.view, self._desk, self.site, self._tasks, self._catalogue)
@@ -164,6 +177,12 @@ class EngineHost:
         self._opened.append(self._stop_server)
         self._opened.append(self._stop_driver)  # first: requests that wait for it are answered, then the server ends
         self.driver.start()
+        self.pulse = Pulse(self._folder.path, self.driver.now, lambda: self.driver.speed, lambda: engine.state)
+        if self.journaling.journal is not None:
+            self.pulse.start()
+        for version in back.newer if back is not None else ():
+            self._tasks.serve(served[version.task])
+            self.driver.ask(version)
         for version in self.loading.first():
             self.driver.ask(version)
         crew.restore(self._folder.path, self.driver)
@@ -189,6 +208,12 @@ class EngineHost:
     def _stop_driver(self) -> None:
         self.driver.stop()
         self.error = self.driver.error
+        if hasattr(self, "pulse"):
+            self.pulse.stop()
+        core = self.driver.engine.core
+        is_bug = self.error is not None and not isinstance(self.error, FormigaError)
+        if is_bug and self._back is not None and core.state.resume is not None and core.at_work:
+            self._back.blame.count(core.at_work)
         self._folder.settle(self.driver.now())
         self.journaling.end()
 
@@ -204,6 +229,11 @@ class EngineHost:
         self._stop.set()
         while self._opened:
             self._opened.pop()()
+
+    @property
+    def resumed(self) -> list[str]:
+        """Return what people should know of what was resumed, in sentences."""
+        return self._back.told(self.site) if self._back is not None else []
 
     @property
     def desk(self) -> DeskTransport:

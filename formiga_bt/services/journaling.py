@@ -13,9 +13,10 @@ from msgspec import Struct
 from formiga_bt.clock import Micros
 from formiga_bt.engine.drivers.persist import DURABLE, Outcome
 from formiga_bt.engine.inputs import Step
+from formiga_bt.engine.library import Bundles
 from formiga_bt.engine.state import EngineState
 from formiga_bt.errors import SiteError
-from formiga_bt.lang.model import Task
+from formiga_bt.lang.model import Catalogue, Site, Task
 from formiga_bt.services.bundles import Stored
 from formiga_bt.site_folder import SiteFolder
 
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
     from formiga_bt.journal.keep import Housekeeper
     from formiga_bt.journal.store import Journal
     from formiga_bt.journal.writer import Writer
+    from formiga_bt.services.resuming import Comeback
 
 LIBRARIES: Final = ("eclipse-zenoh", "msgspec", "numpy", "py-trees", "pyproj", "scipy", "shapely", "sqlalchemy")
 FILE: Final = "journal.db"
@@ -94,6 +96,32 @@ class Journaling:
         return EngineState(
             seq=seq, now=max(now, last + 1 if seq else 0), counters={name: n for name, n in counters.items() if n}
         )
+
+    def find_comeback(
+        self, tasks: Bundles, site: Site, catalogue: Catalogue, now: Micros, counters: Mapping[str, int]
+    ) -> "Comeback | None":
+        """Return what this start goes on from; None: there is no journal, or it has nothing.
+
+        Args:
+            tasks: are served; versions that run are added.
+            site: of the engine.
+            catalogue: of the engine.
+            now: engine time that the runtime folder knows.
+            counters: that it has set aside.
+
+        Raises:
+            JournalError: the journal cannot be read.
+        """
+        from formiga_bt.services.resuming import find
+
+        found = find(self.journal, self._folder.path, tasks, site, catalogue) if self.journal is not None else None
+        if found is None:
+            return None
+        found.state.now = max(found.state.now, now)
+        if not found.sign.kept or (self._at is not None and self._at.durability != "full"):
+            for name, value in counters.items():  # ids may have been used that the journal does not know
+                found.state.counters[name] = max(found.state.counters.get(name, 0), value)
+        return found
 
     def begin(self, state: Callable[[], EngineState], now: Callable[[], Micros]) -> None:
         """Note the start.

@@ -42,11 +42,17 @@ class Line(Struct, frozen=True):
 
 
 class View:
-    """The copy. `feed_step` may be called from the driver's thread; everything else reads."""
+    """The copy. `feed_step` may be called from the driver's thread; everything else reads.
 
-    def __init__(self, epoch: int, *, ended_kept: int = ENDED_KEPT) -> None:
+    Args:
+        epoch: of the engine.
+        ended_kept: so many ended tasks are kept.
+        state: what the engine goes on from; a copy that is nobody else's.
+    """
+
+    def __init__(self, epoch: int, *, ended_kept: int = ENDED_KEPT, state: EngineState | None = None) -> None:
         self.feed = Feed(epoch)
-        self.ledger = Ledger(Bounds(ended=ended_kept, rows=ROWS_KEPT))
+        self.ledger = Ledger(Bounds(ended=ended_kept, rows=ROWS_KEPT), state)
         self.state = self.ledger.state
         self.alarms: deque[Line] = deque(maxlen=100)
         self._notices: dict[str, deque[Line]] = {}

@@ -76,6 +76,8 @@ class RealtimeDriver:
         epoch: of this start of the engine on its site.
         listeners: called in the driver's thread after each step is persisted; they must only enqueue.
         persist: keeps steps before their effects leave.
+        first: the engine's first input; by default `Started`.
+        start_at: engine time does not begin before it.
     """
 
     def __init__(
@@ -87,6 +89,8 @@ class RealtimeDriver:
         epoch: int = 1,
         listeners: Sequence[Listener] = (),
         persist: Persist | None = None,
+        first: inp.Input | None = None,
+        start_at: Micros = 0,
     ) -> None:
         _check_speed(speed)
         self.engine = engine
@@ -97,6 +101,7 @@ class RealtimeDriver:
         self._batch: list[tuple[inp.Step, Future[str] | None]] = []
         self._batch_from: Micros = 0
         self._epoch = epoch
+        self._first = first
         self._inbox = Inbox(self._is_high)
         self._behind: Micros = 0
         self._was_behind = False
@@ -109,7 +114,7 @@ class RealtimeDriver:
         self._door = threading.Lock()
         self._refusing = False
         self._thread: threading.Thread | None = None
-        self._clock = (self._wall_now(), max(time.time_ns() // 1000, engine.state.now), speed)
+        self._clock = (self._wall_now(), max(time.time_ns() // 1000, engine.state.now, start_at), speed)
         """Wall time, engine time and speed since the last change of speed; replaced whole."""
 
     # -- time ------------------------------------------------------------------------------------------------------
@@ -155,7 +160,7 @@ class RealtimeDriver:
             TransportError: a wire cannot be opened.
         """
         self.switchboard.open(self._inbox.wake)
-        self._inbox.put(inp.Started(self._epoch))
+        self._inbox.put(self._first or inp.Started(self._epoch))
         self._thread = threading.Thread(target=self._run, name="formiga-engine", daemon=True)
         self._thread.start()
 
