@@ -10,6 +10,7 @@ from formiga_bt.engine.records import GoalRecord, TaskRecord
 from formiga_bt.errors import TaskError
 from formiga_bt.lang.model import Site
 from formiga_bt.rehearsal import Rehearsal, fleet_of
+from formiga_bt.show.why.front import explain
 from formiga_bt.testing import check_rehearsal, packaged_world, task_of
 from tests.missions.crashing import Crashing
 
@@ -412,3 +413,42 @@ class TestStanding:
         assert flown.flight.run_until(
             lambda: flown.flight.engine.state.agents["lwd_1"].landed == "grounded", limit_s=600
         )
+
+
+class TestWhy:
+    def test_it_tells_that_machines_are_asked(self) -> None:
+        flown, id_ = begin()
+        in_flight(flown)
+        flown.die()
+        flown.resume(away_s=3)
+        assert why(flown, id_)[0] == (
+            "the engine was away for 3.0 s and asks what became of its goals; it waits for lwd_1, at most 10 s; "
+            "meanwhile no order leaves and no time limit ends",
+            "",
+        )
+        settled(flown)
+        assert not [text for text, _ in why(flown, id_) if "away" in text]
+
+    def test_it_tells_how_a_held_task_goes_on(self) -> None:
+        flown, id_ = begin()
+        in_flight(flown)
+        flown.die()
+        flown.flight.sim.kill("lwd_1")
+        flown.flight.sim.restart("lwd_1")
+        flown.resume(away_s=2)
+        settled(flown)
+        told = why(flown, id_)
+        assert told[0] == (
+            "HELD: it was interrupted by an outage; a person must say that it may go on",
+            f"formiga continue {id_} | formiga abort {id_}",
+        )
+        assert (
+            "lwd_1.GoTo was interrupted: its process was started anew while the engine was away; `continue` sends it again",
+            "",
+        ) in told
+
+
+def why(flown: Crashing, of: str) -> list[tuple[str, str]]:
+    engine = flown.flight.engine
+    _, lines = explain(engine.state, engine.core.models, of, flown.flight.now, catalogue=CATALOGUE)
+    return [(line.text, line.hint) for line in lines]

@@ -17,7 +17,7 @@ from formiga_bt.show.why.machine import why_machine
 from formiga_bt.show.why.near import nearest, shortened
 from formiga_bt.show.why.running import running
 from formiga_bt.show.why.scene import Scene
-from formiga_bt.show.why.stopped import locked, stopped
+from formiga_bt.show.why.stopped import away, locked, stopped
 from formiga_bt.show.why.waiting import waiting
 
 
@@ -67,11 +67,18 @@ def unknown(of: str, known: Iterable[str], kind: str = "task", code: str = "unkn
 def why_task(scene: Scene, task: TaskRecord) -> list[Because]:
     """Return the chain of a task."""
     if task.status == "PENDING":
-        return [*locked(scene), *waiting(scene, task), *_older(scene, task), *_requested(task), *earlier_runs(task)]
+        return [
+            *away(scene),
+            *locked(scene),
+            *waiting(scene, task),
+            *_older(scene, task),
+            *_requested(task),
+            *earlier_runs(task),
+        ]
     over = task.section == "done"
     lines = [*outcome(scene, task)] if task.outcome and (over or not task.again) else []
     if not over:
-        lines += stopped(scene, task)
+        lines += [*away(scene), *stopped(scene, task)]
         lines += silent(scene, _agents_of(scene, task))
         lines += running(scene, task)
     return [*lines, *chosen(scene, task), *_older(scene, task), *_requested(task), *earlier_runs(task)]

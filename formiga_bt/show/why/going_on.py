@@ -60,7 +60,7 @@ def ways_on(state: EngineState, task: TaskRecord, catalogue: Catalogue | None) -
     """Return the commands that a person may give for a stopped task, none of which would be refused now."""
     if state.lockdown is not None:
         return ["formiga lockdown release"]
-    if task.section != "steps" or task.stopping:
+    if (task.section != "steps" and "resume" not in task.held) or task.stopping:
         return [f"formiga why {task.id}"]
     end = f"formiga abort {task.id}"
     for agent in machines_of(state, task.id):

@@ -55,6 +55,16 @@ def stopped(scene: Scene, task: TaskRecord) -> Iterator[Because]:
             yield _interrupted(state, task, goal, catalogue)
 
 
+def away(scene: Scene) -> Iterator[Because]:
+    """Tell that it is still being found out what happened while the engine was away."""
+    resume = scene.state.resume
+    if resume is None or resume.phase == "watching":
+        return
+    waits = f"; it waits for {', '.join(resume.waits)}, at most 10 s" if resume.waits else ""
+    text = f"the engine was away for {resume.outage_us / 1e6:.1f} s and asks what became of its goals{waits}"
+    yield Because("reconcile", f"{text}; meanwhile no order leaves and no time limit ends")
+
+
 def _machines_of(task: TaskRecord) -> list[str]:
     return list(dict.fromkeys([*task.granted, *([task.system_agent] if task.system_agent else [])]))
 
@@ -72,6 +82,8 @@ def _held(scene: Scene, task: TaskRecord, cause: str, told: set[str]) -> Because
             if order is not None:
                 told.add(agent_id)
                 text = f"{given(order)}: {doing(state, order, scene.now, scene.wall)}"
+        case "resume":
+            hint = " | ".join(ways_on(state, task, catalogue))
         case "lockdown":
             hint = "formiga lockdown release"
             found = state.lockdown
@@ -90,7 +102,9 @@ def _held(scene: Scene, task: TaskRecord, cause: str, told: set[str]) -> Because
 def _interrupted(state: EngineState, task: TaskRecord, goal: GoalRecord, catalogue: Catalogue | None) -> Because:
     who = "its pilot, or its own failsafe, took over" if goal.code == "taken_over" else "by an order"
     order = state.orders.get(goal.agent)
-    if goal.code != "taken_over" and order is not None:
+    if goal.code == "in_doubt":
+        who = "its process was started anew while the engine was away"
+    elif goal.code != "taken_over" and order is not None:
         who = f"by {given(order)}"
     text = f"{goal.agent}.{goal.rest_of or goal.action} was interrupted: {who}"
     if goal.section != "steps":

@@ -1,0 +1,127 @@
+"""The engine's process is killed in mid-flight, over real Zenoh, and started again: the flight ends as if nothing had been."""
+
+import json
+import os
+import re
+import signal
+import time
+from collections import Counter
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+from agents_sim.launch import FleetProcesses
+from formiga_bt.cli.inputs import read_world
+from formiga_bt.engine.inputs import GoalEventInput
+from formiga_bt.journal.store import Journal
+from formiga_bt.rehearsal import fleet_of
+from formiga_bt.site_folder import EngineAddress
+from tests.e2e.test_service import Shell, new_site, wait_for_agents
+
+pytestmark = pytest.mark.network
+
+
+@pytest.fixture
+def shell(tmp_path: Path) -> Iterator[Shell]:
+    made = new_site(tmp_path)
+    yield made
+    made.close()
+
+
+def wait(is_met: Callable[[], object], within_s: float = 40.0, what: str = "") -> None:
+    until = time.monotonic() + within_s
+    while not is_met():
+        assert time.monotonic() < until, f"waited in vain: {what}"
+        time.sleep(0.1)
+
+
+def kill(shell: Shell) -> None:
+    engine = shell.engines[-1]
+    os.kill(engine.pid, signal.SIGKILL)
+    engine.wait()
+
+
+def flying(shell: Shell, action: str) -> bool:
+    agents = shell.json("agents")["agents"]
+    return any(agent["action"] == action for agent in agents)
+
+
+def fleet(shell: Shell, address: EngineAddress, folder: Path) -> FleetProcesses:
+    world = read_world((), shell.folder / "site.yaml")
+    assert world.site is not None
+    specs = [spec for spec in fleet_of(world.site, world.catalogue) if spec.id != "watcher_1"]
+    return FleetProcesses(specs, site=world.site.name, connect=address.endpoint, state_dir=folder)
+
+
+def flights(shell: Shell) -> list[tuple[str, str, str]]:
+    (file,) = shell.folder.glob(".formiga/*/flights.jsonl")
+    found = [json.loads(line) for line in file.read_text(encoding="utf-8").splitlines()]
+    return [(one["agent"], one["task"], one["landed_by"]) for one in found]
+
+
+def goals_begun(shell: Shell, site: str) -> Counter[str]:
+    """Return how often an agent said that it begins a goal, by the journal of all starts."""
+    begun: Counter[str] = Counter()
+    with Journal(shell.folder / f".formiga/{site}/journal.db", site, read_only=True) as journal:
+        for kept in journal.read():
+            given = kept.step.input
+            if isinstance(given, GoalEventInput) and given.event.state == "accepted" and given.event.n == 1:
+                begun[given.event.goal_id] += 1
+    return begun
+
+
+def test_killed_in_flight_and_gone_on(shell: Shell, tmp_path: Path) -> None:
+    address = shell.up("--desk", "watcher_1")
+    again = ("--desk", "watcher_1", "--listen", address.endpoint)
+    with fleet(shell, address, tmp_path / "sim"):
+        wait_for_agents(shell, 5)
+        shell.run("run", "Hello", "--param", "target=lake_shore")
+        for action in ("TakeOff", "GoTo"):
+            wait(lambda action=action: flying(shell, action), what=action)
+            kill(shell)
+            shell.up(*again)
+        wait(lambda: "SUCCEEDED" in shell.run("tasks"), what="the end of Hello-1")
+        shell.run("down", "--yes")
+        said = shell.ended()
+        assert re.search(
+            r"  resume  resumed after \d+\.\d s: Hello-1; what became of their goals is asked now", said
+        ), said
+        assert re.search(r"resumed after \d+\.\d s: Hello-1 on", said), said
+        ((_, task, landed_by),) = flights(shell)
+        assert (task, landed_by) == ("Hello-1", "task")
+        assert all(n == 1 for n in goals_begun(shell, "my_meadow").values())
+
+        shell.up(*again)  # and after a clean end: nothing is left, and no id comes twice
+        wait_for_agents(shell, 5)
+        assert "Hello-2" in shell.run("run", "Hello", "--param", "target=lake_shore")
+        wait(lambda: flying(shell, "GoTo"), what="a leg of Hello-2")
+        file = shell.folder / "trees/hello.yaml"
+        before = file.read_text(encoding="utf-8")
+        shell.run("down", "--yes")  # its agents fly on
+        assert "not ended: Hello-2; their agents go on with the goals they have" in shell.ended()
+        file.write_text(before + "# another version\n", encoding="utf-8")
+        shell.up(*again)
+        wait(lambda: re.search(r"Hello-2 .*SUCCEEDED", shell.run("tasks")), what="the end of Hello-2")
+        wait_for_agents(shell, 5)
+        shell.run("down", "--yes")
+
+
+def test_after_a_long_outage_a_person_says_that_it_goes_on(shell: Shell, tmp_path: Path) -> None:
+    site = shell.folder / "site.yaml"
+    site.write_text(site.read_text(encoding="utf-8") + "resume_hold_after: 0 s\n", encoding="utf-8")
+    address = shell.up("--desk", "watcher_1")
+    with fleet(shell, address, tmp_path / "sim"):
+        wait_for_agents(shell, 5)
+        shell.run("run", "Hello", "--param", "target=lake_shore")
+        wait(lambda: flying(shell, "TakeOff"), what="the take-off")
+        kill(shell)
+        shell.up("--desk", "watcher_1", "--listen", address.endpoint)
+        wait(lambda: "HELD" in shell.run("tasks"), what="it is held")
+        said = shell.run("why", "Hello-1")
+        assert "HELD: it was interrupted by an outage; a person must say that it may go on" in said
+        assert "formiga continue Hello-1" in said
+        shell.run("continue", "Hello-1")
+        wait(lambda: "SUCCEEDED" in shell.run("tasks"), what="the end of Hello-1")
+        shell.run("down", "--yes")
+        assert "they wait, for the outage was long; look at them, then: formiga continue" in shell.ended()
