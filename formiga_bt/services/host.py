@@ -139,7 +139,7 @@ class EngineHost:
         state = self.journaling.first_state(now_us, counters) if back is None else back.state
         engine = Engine(
             self.site, self._catalogue, self._tasks, state=state, resumes=back is not None,
-            without=back.blame.poison if back is not None else (), look=back.blame.look if back is not None else None,
+            without=back.without if back is not None else (), look=back.blame.look if back is not None else None,
         )  # fmt: skip
         self.driver = RealtimeDriver(
             engine,
@@ -154,7 +154,7 @@ class EngineHost:
             start_at=back.begins_at if back is not None else 0,
         )  # fmt: skip
         self.journaling.begin(lambda: engine.state, self.driver.now)
-        self.journaling.keep_read(self._tasks, self._texts)
+        self.journaling.keep_read(served, self._texts)
         self.orders = Orders(self.driver, self.view, self._desk, self.site, self._tasks, self._catalogue)
         self.loading = Loading(
             self.orders.ask, self.view, self.site, self._catalogue, self._tasks, BundleStore(self._folder.path)

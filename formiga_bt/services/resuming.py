@@ -26,7 +26,6 @@ from formiga_bt.engine import changes as ch
 from formiga_bt.engine.inputs import Alarm, CancelGoal, Notify, Resumed, Serve, Step
 from formiga_bt.engine.keeping import JOURNAL, LEVELS
 from formiga_bt.engine.library import Bundles
-from formiga_bt.engine.records import TaskRecord
 from formiga_bt.engine.state import EngineState
 from formiga_bt.errors import SiteError
 from formiga_bt.lang.loader import load_task_text
@@ -167,6 +166,8 @@ class Comeback:
         self.state = state
         self.sign = sign
         self.blame = Blame(folder)
+        self.open = [task for task in state.tasks.values() if task.section != "done"]
+        """The tasks that had not ended."""
         self.again: tuple[CancelGoal | Notify | Alarm, ...] = ()
         self.node_state = 0
         self.rebuilt: dict[str, str] = {}
@@ -176,9 +177,9 @@ class Comeback:
         self._wall = time.time_ns() // 1000
 
     @property
-    def open(self) -> list[TaskRecord]:
-        """Return the tasks that had not ended."""
-        return [task for task in self.state.tasks.values() if task.section != "done"]
+    def without(self) -> frozenset[str]:
+        """Return the tasks whose trees are not rebuilt."""
+        return frozenset((*self.lost, *self.blame.poison))
 
     @property
     def outage_us(self) -> Micros:
@@ -206,7 +207,7 @@ class Comeback:
             speed=self.sign.speed,
             node_state=self.node_state,
             rebuilt=self.rebuilt,
-            lost={**self.lost, **unbuilt},
+            lost={**unbuilt, **self.lost},
             poison=self.blame.poison,
             again=self.again,
         )

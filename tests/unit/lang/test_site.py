@@ -83,6 +83,7 @@ class TestPlaces:
         assert found.ground_msl_m == 120.0
         assert (found.min_spacing_m, found.preflight, found.heights) == (3.0, False, None)
         assert (found.envelope, found.on_breach, found.pilots) == ({}, {}, {})
+        assert found.resume_hold_after_us == 30_000_000
 
 
 class TestSafety:
@@ -98,6 +99,18 @@ class TestSafety:
         assert found.on_breach == {"reserve": "return", "keep_out": "hold"}
         assert (found.preflight, found.min_spacing_m) == (True, 6.0)
         assert (found.pilots, found.people) == ({"anna": 3}, {"approvers": ("dora",)})
+
+    @pytest.mark.parametrize(("text", "us"), [("0 s", 0), ("5 s", 5_000_000), ("10 min", 600_000_000)])
+    def test_after_how_long_an_outage_tasks_wait(self, text: str, us: int) -> None:
+        assert read(f"resume_hold_after: {text}\n").resume_hold_after_us == us
+
+    @pytest.mark.parametrize("text", ["-1 s", "11 min", "1 h"])
+    def test_an_outage_of_more_than_ten_minutes_always_waits(self, text: str) -> None:
+        _, (said,), _ = load_site_text(f"{HEAD}resume_hold_after: {text}\n", "site.yaml")
+        assert (said.code, said.message) == ("E062", "'resume_hold_after' must be 0 s to 10 min")
+        assert (
+            said.help == "machines that nobody watched for longer must not go on by themselves; 30 s if nothing is said"
+        )
 
     def test_a_limit_looser_than_all_types_of_the_site_changes_nothing_and_is_told(self, catalogue: Catalogue) -> None:
         text = HEAD + "envelope: {max_height: 120 m, reserve: 10 %}\n"

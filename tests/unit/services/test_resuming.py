@@ -1,0 +1,273 @@
+"""A service that was killed goes on from its journal: what is open, under which numbers, in which versions of its tasks.
+
+The kill is a copy of the site's folder, taken while the service runs: what a dead process leaves on disk.
+"""
+
+import json
+import shutil
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from formiga_bt.cli.init import SITE
+from formiga_bt.cli.inputs import read_task, read_world
+from formiga_bt.engine import resume
+from formiga_bt.engine.inputs import Duty, LockdownOrder, Operator
+from formiga_bt.engine.reconcile import Reconcile
+from formiga_bt.errors import FormigaError
+from formiga_bt.services.host import EngineHost
+from formiga_bt.services.journaling import JournalAt
+from formiga_bt.services.resuming import ALIVE, RESUMING, Blame, Sign, last_sign
+from tests.unit.services.conftest import TREES, Service
+from tests.unit.services.wire import Wire
+
+Up = Callable[..., AbstractContextManager[Service]]
+
+
+@pytest.fixture
+def up(tmp_path: Path) -> Up:
+    """Start a service with a journal in a folder below `tmp_path`; `trees` replace task files."""
+
+    @contextmanager
+    def begin(
+        where: str, trees: dict[str, str] | None = None, site: str = "", journal: bool = True, **options: Any
+    ) -> Iterator[Service]:
+        folder = tmp_path / where
+        folder.mkdir(exist_ok=True)
+        (folder / "site.yaml").write_text(SITE.format(name="meadow") + site, encoding="utf-8")
+        world = read_world((), folder / "site.yaml")
+        assert world.site is not None
+        tasks, texts = {}, {}
+        for name, text in {**TREES, **(trees or {})}.items():
+            (folder / name).write_text(text, encoding="utf-8")
+            read = read_task(folder / name, world)
+            assert read.task is not None, read.diagnostics
+            tasks[read.task.name], texts[read.task.name] = read.task, dict(read.sources)
+        options = {"http": "127.0.0.1:0", "desk": {"watcher_1": "watcher"}, **options}
+        at = JournalAt() if journal else None
+        with EngineHost(
+            world.site, world.catalogue, tasks, beside=folder, wires=[Wire()], journal=at, texts=texts, **options
+        ) as host:
+            yield Service(host, Wire())
+
+    return begin
+
+
+@pytest.fixture
+def kill(tmp_path: Path) -> Callable[[str, str], Path]:
+    """Leave what a service would leave that is killed now, in another folder; return its runtime folder."""
+
+    def copy(where: str, to: str) -> Path:
+        shutil.copytree(tmp_path / where, tmp_path / to)
+        return tmp_path / to / ".formiga" / "meadow"
+
+    return copy
+
+
+def open_questions(service: Service) -> list[tuple[str, str]]:
+    return [(q["number"], q["task"]) for q in service.get("/v1/inbox")["questions"]]
+
+
+def settled(service: Service) -> None:
+    service.wait(lambda: service.host.driver.engine.state.resume is None)
+
+
+class TestOpen:
+    def test_a_question_stays_open_and_ids_go_on(self, up: Up, kill: Callable[[str, str], Path]) -> None:
+        with up("one") as first:
+            mine = first.submit("Ask")
+            first.wait(lambda: open_questions(first))
+            kill("one", "two")
+        with up("two") as second:
+            assert second.host.resumed[0].startswith("resumed after ")
+            assert second.host.resumed[0].endswith(f"s: {mine}; what became of their goals is asked now")
+            settled(second)
+            second.wait(lambda: open_questions(second))
+            assert open_questions(second) == [("Q1", mine)]
+            assert second.submit("Ask") == "Ask-2"
+            second.wait(lambda: len(open_questions(second)) == 2)
+            assert open_questions(second)[1] == ("Q2", "Ask-2")
+            second.post("/v1/inbox/Q1/answer", {"option": "yes_it_is", "by": "watcher_1"})
+            assert second.ends(mine)["status"] == "SUCCEEDED"
+
+    def test_a_clean_end_is_gone_on_from_as_well(self, up: Up) -> None:
+        with up("one") as first:
+            mine = first.submit("Stay")
+        with up("one") as second:
+            assert second.task(mine)["status"] == "ACTIVE"
+            assert second.submit("Stay") == "Stay-2"
+
+    def test_without_a_journal_nothing_is_known(self, up: Up) -> None:
+        with up("one", journal=False) as first:
+            mine = first.submit("Stay")
+        with up("one", journal=False) as second:
+            assert second.host.resumed == []
+            assert second.call("GET", f"/v1/tasks/{mine}")[0] == 404
+
+    def test_lockdown_and_duty_stand(self, up: Up, kill: Callable[[str, str], Path]) -> None:
+        site = "pilots: [{id: pia, max_airborne: 1}]\n"
+        with up("one", site=site) as first:
+            first.host.driver.ask(Duty("pia", on=True))
+            first.host.driver.ask(LockdownOrder("return", "ann"))
+            first.wait(lambda: first.get("/v1/health")["lockdown"]["on"])
+            kill("one", "two")
+            kill("one", "three")
+        with up("two", site=site) as second:
+            settled(second)
+            assert second.get("/v1/health")["lockdown"]["by"] == "ann"
+            assert list(second.host.driver.engine.state.duty) == ["pia"]
+        with up("three", site=f"{site}resume_hold_after: 0 s\n") as third:
+            settled(third)
+            assert list(third.host.driver.engine.state.duty) == []
+
+
+class TestHeld:
+    def test_after_a_long_outage_tasks_wait_for_a_word(self, up: Up, kill: Callable[[str, str], Path]) -> None:
+        with up("one") as first:
+            mine = first.submit("Stay")
+            first.wait(lambda: first.task(mine)["status"] == "ACTIVE")
+            kill("one", "two")
+        with up("two", site="resume_hold_after: 0 s\n") as second:
+            assert second.host.resumed[1] == "they wait, for the outage was long; look at them, then: formiga continue"
+            settled(second)
+            second.wait(lambda: second.task(mine)["held"])
+            assert "held.resume" in second.codes(mine)
+            second.host.driver.ask(Operator("continue", mine, "ann"))
+            second.wait(lambda: not second.task(mine)["held"])
+
+    def test_how_long_it_was_away_is_counted_from_the_last_sign_of_life(
+        self, up: Up, kill: Callable[[str, str], Path]
+    ) -> None:
+        with up("one") as first:
+            mine = first.submit("Stay")
+            first.wait(lambda: first.task(mine)["status"] == "ACTIVE")
+            first.host.pulse._give()
+            folder = kill("one", "two")
+        sign = last_sign(folder)
+        assert sign is not None
+        with up("two") as second:
+            assert second.host._back is not None
+            assert second.host._back.sign.wall >= sign.wall
+            assert second.host.driver.now() >= sign.at
+
+
+class TestVersions:
+    CHANGED = TREES["stay.yaml"].replace("1 h", "2 h")
+
+    def test_what_runs_goes_on_with_its_exact_text_and_new_requests_get_the_new_one(
+        self, up: Up, kill: Callable[[str, str], Path]
+    ) -> None:
+        with up("one") as first:
+            mine = first.submit("Stay")
+            first.wait(lambda: first.task(mine)["status"] == "ACTIVE")
+            old = first.host._tasks["Stay"].bundle
+            kill("one", "two")
+        with up("two", {"stay.yaml": self.CHANGED}) as second:
+            state = second.host.driver.engine.state
+            assert state.tasks[mine].bundle == old
+            other = second.submit("Stay")
+            assert state.tasks[other].bundle == second.host._tasks["Stay"].bundle != old
+            assert (state.tasks[mine].version, state.tasks[other].version) == (1, 2)
+            assert "version" in second.codes(mine)
+
+    def test_and_once_more(self, up: Up, kill: Callable[[str, str], Path]) -> None:
+        with up("one") as first:
+            mine = first.submit("Stay")
+            kill("one", "two")
+        with up("two", {"stay.yaml": self.CHANGED}) as second:
+            other = second.submit("Stay")
+            kill("two", "three")
+        with up("three", {"stay.yaml": self.CHANGED}) as third:
+            state = third.host.driver.engine.state
+            third.wait(lambda: third.task(mine)["status"] == third.task(other)["status"] == "ACTIVE")
+            assert state.tasks[mine].bundle != state.tasks[other].bundle
+            assert [one.n for one in state.library["Stay"]] == [1, 2]
+
+    def test_files_that_were_not_kept_send_it_home(self, up: Up, kill: Callable[[str, str], Path]) -> None:
+        with up("one") as first:
+            mine = first.submit("Stay")
+            first.wait(lambda: first.task(mine)["status"] == "ACTIVE")
+            journal = first.host.journaling.journal
+            assert journal is not None
+            (row,) = [row for row in journal.bundles() if row.name == "Stay"]
+            journal.keep_bundle("Stay", row.bundle, "elsewhere.yaml", {"lost.yaml": "-"})
+            kill("one", "two")
+        with up("two", {"stay.yaml": self.CHANGED}) as second:
+            assert second.host.resumed[1] == (
+                f"{mine} is not resumed: the journal has not the text of elsewhere.yaml; its machines come home"
+            )
+            ended = second.ends(mine)
+            assert (ended["status"], ended["code"]) == ("FAILED", "upgrade")
+
+
+class TestBlame:
+    def test_a_tree_that_cannot_be_rebuilt_stops_nothing_else(
+        self, up: Up, kill: Callable[[str, str], Path], monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        with up("one") as first:
+            mine, other = first.submit("Stay"), first.submit("Stay")
+            first.wait(lambda: first.task(other)["status"] == "ACTIVE")
+            kill("one", "two")
+        restore = resume._restore
+
+        def breaks(core: Any, tasks: Any, task: Any) -> None:
+            if task.id == mine:
+                raise KeyError("steps[0]")
+            restore(core, tasks, task)
+
+        monkeypatch.setattr(resume, "_restore", breaks)
+        with up("two") as second:
+            ended = second.ends(mine)
+            assert (ended["code"], ended["reason"]) == ("upgrade", "its tree cannot be rebuilt: KeyError: 'steps[0]'")
+            assert second.task(other)["status"] == "ACTIVE"
+
+    def test_a_task_that_stops_the_engine_twice_is_not_resumed_a_third_time(
+        self, up: Up, kill: Callable[[str, str], Path], monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        with up("one") as first:
+            mine, other = first.submit("Stay"), first.submit("Stay")
+            first.wait(lambda: first.task(other)["status"] == "ACTIVE")
+            folder = kill("one", "two")
+        begin = Reconcile.begin
+
+        def breaks(self: Reconcile, given: Any) -> None:
+            begin(self, given)
+            if mine not in given.poison:
+                self._core.at_work = mine
+                raise RuntimeError("a bug")
+
+        monkeypatch.setattr(Reconcile, "begin", breaks)
+        for tries in (1, 2):
+            with pytest.raises(FormigaError, match="a bug"):
+                self.run(up("two"))
+            assert json.loads((folder / RESUMING).read_text())["tries"] == {mine: tries}
+        with up("two") as third:
+            assert third.host.resumed[-1] == f"{mine} stopped the engine 2 times; its machines come home"
+            assert third.ends(mine)["code"] == "exception"
+            assert third.task(other)["status"] == "ACTIVE"
+            third.wait(lambda: not (folder / RESUMING).exists())
+
+    @staticmethod
+    def run(up: AbstractContextManager[Service]) -> None:
+        with up as service:
+            service.wait(service.host.is_over)
+            service.host.check()
+
+    def test_a_process_that_dies_while_it_rebuilds_a_task_counts(self, tmp_path: Path) -> None:
+        for tries in (1, 2):
+            Blame(tmp_path).look("Stay-1")  # and then it dies
+            assert Blame(tmp_path).tries == {"Stay-1": tries}
+        assert Blame(tmp_path).poison == ("Stay-1",)
+        Blame(tmp_path).look("")
+        assert Blame(tmp_path).poison == ("Stay-1",)
+
+
+def test_a_sign_of_life_that_cannot_be_read_is_none(tmp_path: Path) -> None:
+    assert last_sign(tmp_path) is None
+    (tmp_path / ALIVE).write_text("{", encoding="utf-8")
+    assert last_sign(tmp_path) is None
+    (tmp_path / ALIVE).write_text('{"wall": 5, "at": 7}', encoding="utf-8")
+    assert last_sign(tmp_path) == Sign(5, 7)
