@@ -25,7 +25,8 @@ def command(
 ) -> None:
     """End the engine. Without --drain at once: agents go on with the goals they have; those of `up --sim` end too.
 
-    Asks first if machines may be in the air, or lockdown or orders stand: nothing of that is known to the next start.
+    Asks first if machines may be in the air, or lockdown or orders stand: nobody looks after them until the next start, which
+    goes on with them from its journal.
     """
     client = connect(site)
     if not (drain or yes):
@@ -47,10 +48,10 @@ def losses(found: dict[str, Any]) -> list[str]:
                 f"{agent['id']} may be in the air ({doing}): it finishes the goal it has, then nobody commands it"
             )
     if found["lockdown"]["on"]:
-        lines.append("lockdown stands: the next start of the engine knows nothing of it")
+        lines.append("lockdown stands: nobody keeps it until the next start, which knows it from its journal")
     orders = [f"{a['order']['stop']} of {a['id']}" for a in found["agents"] if a["order"]]
     if orders:
-        lines.append(f"orders stand: the next start knows nothing of them ({', '.join(orders)})")
+        lines.append(f"orders stand: nobody carries them out until the next start ({', '.join(orders)})")
     return lines
 
 

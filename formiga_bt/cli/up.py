@@ -81,7 +81,8 @@ def command(
     """Start the engine of a site as a service: it takes tasks over HTTP and from the other verbs.
 
     Ctrl-C aborts all tasks and ends when their machines have landed; a second one ends at once. `formiga down` and SIGTERM
-    end at once: agents go on with the goals they have; simulated ones of --sim end too. Exit code 0 if it ended on request.
+    end at once: agents go on with the goals they have; simulated ones of --sim end too. The next `formiga up` goes on with the
+    tasks from the journal, also after a crash. Exit code 0 if it ended on request.
     """
     world = _world(actions or [], site)
     assert world.site is not None

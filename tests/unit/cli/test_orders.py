@@ -283,8 +283,8 @@ def test_down_names_what_is_left_in_the_air_and_forgotten() -> None:
 
     assert losses({"agents": agents, "lockdown": LOCKDOWN}) == [
         "hwd_1 may be in the air (GoTo): it finishes the goal it has, then nobody commands it",
-        "lockdown stands: the next start of the engine knows nothing of it",
-        "orders stand: the next start knows nothing of them (hold of hwd_1)",
+        "lockdown stands: nobody keeps it until the next start, which knows it from its journal",
+        "orders stand: nobody carries them out until the next start (hold of hwd_1)",
     ]
     assert losses({"agents": [agent("lwd_1", landed="grounded"), person()], "lockdown": NO_LOCKDOWN}) == []
 
