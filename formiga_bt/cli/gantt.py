@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from formiga_bt.cli.past import AtOption, JournalOption
 from formiga_bt.cli.picture_out import (
     HERE,
     AllOption,
@@ -40,6 +41,8 @@ def command(
         Path | None, typer.Option(help="Site file of the engine. Default: the engine of this folder.", metavar="FILE")
     ] = None,
     url: UrlOption = "",
+    journal: JournalOption = "",
+    at: AtOption = "",
 ) -> None:
     """Draw what each agent of some tasks did when, and what they waited for.
 
@@ -50,7 +53,7 @@ def command(
     if out is not None and out != HERE:
         form_of(out)
     from_us, to_us = duration("--from", begin), duration("--to", end)
-    timeline = source_of(site, url).timeline(ids)
+    timeline = source_of(site, url, journal, at).timeline(ids)
     if as_json:
         import msgspec
 

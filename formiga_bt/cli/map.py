@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from formiga_bt.cli.past import AtOption, JournalOption
 from formiga_bt.cli.picture_out import (
     HERE,
     AllOption,
@@ -34,6 +35,8 @@ def command(
         Path | None, typer.Option(help="Site file of the engine. Default: the engine of this folder.", metavar="FILE")
     ] = None,
     url: UrlOption = "",
+    journal: JournalOption = "",
+    at: AtOption = "",
 ) -> None:
     """Draw where the agents of some tasks went: base, ports, places, regions, fences, heights. North is up.
 
@@ -43,7 +46,7 @@ def command(
     ids = chosen(tasks, every, "map")
     if out is not None and out != HERE:
         form_of(out)
-    chart = source_of(site, url).chart(ids)
+    chart = source_of(site, url, journal, at).chart(ids)
     if as_json:
         import msgspec
 

@@ -47,11 +47,11 @@ def chosen(tasks: Sequence[str] | None, every: bool, verb: str) -> list[str]:
     return list(dict.fromkeys(tasks or ()))
 
 
-def source_of(site: Path | None, url: str) -> "Source":
-    """Return what is asked: the engine of this folder, of a site, or at an address."""
-    from formiga_bt.cli.remote import connect_source
+def source_of(site: Path | None, url: str, journal: str = "", at: str = "") -> "Source":
+    """Return what is asked: the engine of this folder, of a site, or at an address; or a journal."""
+    from formiga_bt.cli import past
 
-    return connect_source(site, url)
+    return past.source_of(site, url, journal=journal, at=at)
 
 
 def form_of(out: Path) -> "Format":

@@ -10,6 +10,7 @@ import typer
 
 from formiga_bt.cli.client import TokenFileOption, UrlOption
 from formiga_bt.cli.inputs import UnusableFile, read_task, read_world, readable, rendered, shipped_task, shipped_tasks
+from formiga_bt.cli.past import AtOption, JournalOption, is_past
 
 if TYPE_CHECKING:
     from formiga_bt.show.facts import Drawing, TaskPicture
@@ -43,11 +44,14 @@ def command(
     ] = None,
     url: UrlOption = "",
     token_file: TokenFileOption = None,
+    journal: JournalOption = "",
+    at: AtOption = "",
     actions: Annotated[list[Path] | None, typer.Option(help="Catalogue file; may be repeated.", metavar="FILE")] = None,
 ) -> None:
     """Draw a task as a tree: its roles, its steps with their arguments and modifiers, and where each is written.
 
-    Of a running task also how each step stands. Examples: formiga show Circle -o circle.svg; formiga show Circle-7 --live
+    Of a running task also how each step stands; without an engine its journal tells. Examples: formiga show Circle -o c.svg;
+    formiga show Circle-7 --live; formiga show Circle-7 --at "-5 min"
     """
     from formiga_bt.cli.show_out import Canvas
 
@@ -60,14 +64,16 @@ def command(
         width=width or shutil.get_terminal_size((100, 24)).columns,
         colour=coloured(),
     )
-    file = _file_of(what)
+    file = _file_of(what) if not (journal or at) else None
     if file is not None:
         if live:
             raise UnusableFile("--live follows a task that an engine runs, and this is a file; name the task's id")
         canvas.show(_drawing(file, site, actions or []))
         return
-    source = _connect(what, site, url, token_file)
+    source = _connect(what, site, url, token_file, journal, at)
     picture = _task(source, what)
+    if live and is_past(source):
+        raise UnusableFile("--live follows an engine that runs, and this is its past; formiga replay plays that")
     if live:
         from formiga_bt.cli.show_live import follow
 
@@ -99,12 +105,14 @@ def _drawing(file: Path, site: Path | None, actions: list[Path]) -> "Drawing":
     return drawing_of(read.task, sources=read.sources)
 
 
-def _connect(what: str, site: Path | None, url: str, token_file: Path | None) -> "Source":
+def _connect(
+    what: str, site: Path | None, url: str, token_file: Path | None, journal: str = "", at: str = ""
+) -> "Source":
     from formiga_bt.cli.calling import NoEngine
-    from formiga_bt.cli.remote import connect_source
+    from formiga_bt.cli.past import source_of
 
     try:
-        return connect_source(site, url, token_file)
+        return source_of(site, url, token_file, journal=journal, at=at)
     except NoEngine as error:
         raise NoEngine(
             f"'{what}' is no file here and no task that ships{_near(what, shipped_tasks())}; and {error}"

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from formiga_bt.cli.past import AtOption, JournalOption
 from formiga_bt.errors import FormigaError, UnusableFile
 
 if TYPE_CHECKING:
@@ -26,6 +27,8 @@ def command(
         Path | None, typer.Option(help="Site file of the engine. Default: the engine of this folder.", metavar="FILE")
     ] = None,
     url: Annotated[str, typer.Option(help="Address of the engine to ask.", metavar="URL")] = "",
+    journal: JournalOption = "",
+    at: AtOption = "",
 ) -> None:
     """Tell how long things took: least, quartiles and most, with a box plot per row on a scale that a table shares.
 
@@ -33,10 +36,10 @@ def command(
     """
     if out is not None and out.suffix.lower() != ".csv":
         raise UnusableFile(f"cannot tell what {out} shall be\n  help: say a name that ends in .csv")
-    from formiga_bt.cli.remote import connect_source
+    from formiga_bt.cli.past import source_of
     from formiga_bt.show.stats import as_csv, is_empty
 
-    source = connect_source(site, url)
+    source = source_of(site, url, journal=journal, at=at)
     stats = source.stats(task=name, hours=hours)
     if name and is_empty(stats):
         every = source.stats(hours=hours)

@@ -4,6 +4,7 @@ import os
 import sys
 import time
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
@@ -14,6 +15,7 @@ from formiga_bt.cli.client import SiteOption, TokenFileOption, UrlOption
 from formiga_bt.cli.inputs import UnusableFile
 from formiga_bt.cli.order_words import in_words
 from formiga_bt.cli.ordering import ByOption
+from formiga_bt.cli.past import AtOption, JournalOption, is_past, source_of
 from formiga_bt.watch.orders import Order, Reply
 
 if TYPE_CHECKING:
@@ -29,6 +31,8 @@ def command(
     site: SiteOption = None,
     url: UrlOption = "",
     token_file: TokenFileOption = None,
+    journal: JournalOption = "",
+    at: AtOption = "",
 ) -> None:
     """Watch a site in the terminal: what needs you on top, tasks, agents, one task's live tree; answer and stop by key.
 
@@ -39,20 +43,30 @@ def command(
     from formiga_bt.watch.app import Watch
 
     place = Place(site, url, token_file)
-    source = Engine(place)
-    source.now(count=1)  # no engine: said at once, in words
+    source = _source(place, journal, at)  # no engine, no history: said at once, in words
     colour = not os.environ.pop("NO_COLOR", "") and os.environ.get("TERM") != "dumb"
     for name in ("COLUMNS", "LINES"):  # of a parent, they would count for more than the terminal's own size
         os.environ.pop(name, None)
     app = Watch(
         source,
-        None if read_only else Orders(place, by or user()),
+        None if read_only or is_past(source) else Orders(place, by or user()),
         clock=time.monotonic,
         task=task,
         ascii_only=ascii_only or not _can_draw(),
         colour=colour,
     )
     app.run(mouse=False)
+
+
+def _source(place: "Place", journal: str, at: str) -> "Source":
+    if not (journal or at):
+        engine = Engine(place)
+        with suppress(NoEngine):
+            engine.now(count=1)
+            return engine
+    source = source_of(*place, journal=journal, at=at)
+    source.now(count=1)
+    return source
 
 
 def _can_draw() -> bool:

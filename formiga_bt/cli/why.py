@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from formiga_bt.cli.client import JsonOption, SiteOption, TokenFileOption, UrlOption, print_json, segment, show_next
+from formiga_bt.cli.past import AtOption, JournalOption
 
 if TYPE_CHECKING:
     from formiga_bt.cli.calling import Client
@@ -21,6 +22,8 @@ def command(
     site: SiteOption = None,
     url: UrlOption = "",
     token_file: TokenFileOption = None,
+    journal: JournalOption = "",
+    at: AtOption = "",
 ) -> None:
     """Explain a task in plain words: what it waits for, who holds it, why these agents, why it failed.
 
@@ -28,18 +31,23 @@ def command(
     Example: formiga why hwd_1
     """
     from formiga_bt.cli.inputs import UnusableFile
-    from formiga_bt.cli.remote import connect_source
+    from formiga_bt.cli.past import source_of
+    from formiga_bt.cli.remote import RemoteSource
     from formiga_bt.show.why import text
 
     if not task:
         raise UnusableFile("why what? The id is empty; formiga tasks and formiga agents list them")
-    source = connect_source(site, url, token_file)
-    if as_json:
+    source = source_of(site, url, token_file, journal=journal, at=at)
+    if as_json and isinstance(source, RemoteSource):
         print_json(_as_json(source.client, task))
         return
     headline, lines = source.why(task)
+    if as_json:
+        print_json(as_values(headline, lines))
+        return
     typer.echo(text.in_words(headline, lines))
-    show_next(*suggestions(headline, lines))
+    if isinstance(source, RemoteSource):
+        show_next(*suggestions(headline, lines))
 
 
 def in_words(found: dict[str, Any]) -> str:
@@ -49,6 +57,16 @@ def in_words(found: dict[str, Any]) -> str:
 
     held = " HELD" if found["held"] else ""
     return text.in_words(f"{found['task']} {found['status']}{held}", [Because(**line) for line in found["because"]])
+
+
+def as_values(headline: str, lines: "Sequence[Because]") -> dict[str, Any]:
+    """Return an explanation as the API answers it."""
+    import msgspec
+
+    of, _, status = headline.removesuffix(" HELD").partition(" ")
+    because = [{name: getattr(line, name) for name in line.__struct_fields__} for line in lines]
+    held = ["held"] if headline.endswith(" HELD") else []
+    return dict(msgspec.to_builtins({"task": of, "status": status, "held": held, "because": because}))
 
 
 def _as_json(client: "Client", of: str) -> object:

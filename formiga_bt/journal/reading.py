@@ -175,6 +175,15 @@ class Readable:
         with self._reading() as connection:
             return connection.execute(sa.select(sa.func.min(at.at_us)).where(at.site == self.number)).scalar()
 
+    def snapshots(self) -> list[tuple[int, Micros]]:
+        """Return `seq` and engine time of each snapshot, oldest first."""
+        at = schema.snapshots.c
+        with self._reading() as connection:
+            rows = connection.execute(
+                sa.select(at.seq, at.at_us).where(at.site == self.number).order_by(at.epoch, at.seq)
+            ).all()
+        return [(row.seq, row.at_us) for row in rows]
+
     def way(self, agent: str = "", since: Micros = 0, until: Micros | None = None) -> Iterator[tuple[str, Point]]:
         """Return the way points of an agent, or of all, agent by agent in order of time."""
         at = schema.telemetry.c
@@ -208,6 +217,21 @@ class Readable:
                 if point.seq > after and (until is None or point.at <= until):
                     found[row.agent] = point
         return found
+
+
+def sites_of(where: str | Path) -> list[str]:
+    """Return the names of the sites whose history a journal holds.
+
+    Raises:
+        JournalError: there is no journal, or it cannot be read.
+    """
+    database = Database(where, create=False)
+    try:
+        database.check()
+        with _Reading(database) as connection:
+            return list(connection.execute(sa.select(schema.sites.c.name).order_by(schema.sites.c.name)).scalars())
+    finally:
+        database.engine.dispose()
 
 
 class _Reading:

@@ -6,8 +6,11 @@ What is wrong with the whole (no answer of the engine, lockdown, an engine that 
 screen is wide, it goes on in a second line, broken between its parts.
 """
 
+from datetime import UTC, datetime
+
 from msgspec import Struct
 
+from formiga_bt.clock import SECOND, Micros
 from formiga_bt.show.facts import Now, Top
 from formiga_bt.watch.text import Line, Piece, clean, line, span, width_of
 
@@ -36,7 +39,9 @@ def parts(now: Now | None, link: Link) -> list[Piece]:
     top = now.top
     if top.lockdown:
         found.append(Piece(_lockdown(top), "alarm_bar"))
-    if now.engine != "ok":
+    if now.engine == "past":
+        found.append(Piece(f"PAST {clock(now.at)}", "warn_bar"))
+    elif now.engine != "ok":
         found.append(Piece(f"ENGINE {clean(now.engine).upper()}", "warn_bar"))
     found.append(Piece(f"AIRBORNE {top.airborne}", "calm_bar"))
     waits = f" ({span(top.longest_wait_us)})" if top.needs_you else ""
@@ -48,6 +53,11 @@ def parts(now: Now | None, link: Link) -> list[Piece]:
         holders.setdefault(who, []).append(machine)
     found += [Piece(f"{who} has {', '.join(has)}", "warn_bar") for who, has in holders.items()]
     return found
+
+
+def clock(at: Micros) -> str:
+    """Return an instant of engine time as the date and time of this machine's zone."""
+    return f"{datetime.fromtimestamp(at // SECOND, UTC).astimezone():%Y-%m-%d %H:%M:%S}"
 
 
 def about(now: Now) -> str:

@@ -26,7 +26,7 @@ class Engine:
 @pytest.fixture
 def engine(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Engine:
     engine = Engine()
-    monkeypatch.setattr(remote, "connect_source", lambda _site, _url: engine)
+    monkeypatch.setattr(remote, "connect_source", lambda *_: engine)
     monkeypatch.chdir(tmp_path)
     return engine
 

@@ -1,0 +1,178 @@
+"""Where history is looked at: which journal is meant, and at what moment.
+
+A running engine is asked; where none of the folder runs, its journal tells. `--journal` and `--at` choose. The room `replay`,
+which loads the database library, is imported only if a journal is looked at.
+"""
+
+import os
+import sys
+from datetime import UTC, datetime, tzinfo
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, NamedTuple
+
+import typer
+
+from formiga_bt.cli.calling import NoEngine
+from formiga_bt.errors import FormigaError, UnusableFile
+from formiga_bt.site_folder import FOLDER, find_folders
+
+if TYPE_CHECKING:
+    from formiga_bt.replay.machine import TimeMachine
+    from formiga_bt.replay.source import JournalSource
+    from formiga_bt.show.source import Source
+
+FILE = "journal.db"
+"""In a site's runtime folder."""
+
+JournalOption = Annotated[
+    str,
+    typer.Option("--journal", help="Look at this journal, not at a running engine: file or URL.", metavar="FILE|URL"),
+]
+AtOption = Annotated[
+    str,
+    typer.Option(
+        "--at", help="Look at this moment of the journal: 10:15, '-5 min', 'PickUp-3 end'; an ISO time.", metavar="TIME"
+    ),
+]
+
+
+class Place(NamedTuple):
+    """Which journal, of which site."""
+
+    where: str
+    site: str
+
+
+def source_of(
+    site: Path | None = None, url: str = "", token_file: Path | None = None, *, journal: str = "", at: str = ""
+) -> "Source":
+    """Return what is asked: an engine; or a journal, if that is said or no engine of the folder runs. Then one line tells it.
+
+    Raises:
+        NoEngine: neither runs, nor is a journal here.
+        UnusableFile: the options do not go together, or `at` is no moment.
+        JournalError: the journal cannot be read.
+    """
+    from formiga_bt.cli.remote import connect_source
+
+    if url and (journal or at):
+        raise UnusableFile("--url asks an engine about now; for its past: GET /v1/past, or --journal with its database")
+    if journal or at:
+        return looked_at(machine_of(site, journal), at)
+    try:
+        return connect_source(site, url, token_file)
+    except NoEngine:
+        if url or os.environ.get("FORMIGA_URL"):
+            raise
+        found = journals(site)
+        if len(found) != 1:
+            raise
+        return looked_at(machine_at(found[0]), "", why="no engine runs; ")
+
+
+def is_past(source: "Source") -> bool:
+    """Return whether a source is a journal, not an engine."""
+    return hasattr(source, "machine")
+
+
+def looked_at(machine: "TimeMachine", at: str, why: str = "") -> "JournalSource":
+    """Return a journal at a moment, and tell which it is."""
+    from formiga_bt.replay.source import JournalSource
+    from formiga_bt.replay.when import in_words
+
+    source = JournalSource(machine, moment_of(machine, at) if at else None)
+    print(f"{why}the journal of {machine.journal.site} as of {in_words(source.at, zone())}", file=sys.stderr)
+    return source
+
+
+def moment_of(machine: "TimeMachine", text: str) -> int:
+    """Return the moment that a text means.
+
+    Raises:
+        UnusableFile: it means none.
+    """
+    from formiga_bt.replay.when import Times, moment
+
+    def task(task_id: str) -> "object":
+        story = machine.story(task_id, machine.last)
+        return story.state.tasks[task_id] if story is not None else None
+
+    return moment(text, Times(machine.first, machine.last, task, zone()))  # type: ignore[arg-type]
+
+
+def zone() -> tzinfo:
+    """Return the time zone of this machine."""
+    return datetime.now().astimezone().tzinfo or UTC
+
+
+def machine_of(site: Path | None, journal: str = "") -> "TimeMachine":
+    """Return the time machine on a journal: the one that is named, or that of the folder.
+
+    Raises:
+        FormigaError: there is none, or there are several.
+        JournalError: it cannot be read.
+    """
+    return machine_at(place_of(site, journal))
+
+
+def machine_at(place: Place) -> "TimeMachine":
+    """Return the time machine on a journal."""
+    from formiga_bt.replay.machine import TimeMachine
+
+    return TimeMachine(place.where, place.site)
+
+
+def place_of(site: Path | None, journal: str = "") -> Place:
+    """Return which journal is meant.
+
+    Raises:
+        FormigaError: there is none, or there are several.
+    """
+    if journal:
+        return Place(journal, _site_in(journal, site))
+    found = journals(site)
+    if len(found) == 1:
+        return found[0]
+    if found:
+        sites = ", ".join(place.site for place in found)
+        raise FormigaError(f"several sites were run here: {sites}\n  help: choose one: FORMIGA_SITE=NAME formiga ...")
+    raise FormigaError(
+        f"no journal lies in {(site or Path.cwd()).resolve()}, or a folder above it\n"
+        "  help: formiga up keeps one beside the site file; one elsewhere: --journal FILE|URL"
+    )
+
+
+def journals(site: Path | None) -> list[Place]:
+    """Return the journals of a folder's sites, as `calling.connect` looks for engines."""
+    if site is not None:
+        beside = (site if site.is_dir() else site.parent).resolve()
+        folders = sorted(p for p in (beside / FOLDER).glob("*") if p.is_dir())
+    else:
+        folders = find_folders(Path.cwd())
+    named = os.environ.get("FORMIGA_SITE", "")
+    return [
+        Place(str(folder / FILE), folder.name)
+        for folder in folders
+        if (folder / FILE).is_file() and (not named or folder.name == named)
+    ]
+
+
+def _site_in(journal: str, site: Path | None) -> str:
+    from formiga_bt.journal.reading import sites_of
+
+    sites = sites_of(journal)
+    named = os.environ.get("FORMIGA_SITE", "")
+    if named and named not in sites:
+        raise FormigaError(f"{journal} has nothing of the site '{named}'; its sites: {', '.join(sites) or 'none'}")
+    sites = [named] if named else sites
+    if len(sites) > 1 and site is not None:
+        here = {place.name for place in (site if site.is_dir() else site.parent).glob(f"{FOLDER}/*")}
+        sites = [one for one in sites if one in here] or sites
+    if len(sites) == 1:
+        return sites[0]
+    if not sites:
+        raise FormigaError(f"{journal} is a journal, but it has nothing in it yet")
+    raise FormigaError(
+        f"{journal} has the history of several sites: {', '.join(sites)}\n"
+        "  help: choose one: FORMIGA_SITE=NAME formiga ..."
+    )

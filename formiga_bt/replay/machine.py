@@ -1,0 +1,227 @@
+"""The time machine: the site at any moment of its journal, as a ledger from which every picture is drawn.
+
+A moment is the snapshot before it and the steps after that: how long a look takes does not depend on how much is kept.
+"""
+
+from collections.abc import Iterable, Iterator
+from heapq import merge
+from operator import itemgetter
+from pathlib import Path
+from types import TracebackType
+from typing import Final
+
+from formiga_bt.clock import SECOND, Micros
+from formiga_bt.engine import changes as ch
+from formiga_bt.engine.inputs import Step
+from formiga_bt.engine.records import TaskRecord
+from formiga_bt.engine.state import EngineState
+from formiga_bt.errors import JournalError
+from formiga_bt.journal.records import Gap, Kept
+from formiga_bt.journal.store import Journal
+from formiga_bt.journal.thin import Point, lay_over
+from formiga_bt.replay.files import Files
+from formiga_bt.show.ledger import ALL, Ledger
+from formiga_bt.show.tracks import Way
+
+SOME_US: Final[Micros] = 600 * SECOND
+"""Of the history before a moment is folded for lines and alarms."""
+
+Fix = tuple[int, str, Point]
+"""A way point behind the `seq` of its step and its agent."""
+
+
+class TimeMachine:
+    """Looks at one site's journal, also while an engine writes it; a context manager.
+
+    Args:
+        where: path or URL of the journal.
+        site: name of the site.
+
+    Raises:
+        JournalError: there is none, it cannot be read, or it has nothing of this site.
+    """
+
+    def __init__(self, where: str | Path, site: str) -> None:
+        self.journal = Journal(where, site, read_only=True)
+        first = self.journal.first_snapshot_at()
+        if first is None:
+            self.close()
+            raise JournalError(f"the journal {self.journal.where} has nothing of the site '{site}'")
+        self.first: Micros = first
+        self.files = Files(self.journal)
+
+    def __enter__(self) -> "TimeMachine":
+        return self
+
+    def __exit__(self, kind: object, error: BaseException | None, trace: TracebackType | None) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Let the journal go."""
+        self.journal.close()
+
+    # -- which moments there are -------------------------------------------------------------------------------------
+    @property
+    def last(self) -> Micros:
+        """Return the last moment that is known."""
+        return max(self.first, self.journal.last()[1])
+
+    def gap(self, at: Micros) -> Gap | None:
+        """Return the gap in the history that a moment is in."""
+        return next((gap for gap in self.journal.gaps() if gap.at <= at < gap.to_at), None)
+
+    # -- the whole site ----------------------------------------------------------------------------------------------
+    def moment(self, at: Micros, since: Micros | None = None, *, ways: bool = False) -> Ledger:
+        """Return the site as it stood at a moment, steps at that very moment included.
+
+        Args:
+            at: engine time.
+            since: lines, waits and rows from then on at least; None: from the snapshot before.
+            ways: the agents' ways too.
+
+        Raises:
+            JournalError: nothing is kept of that moment.
+        """
+        gap = self.gap(at)
+        if gap is not None:
+            raise JournalError(
+                f"the journal {self.journal.where} has nothing from {gap.at} to {gap.to_at} us: {gap.why}"
+            )
+        begin = at if since is None else max(min(since, at), self.first)
+        state = self.journal.snapshot_at(begin) if at >= self.first else None
+        if state is None:
+            raise JournalError(
+                f"the journal {self.journal.where} has nothing of {at} us\n  help: its earliest moment is {self.first} us"
+            )
+        after = state.seq
+        ledger = Ledger(ALL, state)
+        ledger.started_at = max(state.now, begin) if since is not None else state.now
+        fixes: Iterable[Fix] = self._fixes(after, max(state.now, begin), at) if ways else ()
+        put = follow(ledger, (kept.step for kept in self.journal.read(after, until=at)), fixes)
+        lay_over(state, self.journal.points_at(after, at), put)
+        state.now = max(state.now, at)
+        return ledger
+
+    def state(self, at: Micros) -> EngineState:
+        """Return the state at a moment; see `moment`."""
+        return self.moment(at).state
+
+    def _fixes(self, after: int, since: Micros, until: Micros, agent: str = "") -> list[Fix]:
+        way = self.journal.way(agent, since, until)
+        return sorted(((p.seq, name, p) for name, p in way if p.seq > after), key=itemgetter(0))
+
+    # -- one task ----------------------------------------------------------------------------------------------------
+    def story(self, task_id: str, at: Micros, *, ways: bool = False) -> Ledger | None:
+        """Return a ledger with the story of one task until a moment, whenever that was; None: the journal does not know it.
+
+        Only what is about the task is in it; how the site stood is not.
+        """
+        steps = [kept.step for kept in self.journal.read(until=at, task=task_id)]
+        if not steps:
+            return None
+        base = EngineState()
+        if not _begins(steps[0], task_id):  # what came before is no longer kept
+            base = self.journal.snapshot_at(self.first) or base
+            base.memory = {task_id: base.memory.get(task_id, {})}
+        ledger = Ledger(ALL, base)
+        own = (_part(step, task_id, ledger.state) for step in steps)
+        agents = _agents_of(steps, task_id) if ways else ()
+        fixes = merge(*(self._fixes(0, steps[0].at, steps[-1].at, one) for one in agents), key=itemgetter(0))
+        follow(ledger, own, fixes)
+        task = ledger.state.tasks.get(task_id)
+        if task is None:
+            return None
+        _close(ledger, task)
+        return ledger
+
+    def events(self, after: int = 0, to: int | None = None, task: str = "") -> Iterator[Kept]:
+        """Return kept steps in order, of a task or of all."""
+        return self.journal.read(after, to, task=task)
+
+
+def follow(ledger: Ledger, steps: Iterable[Step], fixes: Iterable[Fix] = ()) -> dict[str, int]:
+    """Feed steps, and way points in between; return the `seq` of the last record of each agent."""
+    put: dict[str, int] = {}
+    rest = iter(fixes)
+    fix = next(rest, None)
+    for step in steps:
+        while fix is not None and fix[0] < step.seq:
+            _went(ledger, fix)
+            fix = next(rest, None)
+        ledger.feed(step)
+        for change in step.changes:
+            if type(change) is ch.AgentPut:
+                put[change.agent.id] = step.seq
+    while fix is not None:
+        _went(ledger, fix)
+        fix = next(rest, None)
+    return put
+
+
+def _went(ledger: Ledger, fix: Fix) -> None:
+    _, name, point = fix
+    agent, position = ledger.state.agents.get(name), point.position
+    if agent is None or position is None:
+        return
+    way = ledger.ways.get(name)
+    if way is None:
+        way = ledger.ways[name] = Way(name, agent.type, human=agent.human, points=ledger.bounds.points)
+    way.note(point.at, position, agent.task)
+
+
+def _begins(step: Step, task_id: str) -> bool:
+    return any(type(c) is ch.TaskPut and c.task.id == task_id and c.task.submitted_at == step.at for c in step.changes)
+
+
+def _agents_of(steps: Iterable[Step], task_id: str) -> list[str]:
+    found: dict[str, None] = {}
+    for step in steps:
+        for change in step.changes:
+            if type(change) is ch.TaskPut and change.task.id == task_id:
+                found.update(dict.fromkeys(change.task.granted))
+            elif type(change) is ch.GoalPut and change.goal.task == task_id:
+                found[change.goal.agent] = None
+    return list(found)
+
+
+def _part(step: Step, task_id: str, state: EngineState) -> Step:
+    """Return what of a step is about a task, and about agents."""
+    changes = tuple(change for change in step.changes if _is_about(change, task_id, state))
+    effects = tuple(one for one in step.effects if getattr(one, "task", "") == task_id)
+    mine = getattr(step.input, "target", task_id) == task_id
+    return Step(step.seq, step.at, step.input, changes, effects, step.reply if mine else "")
+
+
+def _is_about(change: ch.Change, task_id: str, state: EngineState) -> bool:
+    match change:
+        case ch.AgentPut():
+            return True
+        case ch.TaskPut(task):
+            return task.id == task_id
+        case ch.GoalPut(goal):
+            return goal.task == task_id
+        case ch.QuestionPut(question):
+            return question.task == task_id
+        case ch.GoalDrop(goal):
+            return goal in state.goals
+        case ch.QuestionDrop(question):
+            return question in state.questions
+        case ch.TaskGone():
+            return False
+        case _:
+            return getattr(change, "task", None) == task_id
+
+
+def _close(ledger: Ledger, task: TaskRecord) -> None:
+    """End what a task that is over cannot wait for any more: its end may not have been about the task."""
+    if task.ended_at is None:
+        return
+    for (kind, of), row in list(ledger.waiting.items()):
+        if row.task == task.id:
+            del ledger.waiting[kind, of]
+            row.end = task.ended_at
+            if row.end > row.start:
+                ledger.story(task.id).waits.append(row)
+    for action in ledger.story(task.id).rows:
+        if action.end is None:
+            action.end, action.state = task.ended_at, "withdrawn"

@@ -1,0 +1,63 @@
+"""Moments as people write them."""
+
+from datetime import UTC, datetime
+
+import pytest
+
+from formiga_bt.clock import SECOND
+from formiga_bt.engine.records import TaskRecord
+from formiga_bt.errors import UnusableFile
+from formiga_bt.replay.when import Times, in_words, moment
+
+
+def us(text: str) -> int:
+    return round(datetime.fromisoformat(text).replace(tzinfo=UTC).timestamp() * SECOND)
+
+
+TASK = TaskRecord(
+    id="PickUp-3",
+    name="PickUp",
+    order=3,
+    bundle="",
+    submitted_at=us("2026-07-01T09:00"),
+    ended_at=us("2026-07-01T09:05"),
+)
+TIMES = Times(us("2026-06-30T08:00"), us("2026-07-01T10:30"), {"PickUp-3": TASK}.get)
+
+
+@pytest.mark.parametrize(
+    ("text", "at"),
+    [
+        ("10:15", "2026-07-01T10:15:00"),
+        ("10:15:30.5", "2026-07-01T10:15:30.5"),
+        ("11:00", "2026-06-30T11:00:00"),
+        ("2026-06-30 12:00", "2026-06-30T12:00:00"),
+        ("2026-06-30T12:00Z", "2026-06-30T12:00:00"),
+        ("2026-06-30T12:00+03:00", "2026-06-30T09:00:00"),
+        ("-5 min", "2026-07-01T10:25:00"),
+        ("-90 s", "2026-07-01T10:28:30"),
+        ("PickUp-3", "2026-07-01T09:05:00"),
+        ("PickUp-3 end", "2026-07-01T09:05:00"),
+        ("PickUp-3 end -5 s", "2026-07-01T09:04:55"),
+        ("PickUp-3 start +1 min", "2026-07-01T09:01:00"),
+        ("PickUp-3 active", "2026-07-01T09:00:00"),
+        ("start", "2026-06-30T08:00:00"),
+        ("end", "2026-07-01T10:30:00"),
+        ("2030-01-01 10:00", "2026-07-01T10:30:00"),
+    ],
+)
+def test_a_moment(text: str, at: str) -> None:
+    """What is after the end is the end; a time of the day is the last one before it."""
+    assert us(at) == moment(text, TIMES)
+
+
+@pytest.mark.parametrize("text", ["", "noon", "25:00", "PickUp-9 end", "-5 m", "PickUp-3 soon"])
+def test_what_is_none_is_told_with_what_is(text: str) -> None:
+    with pytest.raises(UnusableFile, match="is no moment that the journal knows\n  help: say for example 10:15"):
+        moment(text, TIMES)
+
+
+def test_before_the_beginning_is_told() -> None:
+    with pytest.raises(UnusableFile, match="'-3 h' is 2026-07-01 07:30:00; the journal begins at 2026-07-01 08:00:00"):
+        moment("-3 h", Times(us("2026-07-01T08:00"), TIMES.last, TIMES.task))
+    assert in_words(TIMES.last, UTC) == "2026-07-01 10:30:00"
