@@ -135,6 +135,9 @@ class Ledger:
             story = self.story(task.id)
             for key in self.state.memory.get(task.id, ()):
                 story.progress.began(key, self.state.now)
+            if task.section != "done":
+                self._waits_of(self.state.now, task)
+        self.stuck.update((agent.id, self.state.now) for agent in self.state.agents.values() if needs_person(agent))
 
     # -- folding -----------------------------------------------------------------------------------------------------
     def feed(self, step: Step) -> None:

@@ -6,9 +6,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from formiga_bt.engine.inputs import Operator
 from formiga_bt.lang.types import AgentRef
 from formiga_bt.rehearsal import Rehearsal, fleet_of
 from formiga_bt.testing import check_rehearsal, packaged_task, packaged_world
+from formiga_bt.transport.memory import Faults
 from tests.missions.crashing import Crashing, When
 
 SITE, CATALOGUE = packaged_world()
@@ -94,3 +96,25 @@ def test_however_often_it_dies_all_ends_as_without(data: st.DataObject, plain: d
         if again and deaths < 6:  # more could be an outage that people must look at
             flown.kill_at(again, data.draw(st.sampled_from(get_args(When))))
     plain[name].compare(flown)
+
+
+@settings(max_examples=15, deadline=None)
+@given(data=st.data())
+def test_over_a_bad_wire_too_no_goal_is_begun_twice_and_all_ends(data: st.DataObject, plain: dict[str, Plain]) -> None:
+    name = data.draw(st.sampled_from(["pick_up", "move_task"]))
+    flown, id_ = begin(name)
+    for agent in flown.flight.sim.agents:
+        faults = Faults(drop=0.1, duplicate=0.2, reorder=0.2, jitter_us=50_000)
+        flown.flight.hub.set_faults(agent, faults)
+    for _ in range(data.draw(st.integers(1, 4))):
+        flown.kill_at(data.draw(st.integers(1, plain[name].steps)), data.draw(st.sampled_from(get_args(When))))
+        if flown.run():
+            break
+        flown.resume(away_s=data.draw(st.floats(0.0, 3.0)))
+    flown.flight.driver._persist = None
+    if flown.flight.run_until(lambda: "resume" in flown.flight.task(id_).held, limit_s=60):
+        flown.flight.ask(Operator("continue", id_, "watcher_1"))
+    assert flown.run(), flown.story()
+    assert flown.twice() == []
+    check_rehearsal(flown.flight)
+    flown.flight.close()

@@ -12,7 +12,7 @@ from formiga_bt.lang.model import Site
 from formiga_bt.rehearsal import Rehearsal, fleet_of
 from formiga_bt.show.why.front import explain
 from formiga_bt.testing import check_rehearsal, packaged_world, task_of
-from tests.missions.crashing import Crashing
+from tests.missions.crashing import Crashing, Killed
 
 SITE, CATALOGUE = packaged_world()
 LONG_LEG = """\
@@ -94,6 +94,53 @@ def test_no_timer_fires_and_no_goal_leaves_before_machines_have_told() -> None:
     assert [(q.agent, q.goal_ids) for q in queries][:1] == [("lwd_1", (f"{id_}/1/steps/steps[1]@1",))]
     notices = [e.text for step in flown.seen for e in step.effects if isinstance(e, inp.Notify)]
     assert notices == [f"resumed after 3.0 s: {id_} on"]
+    ends(flown, id_)
+
+
+TWO = """\
+imports: [lib/flying.yaml]
+agents:
+  one: {type: lwd, id: lwd_1}
+  other: {type: lwd, id: lwd_2}
+steps:
+  - parallel:
+      - sequence:
+          - do: one.TakeOff
+          - do: one.GoTo
+            with: {to: {east: 20 m, north: 300 m, height: "${one.transit_height}"}}
+          - call: ReturnHome
+            with: {drone: "${one}"}
+      - sequence:
+          - do: other.TakeOff
+          - do: other.GoTo
+            with: {to: {east: -60 m, north: 80 m, height: "${other.transit_height}"}}
+          - call: ReturnHome
+            with: {drone: "${other}"}
+"""
+
+
+def test_no_order_leaves_while_another_machine_is_waited_for() -> None:
+    flown, id_ = begin(TWO)
+    flight = flown.flight
+    assert flight.run_until(lambda: sum(g.action == "GoTo" for g in flight.engine.state.goals.values()) == 2)
+    flight.run_for(1)
+    flown.die()
+    other, side = flight.sim["lwd_1"].side, flight.sim["lwd_2"].side
+    assert side is not None
+    assert other is not None
+    other._silence_us = None  # it does not come home by itself
+    while side.active:
+        flown.away(0.5)
+    flight.hub.cut("lwd_1", vanishes=False)
+    flown.resume(away_s=0)
+    before = len(flown.begun)
+    flight.run_for(9)
+    waiting = [g for g in flight.engine.state.goals.values() if g.state == "gated"]
+    assert [(g.agent, g.code) for g in waiting] == [("lwd_2", "reconcile")]
+    assert flown.begun[before:] == []
+    flight.run_for(2)
+    assert {one.agent for one in flown.begun[before:]} == {"lwd_2"}
+    flight.hub.mend("lwd_1")
     ends(flown, id_)
 
 
@@ -310,6 +357,82 @@ def test_an_order_that_is_too_old_is_not_sent_again() -> None:
     assert ended.code == "goal_expired"
 
 
+class TestOutbox:
+    """What was committed in the last step, and never left."""
+
+    def test_a_cancel_is_sent_again_under_the_same_id(self) -> None:
+        flown, id_ = begin()
+        in_flight(flown)
+        goal = leg(flown)
+        assert goal is not None
+        flown.kill_at(1)
+        with pytest.raises(Killed):
+            flown.flight.abort(id_)
+        flown.die()
+        flown.resume(away_s=2)
+        flown.flight.run_for(0.2)  # before a lost cancel would be sent again by itself
+        cancels = [e for step in flown.seen for e in step.effects if isinstance(e, inp.CancelGoal)]
+        assert [(c.goal_id, c.agent) for c in cancels] == [(goal.id, "lwd_1")] * 2
+        side = flown.flight.sim["lwd_1"].side
+        assert side is not None
+        assert side.state_of(goal.id) == "canceled"
+        ends(flown, id_, "CANCELED")
+
+    def test_a_cancel_that_is_never_confirmed_still_ends_in_a_quarantine(self) -> None:
+        flown, id_ = begin()
+        in_flight(flown)
+        flown.flight.sim.never_confirm_cancel("lwd_1")
+        flown.flight.abort(id_)
+        flown.flight.run_for(5)
+        flown.die()
+        flown.resume(away_s=2)
+        flown.flight.run_for(40)  # the grace of a cancel, from the restart on
+        lwd_1 = flown.flight.engine.state.agents["lwd_1"]
+        assert (lwd_1.pool, lwd_1.quarantine) == ("QUARANTINED", "cancel_unconfirmed")
+        assert task(flown, id_).status == "CANCELED"
+
+    def test_a_notice_is_told_again(self) -> None:
+        flown, id_ = begin()
+        assert flown.flight.run_until(lambda: bool(flown.flight.engine.state.questions))
+        before = len(flown.seen)
+        probe, _ = begin()
+        assert probe.run()
+        said = next(s.seq for s in probe.seen for e in s.effects if isinstance(e, inp.Notify) and e.text == "it is yes")
+        flown.kill_at(said - flown.seen[before - 1].seq)
+        assert not flown.run()
+        first = flown.resume(away_s=2)
+        assert [e.text for e in first.effects if isinstance(e, inp.Notify)] == ["it is yes"]
+        ends(flown, id_)
+
+    def test_a_question_that_was_withdrawn_is_withdrawn_again(self) -> None:
+        flown, id_ = begin(answers=[{"match": "Seen", "never": True}])
+        assert flown.flight.run_until(lambda: bool(flown.flight.engine.state.questions))
+        flown.flight.run_for(1)
+        (question,) = flown.flight.engine.state.questions
+        flown.kill_at(1)
+        with pytest.raises(Killed):
+            flown.flight.abort(id_)
+        flown.die()
+        flown.resume(away_s=2)
+        flown.flight.run_for(1)
+        side = flown.flight.sim["watcher_1"].side
+        assert side is not None
+        assert side.state_of(f"{question}~watcher_1") == "canceled"
+        ends(flown, id_, "CANCELED")
+
+    def test_a_machine_that_was_being_asked_after_a_quarantine_is_asked_again(self) -> None:
+        flown, id_ = begin()
+        in_flight(flown)
+        flown.flight.hub.cut("lwd_1")
+        assert flown.flight.run_until(lambda: flown.flight.engine.state.agents["lwd_1"].pool == "QUARANTINED")
+        flown.flight.hub.mend("lwd_1")
+        assert flown.flight.run_until(lambda: flown.flight.engine.state.agents["lwd_1"].quarantine == "asked")
+        flown.die()
+        flown.resume(away_s=2)
+        assert flown.flight.run_until(lambda: flown.flight.engine.state.agents["lwd_1"].pool == "STANDBY", limit_s=600)
+        assert task(flown, id_).code == "agent_lost"
+
+
 class TestPeople:
     def test_an_answer_given_meanwhile_counts_and_nobody_is_asked_again(self) -> None:
         flown, id_ = begin(answers=[{"match": "Seen", "options": ["no"], "after": "2 s"}])
@@ -337,6 +460,9 @@ class TestPeople:
 def test_it_dies_once_more_while_it_asks() -> None:
     flown, id_ = begin()
     in_flight(flown)
+    side = flown.flight.sim["lwd_1"].side
+    assert side is not None
+    side._silence_us = None  # it does not come home by itself, which would hold its task, too
     flown.die()
     flown.resume(away_s=20)
     flown.kill_at(1)
