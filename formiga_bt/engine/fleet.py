@@ -95,6 +95,25 @@ class Fleet:
         if refused:
             core.effect(Alarm("not_admitted", f"{card.id} ({card.type}) is not admitted: {refused}", "", card.id))
 
+    def read_anew(self) -> None:
+        """The engine was started anew: who is admitted, and each machine's port, are as the site file says now."""
+        core = self._core
+        for agent in list(core.state.agents.values()):
+            kind, listed = core.catalogue.types.get(agent.type), core.site.agents.get(agent.id)
+            refused, home = "", ""
+            if kind is None:
+                refused = "unknown_type"
+            elif agent.refused == "datum":
+                refused = "datum"
+            elif listed is None and core.site.mode == "real":
+                refused = "unlisted"
+            elif not kind.human:
+                kept = agent.home if agent.home in core.site.ports else ""
+                others = [one.home for one in core.site.agents.values()]
+                home = listed.home if listed else (kept if kept not in others else self._free_port())
+                refused = "" if home else "no_port"
+            core.put_agent(agent.id, refused=refused, home=home)
+
     def _known(self, card: AgentCard) -> tuple[str, ...]:
         kind = self._core.catalogue.types.get(card.type)
         return tuple(a for a in card.actions if kind is None or a in kind.actions)

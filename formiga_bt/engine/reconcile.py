@@ -82,6 +82,7 @@ class Reconcile:
                 )
             )
         )
+        self._fleet.read_anew()
         self._lose_touch(given.heard)
         for effect in given.again:
             if not isinstance(effect, inp.CancelGoal):

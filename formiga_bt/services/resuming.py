@@ -266,8 +266,30 @@ def find(journal: "Journal", folder: Path, tasks: Bundles, site: Site, catalogue
         for effect in kept.step.effects
         if isinstance(effect, CancelGoal | Notify | Alarm)
     )
+    _check_catalogue(state, catalogue)
     _rebuild(found, journal.bundles(), tasks, site, catalogue)
     return found
+
+
+def _check_catalogue(state: EngineState, catalogue: Catalogue) -> None:
+    """Refuse to go on without what machines of open tasks are, and do.
+
+    Raises:
+        SiteError: the catalogue has not a type or an action any more.
+    """
+    for agent in state.agents.values():
+        if agent.task and agent.type not in catalogue.types:
+            raise SiteError(_gone(f"type {agent.type}", f"{agent.id} works for {agent.task}"))
+    for goal in state.goals.values():
+        if goal.action not in catalogue.actions:
+            raise SiteError(_gone(f"action {goal.action}", f"{goal.agent} does it for {goal.task or 'the engine'}"))
+
+
+def _gone(what: str, why: str) -> str:
+    return (
+        f"the catalogue has no {what} any more, and {why}\n"
+        "  help: start once more with the old catalogue (--actions FILE) until that has ended, or was aborted"
+    )
 
 
 def replace_at(sign: Sign, at: Micros) -> Sign:

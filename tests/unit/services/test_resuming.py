@@ -17,10 +17,13 @@ from formiga_bt.cli.inputs import read_task, read_world
 from formiga_bt.engine import resume
 from formiga_bt.engine.inputs import Duty, LockdownOrder, Operator
 from formiga_bt.engine.reconcile import Reconcile
-from formiga_bt.errors import FormigaError
+from formiga_bt.engine.records import AgentRecord, GoalRecord
+from formiga_bt.engine.state import EngineState
+from formiga_bt.errors import FormigaError, SiteError
+from formiga_bt.lang.model import Catalogue
 from formiga_bt.services.host import EngineHost
 from formiga_bt.services.journaling import JournalAt
-from formiga_bt.services.resuming import ALIVE, RESUMING, Blame, Sign, last_sign
+from formiga_bt.services.resuming import ALIVE, RESUMING, Blame, Sign, _check_catalogue, last_sign
 from tests.unit.services.conftest import TREES, Service
 from tests.unit.services.wire import Wire
 
@@ -33,11 +36,20 @@ def up(tmp_path: Path) -> Up:
 
     @contextmanager
     def begin(
-        where: str, trees: dict[str, str] | None = None, site: str = "", journal: bool = True, **options: Any
+        where: str,
+        trees: dict[str, str] | None = None,
+        site: str = "",
+        journal: bool = True,
+        swap: tuple[tuple[str, str], ...] = (),
+        **options: Any,
     ) -> Iterator[Service]:
         folder = tmp_path / where
         folder.mkdir(exist_ok=True)
-        (folder / "site.yaml").write_text(SITE.format(name="meadow") + site, encoding="utf-8")
+        text = SITE.format(name="meadow") + site
+        for old, new in swap:
+            assert old in text
+            text = text.replace(old, new)
+        (folder / "site.yaml").write_text(text, encoding="utf-8")
         world = read_world((), folder / "site.yaml")
         assert world.site is not None
         tasks, texts = {}, {}
@@ -48,10 +60,11 @@ def up(tmp_path: Path) -> Up:
             tasks[read.task.name], texts[read.task.name] = read.task, dict(read.sources)
         options = {"http": "127.0.0.1:0", "desk": {"watcher_1": "watcher"}, **options}
         at = JournalAt() if journal else None
+        wire = Wire()
         with EngineHost(
-            world.site, world.catalogue, tasks, beside=folder, wires=[Wire()], journal=at, texts=texts, **options
+            world.site, world.catalogue, tasks, beside=folder, wires=[wire], journal=at, texts=texts, **options
         ) as host:
-            yield Service(host, Wire())
+            yield Service(host, wire)
 
     return begin
 
@@ -201,6 +214,37 @@ class TestVersions:
             )
             ended = second.ends(mine)
             assert (ended["status"], ended["code"]) == ("FAILED", "upgrade")
+
+
+class TestSite:
+    def test_who_is_admitted_and_where_is_as_the_site_file_says_now(
+        self, up: Up, kill: Callable[[str, str], Path]
+    ) -> None:
+        with up("one") as first:
+            state = first.host.driver.engine.state
+            first.wire.add("lwd_1", "lwd", first.host.site.ports["p1"].at)
+            first.wait(lambda: "lwd_1" in state.agents)
+            assert (state.agents["lwd_1"].home, state.agents["lwd_1"].refused) == ("p1", "")
+            kill("one", "two")
+        swap = (
+            ("lwd_1: {type: lwd, home: p1}", "lwd_1: {type: lwd, home: p2}"),
+            ("lwd_2: {type: lwd, home: p2}", "lwd_2: {type: lwd, home: p1}"),
+        )
+        with up("two", swap=swap) as second:
+            settled(second)
+            assert second.host.driver.engine.state.agents["lwd_1"].home == "p2"
+
+    def test_a_catalogue_without_what_works_is_refused(self) -> None:
+        state = EngineState(agents={"hwd_1": AgentRecord(id="hwd_1", type="hwd", task="PickUp-1")})
+        with pytest.raises(SiteError) as said:
+            _check_catalogue(state, Catalogue())
+        assert str(said.value) == (
+            "the catalogue has no type hwd any more, and hwd_1 works for PickUp-1\n"
+            "  help: start once more with the old catalogue (--actions FILE) until that has ended, or was aborted"
+        )
+        state = EngineState(goals={"g": GoalRecord(id="g", agent="hwd_1", action="Dance", task="PickUp-1")})
+        with pytest.raises(SiteError, match="no action Dance any more, and hwd_1 does it for PickUp-1"):
+            _check_catalogue(state, Catalogue())
 
 
 class TestBlame:
