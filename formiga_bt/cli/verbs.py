@@ -52,6 +52,8 @@ _TABLE = (
     Verb("gantt", "gantt", "Draw the actions of agents over time."),
     Verb("map", "map", "Draw where agents went, on the site."),
     Verb("stats", "stats", "Tell how long things took, with their spread."),
+    Verb("replay", "replay", "Play the past from the journal; tell a task's story."),
+    Verb("journal", "journal", "Tell what is in the journal, export tables, remove what is old."),
     Verb("why", "why", "Explain why a task waits, is held, or failed; or a machine."),
     Verb("abort", "abort", "End a task."),
     Verb("hold", "hold", "Stop machines: what flies hovers."),

@@ -3,25 +3,26 @@
 | table | a row is |
 |---|---|
 | `steps` | a step: what came in, which tasks it touched, what was answered |
-| `tasks` | a task as it stood when the export ends |
-| `actions` | a goal of a task at its end, or as it stood last |
-| `telemetry` | a way point of an agent |
+| `tasks` | a task as it stood when the export ends, or at its end |
+| `goals` | a goal of a task at its end, or as it stood last |
+| `tracks` | a way point of an agent |
+| `questions` | a question to people, with its answer |
 
 Times are `unix_millis_...` of engine time.
 """
 
 import csv
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from importlib import import_module
 from pathlib import Path
 from typing import Any, Final, Literal
 
 from formiga_bt.clock import Micros
 from formiga_bt.engine import changes as ch
-from formiga_bt.engine.records import GoalRecord
+from formiga_bt.engine.records import GoalRecord, Question
 from formiga_bt.errors import JournalError
 from formiga_bt.journal.past import Past
-from formiga_bt.journal.store import Journal
+from formiga_bt.journal.reading import Readable
 from formiga_bt.journal.writer import tasks_of
 
 Format = Literal["csv", "parquet"]
@@ -38,20 +39,30 @@ COLUMNS: Final[dict[str, dict[str, str]]] = {
         "reason": "text", "priority": "text", "requester": "text", "run": "int", "unix_millis_submitted": "int",
         "unix_millis_assigned": "int", "unix_millis_active": "int", "unix_millis_ended": "int",
     },
-    "actions": {
+    "goals": {
         "goal": "text", "task": "text", "agent": "text", "action": "text", "state": "text", "code": "text",
         "unix_millis_ordered": "int", "unix_millis_sent": "int", "unix_millis_last": "int",
     },
-    "telemetry": {
+    "tracks": {
         "agent": "text", "unix_millis": "int", "east_m": "float", "north_m": "float", "up_m": "float", "battery": "int",
+    },
+    "questions": {
+        "number": "text", "task": "text", "kind": "text", "text": "text", "options": "text", "asked": "text",
+        "answer": "text", "by": "text", "unix_millis_asked": "int", "unix_millis_answered": "int",
     },
 }  # fmt: skip
 
 
 def export(
-    journal: Journal, folder: Path, *, form: Format = "csv", since: Micros = 0, until: Micros | None = None
+    journal: Readable,
+    folder: Path,
+    *,
+    form: Format = "csv",
+    since: Micros = 0,
+    until: Micros | None = None,
+    what: Collection[str] = (),
 ) -> list[Path]:
-    """Write the tables of a journal into a folder; return the files.
+    """Write tables of a journal into a folder; return the files.
 
     Args:
         journal: of the site.
@@ -59,6 +70,7 @@ def export(
         form: of the files.
         since: engine time of the first row.
         until: engine time of the last; None = to the end.
+        what: names of tables; none = all.
 
     Raises:
         JournalError: the journal cannot be read, or a file cannot be written.
@@ -66,13 +78,18 @@ def export(
     rows: dict[str, Callable[[], Iterable[Row]]] = {
         "steps": lambda: _steps(journal, since, until),
         "tasks": lambda: _tasks(journal, since, until),
-        "actions": lambda: _actions(journal, since, until),
-        "telemetry": lambda: _telemetry(journal, since, until),
+        "goals": lambda: _goals(journal, since, until),
+        "tracks": lambda: _tracks(journal, since, until),
+        "questions": lambda: _questions(journal, since, until),
     }
     write = _write_csv if form == "csv" else _parquet()
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        return [write(folder / f"{name}.{form}", COLUMNS[name], make()) for name, make in rows.items()]
+        return [
+            write(folder / f"{name}.{form}", COLUMNS[name], make())
+            for name, make in rows.items()
+            if not what or name in what
+        ]
     except OSError as error:
         raise JournalError(f"cannot write into {folder}: {error.strerror or error}") from error
 
@@ -81,7 +98,7 @@ def _millis(at: Micros | None) -> int | None:
     return None if at is None else at // 1000
 
 
-def _steps(journal: Journal, since: Micros, until: Micros | None) -> Iterator[Row]:
+def _steps(journal: Readable, since: Micros, until: Micros | None) -> Iterator[Row]:
     for kept in journal.read(until=until):
         if kept.at >= since:
             step = kept.step
@@ -89,8 +106,11 @@ def _steps(journal: Journal, since: Micros, until: Micros | None) -> Iterator[Ro
             yield (kept.seq, _millis(kept.at), kept.kind, touched, len(step.changes), len(step.effects), step.reply)
 
 
-def _tasks(journal: Journal, since: Micros, until: Micros | None) -> Iterator[Row]:
-    for task in Past(journal).state(until).tasks.values():
+def _tasks(journal: Readable, since: Micros, until: Micros | None) -> Iterator[Row]:
+    tasks = dict(Past(journal).state(journal.first_snapshot_at()).tasks)
+    for kept in journal.read(until=until):
+        tasks.update({change.task.id: change.task for change in kept.step.changes if isinstance(change, ch.TaskPut)})
+    for task in tasks.values():
         if task.ended_at is None or task.ended_at >= since:
             yield (
                 task.id, task.name, task.version, task.bundle, task.status, task.code, task.reason, task.priority,
@@ -99,7 +119,7 @@ def _tasks(journal: Journal, since: Micros, until: Micros | None) -> Iterator[Ro
             )  # fmt: skip
 
 
-def _actions(journal: Journal, since: Micros, until: Micros | None) -> Iterator[Row]:
+def _goals(journal: Readable, since: Micros, until: Micros | None) -> Iterator[Row]:
     open_: dict[str, tuple[GoalRecord, Micros]] = {}
     for kept in journal.read(until=until):
         for change in kept.step.changes:
@@ -108,20 +128,39 @@ def _actions(journal: Journal, since: Micros, until: Micros | None) -> Iterator[
             elif isinstance(change, ch.GoalDrop) and change.goal in open_:
                 goal, last = open_.pop(change.goal)
                 if last >= since:
-                    yield _action(goal, last)
+                    yield _goal(goal, last)
     for goal, last in open_.values():
         if last >= since:
-            yield _action(goal, last)
+            yield _goal(goal, last)
 
 
-def _action(goal: GoalRecord, last: Micros) -> Row:
+def _goal(goal: GoalRecord, last: Micros) -> Row:
     return (
         goal.id, goal.task, goal.agent, goal.action, goal.state, goal.code,
         _millis(goal.at), _millis(goal.sent_at), _millis(last),
     )  # fmt: skip
 
 
-def _telemetry(journal: Journal, since: Micros, until: Micros | None) -> Iterator[Row]:
+def _questions(journal: Readable, since: Micros, until: Micros | None) -> Iterator[Row]:
+    found: dict[str, tuple[Question, Micros | None]] = {}
+    for kept in journal.read(until=until):
+        for change in kept.step.changes:
+            if isinstance(change, ch.QuestionPut):
+                one = change.question
+                was = found.get(one.id)
+                answered = kept.at if one.reply is not None and (was is None or was[0].reply is None) else None
+                found[one.id] = (one, answered if answered is not None or was is None else was[1])
+    for one, at in found.values():
+        if one.asked_at >= since or (at or 0) >= since:
+            reply = one.reply or {}
+            yield (
+                one.number, one.task, one.kind, one.text, " ".join(one.options), " ".join(one.asked),
+                str(reply.get("answer", "")), str(reply.get("by", "")), _millis(one.asked_at),
+                _millis(at) if one.reply is not None else None,
+            )  # fmt: skip
+
+
+def _tracks(journal: Readable, since: Micros, until: Micros | None) -> Iterator[Row]:
     for agent, point in journal.way(since=since, until=until):
         at = point.position
         where = (None, None, None) if at is None else (at.east_m, at.north_m, at.up_m)

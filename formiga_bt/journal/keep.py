@@ -89,10 +89,10 @@ def _forget_history(journal: Journal, before: Micros) -> Removed:
     if state.seq > base.seq:  # its own snapshot, so that the time between is not kept for its sake
         with mapped(journal.where), journal.database.engine.connect() as plain, writing(plain) as connection:
             row = {"site": journal.number, "epoch": base.epoch, "seq": state.seq, "at_us": before}
-            here = connection.execute(
-                sa.select(at.seq).where(mine, at.epoch == base.epoch, at.seq == state.seq)
-            ).scalar()
-            if here is None:
+            same = mine & (at.epoch == base.epoch) & (at.seq == state.seq)
+            here = connection.execute(sa.select(at.at_us).where(same)).scalar()
+            if here is None or here > before:  # of the same step, but later: the time until then would be lost
+                connection.execute(sa.delete(schema.snapshots).where(same))
                 connection.execute(sa.insert(schema.snapshots), {**row, "blob": journal.codec.encode_state(state)})
     steps = _forget_steps(journal, state.seq)
     with mapped(journal.where), journal.database.engine.connect() as plain, writing(plain) as connection:

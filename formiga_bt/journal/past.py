@@ -7,7 +7,7 @@ from formiga_bt.clock import Micros
 from formiga_bt.engine import changes as ch
 from formiga_bt.engine.state import EngineState, board_of, fold
 from formiga_bt.errors import JournalError
-from formiga_bt.journal.store import Journal
+from formiga_bt.journal.reading import Readable
 from formiga_bt.journal.thin import lay_over
 
 
@@ -18,7 +18,7 @@ class Past:
         journal: of the site.
     """
 
-    def __init__(self, journal: Journal) -> None:
+    def __init__(self, journal: Readable) -> None:
         self.journal = journal
 
     def state(self, at: Micros | None = None) -> EngineState:

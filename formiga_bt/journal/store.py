@@ -123,6 +123,13 @@ class Journal(Readable):
                     )
         return self.epoch
 
+    def hold(self) -> bool:
+        """Keep engines from the site until `close`, without being one; return False if an engine has it."""
+        with mapped(self.where):
+            self._write = self.database.engine.connect()
+            self._release = self.database.lock(self.site, self._write)
+        return self._release is not None
+
     def _taken(self) -> str:
         with self._reading() as connection:
             holder = connection.execute(

@@ -1,0 +1,178 @@
+"""`formiga journal`: what is in a journal, tables of it, and removing what is old."""
+
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import typer
+
+from formiga_bt.cli.client import JsonOption, print_json, print_table
+from formiga_bt.cli.past import FILE, machine_at, moment_of, place_of, zone
+from formiga_bt.errors import FormigaError, UnusableFile
+from formiga_bt.site_folder import is_running
+
+if TYPE_CHECKING:
+    from formiga_bt.journal.keep import Retention
+    from formiga_bt.replay.machine import TimeMachine
+
+
+class What(StrEnum):
+    """What is done with it."""
+
+    STATS = "stats"
+    COMPACT = "compact"
+    EXPORT = "export"
+
+
+class Table(StrEnum):
+    """Tables of `export`."""
+
+    STEPS = "steps"
+    TASKS = "tasks"
+    GOALS = "goals"
+    TRACKS = "tracks"
+    QUESTIONS = "questions"
+
+
+def command(
+    what: Annotated[What, typer.Argument(help="stats, compact or export.")],
+    journal: Annotated[
+        str,
+        typer.Option("--journal", help="The journal: file or URL. Default: that of this folder.", metavar="FILE|URL"),
+    ] = "",
+    history: Annotated[
+        float, typer.Option("--history", help="Days that steps are kept (stats, compact).", min=0.0, metavar="DAYS")
+    ] = 30.0,
+    tracks: Annotated[
+        float, typer.Option("--tracks", help="Days that way points are kept.", min=0.0, metavar="DAYS")
+    ] = 7.0,
+    tables: Annotated[
+        list[Table] | None, typer.Option("--what", help="Only this table (export); may be repeated.")
+    ] = None,
+    form: Annotated[Literal["csv", "parquet"], typer.Option("--format", help="Of the tables.")] = "csv",
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", "-o", help="Folder for the tables; files there are replaced.", metavar="FOLDER"),
+    ] = None,
+    since: Annotated[str, typer.Option(help="Rows from then on, for example '-8 h'.", metavar="TIME")] = "",
+    until: Annotated[str, typer.Option(help="Rows until then.", metavar="TIME")] = "",
+    site: Annotated[
+        Path | None,
+        typer.Option(help="Site file. Default: the site of this folder, or of one above it.", metavar="FILE"),
+    ] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Tell what is in a journal, write tables of it, or remove what is older than is kept.
+
+    stats and export work while an engine runs; compact does not: a running engine does that by itself, each hour.
+    Example: formiga journal export --what tasks --what goals --since "-7 days" -o week
+    """
+    from formiga_bt.journal.keep import Retention
+
+    place = place_of(site, journal)
+    rule = Retention(history_days=history, telemetry_days=tracks)
+    if what is What.COMPACT:
+        _compact(place.where, place.site, rule, as_json=as_json)
+        return
+    with machine_at(place) as machine:
+        if what is What.STATS:
+            _stats(machine, rule, as_json=as_json)
+        else:
+            _export(machine, out, form, [str(one) for one in tables or ()], since, until)
+
+
+# -- stats -------------------------------------------------------------------------------------------------------------
+def _stats(machine: "TimeMachine", rule: "Retention", *, as_json: bool) -> None:
+    from formiga_bt.journal.figures import kinds, leaving
+    from formiga_bt.journal.keep import DAY_US, stats
+    from formiga_bt.replay.when import in_words
+
+    found, parts = stats(machine.journal), kinds(machine.journal)
+    first, last = machine.first, machine.last
+    days = (last - first) / DAY_US
+    whole = found.bytes_file if found.bytes_file is not None else sum(one.bytes for one in parts)
+    a_day = round(whole / days) if days > 0.01 else None
+    gone = leaving(machine.journal, last, rule)
+    if as_json:
+        print_json({
+            "site": found.site, "journal": found.where, "unix_millis_first": first // 1000,
+            "unix_millis_last": last // 1000, "bytes": whole, "bytes_a_day": a_day,
+            "kinds": [{"kind": one.name, "count": one.count, "bytes": one.bytes} for one in parts],
+            "starts": found.starts, "bundles": found.bundles, "gaps": found.gaps,
+            "retention": {"history_days": rule.history_days, "tracks_days": rule.telemetry_days, "steps": gone.steps,
+                          "snapshots": gone.snapshots, "points": gone.points},
+        })  # fmt: skip
+        return
+    typer.echo(f"{found.where}, site {found.site}")
+    typer.echo(f"from {in_words(first, zone())} to {in_words(last, zone())}, {_days(days)}")
+    typer.echo(f"{size(whole)}" + (f", {size(a_day)} a day" if a_day is not None else ""))
+    rest = f"{found.starts} starts of an engine, {found.bundles} versions of files"
+    typer.echo(rest + (f", {found.gaps} gaps that could not be written" if found.gaps else ""))
+    rows: list[tuple[str, ...]] = [("KIND", "COUNT", "BYTES", "EACH")]
+    rows += [(one.name, f"{one.count}", size(one.bytes), size(one.bytes / one.count)) for one in parts]
+    print_table(rows)
+    kept = f"steps are kept for {rule.history_days:g} days, way points for {rule.telemetry_days:g}"
+    typer.echo(f"{kept}: {removed_words(gone.steps, gone.snapshots, gone.points)} would be removed now")
+
+
+def _days(days: float) -> str:
+    return f"{days:.1f} days" if days >= 1 else f"{days * 24:.1f} h"
+
+
+def size(count: float) -> str:
+    """Return bytes in words."""
+    for unit, most in (("B", 1e3), ("kB", 1e6), ("MB", 1e9)):
+        if count < most:
+            return f"{count / most * 1e3:.3g} {unit}"
+    return f"{count / 1e9:.3g} GB"
+
+
+def removed_words(steps: int, snapshots: int, points: int) -> str:
+    """Return how much is removed."""
+    parts = [(steps, "steps"), (snapshots, "snapshots"), (points, "way points")]
+    return ", ".join(f"{count} {name}" for count, name in parts if count) or "nothing"
+
+
+# -- compact -----------------------------------------------------------------------------------------------------------
+def _compact(where: str, site: str, rule: "Retention", *, as_json: bool) -> None:
+    from formiga_bt.journal.keep import compact, stats
+    from formiga_bt.journal.store import Journal
+
+    Journal(where, site, read_only=True).close()  # it is there, and nothing is made where there is none
+    with Journal(where, site) as journal:
+        if not _is_alone(journal, where):
+            raise FormigaError(
+                f"an engine writes {journal.where} now; it removes by itself what is old, each hour\n"
+                "  help: to remove more, end it first: formiga down"
+            )
+        before = stats(journal).bytes_file
+        done = compact(journal, journal.last()[1], rule)
+        after = stats(journal).bytes_file
+    if as_json:
+        found: dict[str, Any] = {"steps": done.steps, "snapshots": done.snapshots, "points": done.points}
+        print_json({**found, "bytes_before": before, "bytes_after": after})
+        return
+    sizes = f"; {size(before)} before, {size(after)} now" if before is not None and after is not None else ""
+    typer.echo(f"removed: {removed_words(done.steps, done.snapshots, done.points)}{sizes}")
+
+
+def _is_alone(journal: Any, where: str) -> bool:
+    """Return whether no engine has the site; then none gets it until `journal` is closed."""
+    file = Path(where)
+    if file.name == FILE and is_running(file.parent):
+        return False
+    return bool(journal.hold())
+
+
+# -- export ------------------------------------------------------------------------------------------------------------
+def _export(
+    machine: "TimeMachine", out: Path | None, form: Literal["csv", "parquet"], tables: list[str], since: str, until: str
+) -> None:
+    from formiga_bt.journal.export import export
+
+    if out is None:
+        raise UnusableFile("where to? Name a folder: formiga journal export -o FOLDER")
+    first = moment_of(machine, since) if since else 0
+    last = moment_of(machine, until) if until else None
+    for file in export(machine.journal, out, form=form, since=first, until=last, what=tables):
+        typer.echo(f"written: {file}", err=True)
