@@ -253,8 +253,12 @@ def find(journal: "Journal", folder: Path, tasks: Bundles, site: Site, catalogue
         wall = max(wall, starts[-1].wall, starts[-1].ended or 0)
     sign = last_sign(folder)
     heard = max((agent.heard_at for agent in state.agents.values()), default=0)
-    if sign is None or sign.wall < wall:
-        sign = Sign(wall, max(at, heard), sign.speed if sign is not None else 1.0, seq, True)
+    if sign is None:
+        sign = Sign(wall, max(at, heard), seq=seq)
+    elif sign.wall < wall:  # a step, or a clean end, came after it
+        sign = Sign(
+            wall, max(at, heard, sign.at + round((wall - sign.wall) * sign.speed)), sign.speed, sign.seq, sign.kept
+        )
     state.seq = max(state.seq, seq, sign.seq) + 1
     state.now = max(state.now, at, heard)
     found = Comeback(state, replace_at(sign, state.now), folder)

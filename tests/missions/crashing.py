@@ -15,7 +15,7 @@ from formiga_bt.engine import inputs as inp
 from formiga_bt.engine.drivers.persist import DURABLE, Outcome
 from formiga_bt.engine.drivers.virtual import VirtualDriver
 from formiga_bt.engine.engine import Engine
-from formiga_bt.engine.state import load_snapshot, snapshot
+from formiga_bt.engine.state import EngineState, load_snapshot, snapshot
 from formiga_bt.rehearsal import Rehearsal
 from formiga_bt.transport.messages import GoalRequest
 
@@ -118,12 +118,18 @@ class Crashing:
             scheduler.run_next()
         scheduler.advance_to(limit)
 
-    def resume(self, away_s: float = 2.0, **given: Any) -> inp.Step:
-        """Go on with another engine from what the killed one had kept; return its first step."""
+    def resume(self, away_s: float = 2.0, *, state: EngineState | None = None, **given: Any) -> inp.Step:
+        """Go on with another engine from what the killed one had kept; return its first step.
+
+        Args:
+            away_s: for how long there is no engine.
+            state: instead of what a `Killer` has kept.
+            given: fields of `Resumed`.
+        """
         self.away(away_s)
         flight = self.flight
         old = flight.engine.core
-        state = load_snapshot(self.shot)
+        state = load_snapshot(self.shot) if state is None else state
         flight.engine = Engine(
             old.site, old.catalogue, old.models, state=state, resumes=True, without=given.get("poison", ())
         )
