@@ -359,7 +359,7 @@ class Orders:
                 if order.state != "open":
                     self.withdraw(order)
         for cause in core.task(task_id).held:
-            if cause.startswith("operator"):
+            if cause.startswith("operator") or cause == "resume":
                 unhold(core, task_id, cause)
 
     # -- a breach ------------------------------------------------------------------------------------------------

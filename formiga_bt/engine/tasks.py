@@ -352,7 +352,7 @@ class Tasks:
             core.put_task(task.id, abort_now=True)
             self.run_of(task.id).tidies.cut()
         elif task.section in ("on_abort", "finally", "recover"):
-            if any(cause.startswith("operator") for cause in task.held):
+            if any(cause.startswith("operator") or cause == "resume" for cause in task.held):
                 self.orders.ended_by_word(task.id)  # it ends already, but somebody had stopped that
                 return ""
             raise TaskError("already_ending", f"{order.task} is already ending")

@@ -250,6 +250,43 @@ class TestLong:
         flown.flight.abort(id_)
         ends(flown, id_, "CANCELED")
 
+    def test_a_word_to_end_it_lets_its_cleanup_go(self) -> None:
+        cleanup = """\
+on_abort:
+  - do: drone.GoTo
+    with: {to: {east: 30 m, north: 100 m, height: 60 m}}
+"""
+        flown, id_ = begin(f"{LONG_LEG}{cleanup}")
+        in_flight(flown)
+        flown.die()
+        flown.resume(away_s=2, since=flown.flight.now - 60_000_000)
+        settled(flown)
+        flown.flight.abort(id_)
+        assert task(flown, id_).held == ()
+        ends(flown, id_, "CANCELED")
+        assert any(one.goal == f"{id_}/1/on_abort/on_abort[0]" for one in flown.begun)
+
+    def test_cleanup_waits_for_the_word_too(self) -> None:
+        cleanup = """\
+on_abort:
+  - do: drone.GoTo
+    with: {to: {east: 30 m, north: 100 m, height: 60 m}}
+  - do: drone.GoTo
+    with: {to: {east: 60 m, north: 100 m, height: 60 m}}
+"""
+        flown, id_ = begin(f"{LONG_LEG}{cleanup}")
+        in_flight(flown)
+        flown.flight.abort(id_)
+        assert flown.flight.run_until(lambda: (g := leg(flown)) is not None and g.section == "on_abort")
+        flown.die()
+        flown.resume(away_s=2, since=flown.flight.now - 60_000_000)
+        settled(flown)
+        flown.flight.run_for(60)
+        assert [g.code for g in flown.flight.engine.state.goals.values()] == ["held"]
+        assert task(flown, id_).section == "on_abort"
+        flown.flight.ask(inp.Operator("continue", id_, "watcher_1"))
+        ends(flown, id_, "CANCELED")
+
     def test_recover_goes_on(self) -> None:
         flown, id_ = begin()
         in_flight(flown)
