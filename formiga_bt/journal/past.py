@@ -42,7 +42,7 @@ class Past:
             for change in kept.step.changes:
                 if isinstance(change, ch.AgentPut):
                     put[change.agent.id] = kept.seq
-        lay_over(state, self.journal.points_at(begun, at), put)
+        lay_over(state, self.journal.points_at(state.agents, begun, at), put)
         return state
 
     def board(self, at: Micros | None = None) -> Blackboard:

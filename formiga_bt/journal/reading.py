@@ -92,6 +92,25 @@ class Readable:
             ).first()
         return (0, 0) if row is None else (row.seq, row.at_us)
 
+    def seq_at(self, at: Micros) -> int:
+        """Return `seq` of the last step that is kept not later than a moment; 0 if there is none."""
+        step = schema.steps.c
+        with self._reading() as connection:
+            row = connection.execute(
+                sa.select(step.seq).where(step.site == self.number, step.at_us <= at)
+                .order_by(step.at_us.desc(), step.seq.desc()).limit(1)
+            ).first()  # fmt: skip
+        return 0 if row is None else row.seq
+
+    def seq_after(self, at: Micros) -> int | None:
+        """Return `seq` of the first step that is kept after a moment; None: there is none."""
+        step = schema.steps.c
+        with self._reading() as connection:
+            return connection.execute(
+                sa.select(step.seq).where(step.site == self.number, step.at_us > at)
+                .order_by(step.at_us, step.seq).limit(1)
+            ).scalar()  # fmt: skip
+
     def starts(self) -> list[Start]:
         """Return the starts of engines, oldest first."""
         with self._reading() as connection:
@@ -131,10 +150,11 @@ class Readable:
             query = query.join(
                 schema.step_tasks, (index.site == at.site) & (index.seq == at.seq) & (index.task == task)
             )
+        if until is not None:  # by its number: else all that comes after it would be looked at
+            last = self.seq_at(until)
+            to = last if to is None else min(to, last)
         if to is not None:
             query = query.where(at.seq <= to)
-        if until is not None:
-            query = query.where(at.at_us <= until)
         while True:
             with self._reading() as connection:
                 rows = connection.execute(query.where(at.seq > after).order_by(at.seq).limit(PAGE)).all()
@@ -199,23 +219,22 @@ class Readable:
                 if point.at >= since and (until is None or point.at <= until):
                     yield row.agent, point
 
-    def points_at(self, after: int, until: Micros | None = None) -> dict[str, Point]:
-        """Return the newest way point of each agent: of steps after `after`, not later than `until`."""
+    def points_at(self, agents: Iterable[str], after: int, until: Micros | None = None) -> dict[str, Point]:
+        """Return the newest way point of each of these agents: of steps after `after`, not later than `until`."""
         at = schema.telemetry.c
-        newest = sa.select(at.agent, sa.func.max(at.seq).label("seq")).where(at.site == self.number, at.to_seq > after)
+        mine = (at.site == self.number) & (at.agent == sa.bindparam("name"))
         if until is not None:
-            newest = newest.where(at.at_us <= until)
-        chosen = newest.group_by(at.agent).subquery()
-        query = sa.select(at.agent, at.blob).where(
-            at.site == self.number, at.agent == chosen.c.agent, at.seq == chosen.c.seq
-        )
+            mine &= at.at_us <= until
+            later = self.seq_after(until)
+            mine &= at.seq < later if later is not None else sa.true()
+        newest = sa.select(at.to_seq, at.blob).where(mine).order_by(at.seq.desc()).limit(1)
         found: dict[str, Point] = {}
         with self._reading() as connection:
-            rows = connection.execute(query).all()
-        for row in rows:
-            for point in unpack(row.blob):
-                if point.seq > after and (until is None or point.at <= until):
-                    found[row.agent] = point
+            for name in agents:
+                row = connection.execute(newest, {"name": name}).first()
+                for point in unpack(row.blob) if row is not None and row.to_seq > after else ():
+                    if point.seq > after and (until is None or point.at <= until):
+                        found[name] = point
         return found
 
 

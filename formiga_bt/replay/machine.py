@@ -98,7 +98,7 @@ class TimeMachine:
         ledger.started_at = max(state.now, begin) if since is not None else state.now
         fixes: Iterable[Fix] = self._fixes(after, max(state.now, begin), at) if ways else ()
         put = follow(ledger, (kept.step for kept in self.journal.read(after, until=at)), fixes)
-        lay_over(state, self.journal.points_at(after, at), put)
+        lay_over(state, self.journal.points_at(state.agents, after, at), put)
         state.now = max(state.now, at)
         return ledger
 
