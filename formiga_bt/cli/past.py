@@ -93,11 +93,7 @@ def moment_of(machine: "TimeMachine", text: str) -> int:
     """
     from formiga_bt.replay.when import Times, moment
 
-    def task(task_id: str) -> "object":
-        story = machine.story(task_id, machine.last)
-        return story.state.tasks[task_id] if story is not None else None
-
-    return moment(text, Times(machine.first, machine.last, task, zone()))  # type: ignore[arg-type]
+    return moment(text, Times(machine.first, machine.last, machine.record, zone()))
 
 
 def zone() -> tzinfo:

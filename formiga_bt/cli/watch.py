@@ -52,7 +52,7 @@ def command(
         None if read_only or is_past(source) else Orders(place, by or user()),
         clock=time.monotonic,
         task=task,
-        ascii_only=ascii_only or not _can_draw(),
+        ascii_only=ascii_only or not can_draw(),
         colour=colour,
     )
     app.run(mouse=False)
@@ -69,7 +69,8 @@ def _source(place: "Place", journal: str, at: str) -> "Source":
     return source
 
 
-def _can_draw() -> bool:
+def can_draw() -> bool:
+    """Return whether stdout takes the characters of the screen."""
     try:
         "●▶│├…".encode(sys.stdout.encoding or "ascii")
     except (UnicodeEncodeError, LookupError):

@@ -26,6 +26,7 @@ class Files:
 
     def __init__(self, journal: Journal) -> None:
         rows = journal.bundles()
+        self._journal = journal
         self.rows: dict[tuple[str, str], BundleRow] = {(row.name, row.bundle): row for row in rows}
         self.of_site: BundleRow | None = next((row for row in rows if row.name == SITE_FILES), None)
         self._tasks: dict[tuple[str, str], Task | None] = {}
@@ -35,6 +36,8 @@ class Files:
     def task(self, name: str, bundle: str) -> Task | None:
         """Return a version of a task; None: its files were not kept, or this version cannot read them."""
         key = (name, bundle)
+        if key not in self.rows and key not in self._tasks:  # loaded since into an engine that runs
+            self.rows = {(row.name, row.bundle): row for row in self._journal.bundles()}
         if key not in self._tasks:
             self._tasks[key] = self._read(self.rows.get(key))
         return self._tasks[key]

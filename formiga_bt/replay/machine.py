@@ -134,6 +134,11 @@ class TimeMachine:
         _close(ledger, task)
         return ledger
 
+    def record(self, task_id: str) -> TaskRecord | None:
+        """Return a task as it stood last; None: the journal does not know it."""
+        story = self.story(task_id, self.last)
+        return story.state.tasks[task_id] if story is not None else None
+
     def events(self, after: int = 0, to: int | None = None, task: str = "") -> Iterator[Kept]:
         """Return kept steps in order, of a task or of all."""
         return self.journal.read(after, to, task=task)

@@ -17,7 +17,7 @@ from fastapi.responses import JSONResponse, StreamingResponse
 from starlette.exceptions import HTTPException
 
 from formiga_bt import __version__
-from formiga_bt.services import crew_routes, library_routes, order_routes, seeing_routes
+from formiga_bt.services import crew_routes, library_routes, order_routes, past_routes, seeing_routes
 from formiga_bt.services import models as m
 from formiga_bt.services.crew import Crew
 from formiga_bt.services.door import Door
@@ -36,6 +36,8 @@ STATUS: Final = {
     "not_approver": 403,
     "not_approved": 403,
     "unknown_question": 404,
+    "no_history": 404,
+    "bad_moment": 422,
     "bad_params": 422,
     "bad_role": 422,
     "bad_option": 422,
@@ -62,6 +64,7 @@ class Host(Protocol):
     crew: Crew
     loading: Loading
     source: Source
+    past: past_routes.PastReader
     refused: tuple[str, ...]
 
     @property
@@ -114,6 +117,7 @@ def build(host: Host, *, token: str, needs_token: bool) -> Callable[..., Any]:
     order_routes.add(app, host.orders.stops)
     crew_routes.add(app, host.crew)
     seeing_routes.add(app, host.source)
+    past_routes.add(app, host.past)
     _people(app, host.orders)
     library_routes.add(app, host.loading, lambda: host.refused)
     _engine(app, host)

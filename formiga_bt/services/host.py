@@ -29,6 +29,7 @@ from formiga_bt.services.flightlog import FlightLog
 from formiga_bt.services.journaling import JournalAt, Journaling
 from formiga_bt.services.loading import Loading, served_again
 from formiga_bt.services.orders import Orders
+from formiga_bt.services.past_routes import PastReader
 from formiga_bt.services.resuming import Comeback, Pulse
 from formiga_bt.services.standing import lockdown_out, wall_us
 from formiga_bt.services.view import View
@@ -166,6 +167,8 @@ class EngineHost:
             desk=lambda: tuple(self.orders.desk_people), engine=lambda: self.status, clock=self.driver.now,
             wall=wall_us, speed=self.driver.speed, lock=self.view.lock,
         )  # fmt: skip
+        self.past = PastReader(lambda: self.journaling.word, self.site.name)
+        self._opened.append(self.past.close)
         self.crew = crew.Crew(self.driver, self.view, self.site, self._tasks, self._catalogue)
         for person, kind in self._desk_types.items():
             self._desk.add_person(person, kind)

@@ -63,6 +63,11 @@ class Journaling:
             return "none: what happens is not kept (--no-journal)"
         return f"{self.journal.where} (durability {self.journal.database.durability})"
 
+    @property
+    def word(self) -> str | None:
+        """Return the path or URL of the journal, as it was given; None: there is none."""
+        return str(self._at.where or self._folder.path / FILE) if self._at is not None else None
+
     def open(self) -> None:
         """Open the journal, if there shall be one.
 

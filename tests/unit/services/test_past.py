@@ -1,0 +1,54 @@
+"""The past through HTTP: a running engine shows its journal, in the shapes of the present."""
+
+from pathlib import Path
+
+import msgspec
+import pytest
+
+from formiga_bt.services.journaling import JournalAt
+from formiga_bt.services.past_routes import PastTask
+from formiga_bt.show.facts import Chart, Now, Stats, Timeline
+from tests.unit.services.conftest import Start
+
+pytestmark = pytest.mark.network
+
+
+def test_a_running_engine_shows_its_past(start: Start, tmp_path: Path) -> None:
+    """Before and after an answer; nothing of it goes through the engine's thread."""
+    with start(journal=JournalAt(durability="normal")) as service:
+        task = service.submit("Ask")
+        service.wait(lambda: service.get("/v1/inbox")["questions"])
+        (question,) = service.get("/v1/inbox")["questions"]
+        number, option, person = question["number"], question["options"][0], question["asked"][0]
+        asked = service.get("/v1/health")["unix_millis_now"]
+        service.post(f"/v1/inbox/{number}/answer", {"option": option, "by": person})
+        service.wait(lambda: service.get(f"/v1/tasks/{task}")["section"] == "done")
+        service.wait(lambda: service.get(f"/v1/past/tasks/{task}")["picture"]["task"].get("ended_at"))
+
+        before = msgspec.convert(service.get(f"/v1/past?at={asked}"), Now)
+        after = msgspec.convert(service.get("/v1/past"), Now)
+        assert [number] == [question.number for question in before.questions]
+        assert after.questions == ()
+        assert ("past", asked * 1000) == (before.engine, before.at)
+        assert {task} == {one.id for one in after.tasks}
+
+        then = msgspec.convert(service.get(f"/v1/past/tasks/{task}?at={task}%20start"), PastTask)
+        now = msgspec.convert(service.get(f"/v1/past/tasks/{task}"), PastTask)
+        assert "SUCCEEDED" == now.picture.task.status != then.picture.task.status
+        assert now.because[0].code == "succeeded"
+        line = msgspec.convert(service.get(f"/v1/past/timeline?task={task}"), Timeline)
+        assert {task} == {row.task for row in (*line.actions, *line.waits)}
+        assert msgspec.convert(service.get("/v1/past/chart"), Chart).site == "meadow"
+        assert [one.name for one in msgspec.convert(service.get("/v1/past/stats"), Stats).tasks] == ["Ask"]
+
+        wrong = service.refused("GET", "/v1/past?at=noon")
+        assert ("bad_moment", 422) == (wrong["code"], wrong["status"])
+        gone = service.refused("GET", "/v1/past/tasks/Ask-99")
+        assert ("unknown_task", 404) == (gone["code"], gone["status"])
+
+
+def test_an_engine_without_a_journal_says_so(start: Start) -> None:
+    with start() as service:
+        none = service.refused("GET", "/v1/past")
+        assert ("no_history", 404) == (none["code"], none["status"])
+        assert "this engine keeps no journal (--no-journal)" == none["text"]
