@@ -24,7 +24,7 @@ MISSIONS: dict[str, dict[str, Any]] = {
     "patrol_and_escort": {"target": PLACES["north_field"]},
     "delivery": {"target": PLACES["north_field"], "next_stop": PLACES["east_field"], "return_second": True},
 }
-KILLS = 14
+KILLS = 9
 """So many steps of each mission are killed, two ways each; how many there are is another matter."""
 ROUNDS = "patrol_and_escort"
 """Its first drone flies rounds until the second has landed: how many is a matter of time."""

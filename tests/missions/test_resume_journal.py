@@ -40,7 +40,7 @@ class Journaled:
 @pytest.mark.parametrize("name", ["pick_up", "delivery"])
 def test_missions_go_on_from_the_journal(name: str, tmp_path: Path) -> None:
     plain = Plain(name)
-    for n, step in enumerate(range(20, plain.steps, plain.steps // 8)):
+    for n, step in enumerate(range(20, plain.steps, plain.steps // 4)):
         flown, id_ = begin(name)
         for left in (step, 7, 0):  # killed, killed again while it asks, and then never more
             journaled = Journaled(flown, tmp_path / f"{n}.db", left)
