@@ -8,6 +8,7 @@ import time
 from collections import Counter
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from urllib.request import urlopen
 
 import pytest
 
@@ -16,10 +17,12 @@ from formiga_bt.cli.inputs import read_world
 from formiga_bt.engine.inputs import GoalEventInput
 from formiga_bt.journal.store import Journal
 from formiga_bt.rehearsal import fleet_of
-from formiga_bt.site_folder import EngineAddress
+from formiga_bt.site_folder import EngineAddress, find_engines
 from tests.e2e.test_service import Shell, new_site, wait_for_agents
 
 pytestmark = pytest.mark.network
+SLOW = ("--speed", "10")
+"""An outage lasts some seconds of wall time here; a leg should last longer."""
 
 
 @pytest.fixture
@@ -43,8 +46,9 @@ def kill(shell: Shell) -> None:
 
 
 def flying(shell: Shell, action: str) -> bool:
-    agents = shell.json("agents")["agents"]
-    return any(agent["action"] == action for agent in agents)
+    (engine,) = find_engines(shell.folder)  # quicker than a command, for at this speed a leg is short
+    with urlopen(f"{engine.url}/v1/agents", timeout=20) as answer:
+        return any(agent["action"] == action for agent in json.loads(answer.read())["agents"])
 
 
 def fleet(shell: Shell, address: EngineAddress, folder: Path) -> FleetProcesses:
@@ -72,13 +76,13 @@ def goals_begun(shell: Shell, site: str) -> Counter[str]:
 
 
 def test_killed_in_flight_and_gone_on(shell: Shell, tmp_path: Path) -> None:
-    address = shell.up("--desk", "watcher_1")
-    again = ("--desk", "watcher_1", "--listen", address.endpoint)
+    address = shell.up("--desk", "watcher_1", *SLOW)
+    again = ("--desk", "watcher_1", "--listen", address.endpoint, *SLOW)
     with fleet(shell, address, tmp_path / "sim"):
         wait_for_agents(shell, 5)
         shell.run("run", "Hello", "--param", "target=lake_shore")
         for action in ("TakeOff", "GoTo"):
-            wait(lambda action=action: flying(shell, action), what=action)
+            wait(lambda action=action: flying(shell, action), what=f"{action}\n{shell.run('why', 'Hello-1')}")
             kill(shell)
             shell.up(*again)
         wait(lambda: "SUCCEEDED" in shell.run("tasks"), what="the end of Hello-1")
@@ -110,13 +114,13 @@ def test_killed_in_flight_and_gone_on(shell: Shell, tmp_path: Path) -> None:
 def test_after_a_long_outage_a_person_says_that_it_goes_on(shell: Shell, tmp_path: Path) -> None:
     site = shell.folder / "site.yaml"
     site.write_text(site.read_text(encoding="utf-8") + "resume_hold_after: 0 s\n", encoding="utf-8")
-    address = shell.up("--desk", "watcher_1")
+    address = shell.up("--desk", "watcher_1", *SLOW)
     with fleet(shell, address, tmp_path / "sim"):
         wait_for_agents(shell, 5)
         shell.run("run", "Hello", "--param", "target=lake_shore")
         wait(lambda: flying(shell, "TakeOff"), what="the take-off")
         kill(shell)
-        shell.up("--desk", "watcher_1", "--listen", address.endpoint)
+        shell.up("--desk", "watcher_1", "--listen", address.endpoint, *SLOW)
         wait(lambda: "HELD" in shell.run("tasks"), what="it is held")
         said = shell.run("why", "Hello-1")
         assert "HELD: it was interrupted by an outage; a person must say that it may go on" in said
