@@ -176,8 +176,8 @@ class Readable:
             self._dictionaries = {row.id: row.data for row in rows}
             self.codec = codec.Codec(self._dictionaries, max(self._dictionaries, default=0))
 
-    def snapshot_at(self, until: Micros | None = None) -> EngineState | None:
-        """Return the newest snapshot of a moment, or of all time; None: there is none."""
+    def snapshot_at(self, until: Micros | None = None, *, light: bool = False) -> EngineState | None:
+        """Return the newest snapshot of a moment, or of all time; None: there is none. `light`: see `Codec.decode_state`."""
         at = schema.snapshots.c
         query = sa.select(at.blob, at.seq).where(at.site == self.number)
         if until is not None:
@@ -187,7 +187,7 @@ class Readable:
         if row is None:
             return None
         self._know(row.blob)
-        return self.codec.decode_state(row.blob, f"the snapshot after step {row.seq}")
+        return self.codec.decode_state(row.blob, f"the snapshot after step {row.seq}", light=light)
 
     def first_snapshot_at(self) -> Micros | None:
         """Return the engine time of the oldest snapshot."""

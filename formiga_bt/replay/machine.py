@@ -88,7 +88,7 @@ class TimeMachine:
                 f"the journal {self.journal.where} has nothing from {gap.at} to {gap.to_at} us: {gap.why}"
             )
         begin = at if since is None else max(min(since, at), self.first)
-        state = self.journal.snapshot_at(begin) if at >= self.first else None
+        state = self.journal.snapshot_at(begin, light=True) if at >= self.first else None
         if state is None:
             raise JournalError(
                 f"the journal {self.journal.where} has nothing of {at} us\n  help: its earliest moment is {self.first} us"
@@ -103,7 +103,7 @@ class TimeMachine:
         return ledger
 
     def state(self, at: Micros) -> EngineState:
-        """Return the state at a moment; see `moment`."""
+        """Return the state at a moment, without explanations from before the snapshot; see `moment`."""
         return self.moment(at).state
 
     def _fixes(self, after: int, since: Micros, until: Micros, agent: str = "") -> list[Fix]:
@@ -214,7 +214,7 @@ def _is_about(change: ch.Change, task_id: str, state: EngineState) -> bool:
         case ch.TaskGone():
             return False
         case _:
-            return getattr(change, "task", None) == task_id
+            return str(getattr(change, "task", "")).partition("|")[0] == task_id
 
 
 def _close(ledger: Ledger, task: TaskRecord) -> None:

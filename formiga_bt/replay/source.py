@@ -132,6 +132,7 @@ def _splice(ledger: Ledger, own: Ledger, task_id: str) -> None:
     """Put the story of a task into the ledger of a moment."""
     record = own.state.tasks[task_id]
     ledger.state.tasks.setdefault(task_id, record)
+    ledger.state.explanations |= own.state.explanations
     mine, before = own.story(task_id), ledger.stories.get(task_id)
     if before is not None and before.names and not mine.names:
         mine.names = before.names
