@@ -70,6 +70,14 @@ class TimeMachine:
         """Return the gap in the history that a moment is in."""
         return next((gap for gap in self.journal.gaps() if gap.at <= at < gap.to_at), None)
 
+    def _whole_from(self, at: Micros) -> tuple[int, Micros]:
+        """Return `seq` and time of the snapshot after the last gap before a moment: from there nothing is missing."""
+        gaps = [gap for gap in self.journal.gaps() if gap.to_at <= at]
+        if not gaps:
+            return 0, 0
+        after = (one for one in self.journal.snapshots() if one[0] >= gaps[-1].to_seq and one[1] <= at)
+        return next(after, (0, 0))
+
     # -- the whole site ----------------------------------------------------------------------------------------------
     def moment(self, at: Micros, since: Micros | None = None, *, ways: bool = False) -> Ledger:
         """Return the site as it stood at a moment, steps at that very moment included.
@@ -87,7 +95,7 @@ class TimeMachine:
             raise JournalError(
                 f"the journal {self.journal.where} has nothing from {gap.at} to {gap.to_at} us: {gap.why}"
             )
-        begin = at if since is None else max(min(since, at), self.first)
+        begin = at if since is None else max(min(since, at), self.first, self._whole_from(at)[1])
         state = self.journal.snapshot_at(begin, light=True) if at >= self.first else None
         if state is None:
             raise JournalError(
@@ -116,13 +124,17 @@ class TimeMachine:
 
         Only what is about the task is in it; how the site stood is not.
         """
+        whole, whole_at = self._whole_from(at)
         steps = [kept.step for kept in self.journal.read(until=at, task=task_id)]
         if not steps:
             return None
         base = EngineState()
-        if not _begins(steps[0], task_id):  # what came before is no longer kept
-            base = self.journal.snapshot_at(self.first) or base
+        if not _begins(steps[0], task_id) or (whole and steps[0].seq <= whole):  # what came before is no longer kept
+            base = self.journal.snapshot_at(whole_at if steps[-1].seq > whole and whole else self.first) or base
             base.memory = {task_id: base.memory.get(task_id, {})}
+            steps = [step for step in steps if step.seq > base.seq]
+            if not steps:
+                return None
         ledger = Ledger(ALL, base)
         own = (_part(step, task_id, ledger.state) for step in steps)
         agents = _agents_of(steps, task_id) if ways else ()

@@ -1,6 +1,10 @@
 """A journal at its end shows what a ledger shows that saw every step; before that, what it showed then."""
 
+import shutil
+import sqlite3
 from collections.abc import Iterator
+from contextlib import closing
+from pathlib import Path
 
 import pytest
 from msgspec.structs import replace
@@ -12,7 +16,7 @@ from formiga_bt.replay.source import JournalSource
 from formiga_bt.show.facts import TaskPicture, Timeline
 from formiga_bt.show.folded import FoldedSource
 from formiga_bt.show.ledger import ALL, Ledger
-from tests.unit.replay.flown import Flown
+from tests.unit.replay.flown import SITE, Flown
 
 
 @pytest.fixture
@@ -86,6 +90,29 @@ def test_a_task_that_the_engine_forgot_is_found(good: Flown, machine: TimeMachin
 
     assert picture.task.status == "SUCCEEDED"
     assert len(picture.lines) > 5
+
+
+def test_after_a_gap_what_is_left_is_shown(good: Flown, tmp_path: Path) -> None:
+    """Steps between two snapshots are lost: no moment in there, and after it nothing is folded over it."""
+    where = tmp_path / "journal.db"
+    shutil.copy(good.where, where)
+    with good.machine() as whole:
+        low, high = whole.journal.snapshots()[3:5]
+        end = JournalSource(whole).now(over=True)
+    with closing(sqlite3.connect(where)) as raw:
+        raw.execute("DELETE FROM formiga_steps WHERE seq > ? AND seq <= ?", (low[0], high[0]))
+        raw.execute(
+            "INSERT INTO formiga_gaps VALUES (1, ?, ?, ?, ?, 'the disk was full')",
+            (low[0] + 1, high[0], low[1] + 1, high[1]),
+        )
+        raw.commit()
+    with TimeMachine(where, SITE) as machine:
+        source = JournalSource(machine)
+        assert end.tasks == source.now(over=True).tasks
+        assert "SUCCEEDED" == source.task("PickUp-1").task.status == source.task("PickUp-2").task.status
+        assert {"PickUp-1", "PickUp-2"} == {task.id for task in source.timeline(["PickUp-1", "PickUp-2"]).tasks}
+        with pytest.raises(JournalError, match="the disk was full"):
+            JournalSource(machine, (low[1] + high[1]) // 2).now()
 
 
 def test_what_never_was_is_refused(machine: TimeMachine) -> None:
