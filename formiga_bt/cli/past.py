@@ -53,10 +53,12 @@ def source_of(
         UnusableFile: the options do not go together, or `at` is no moment.
         JournalError: the journal cannot be read.
     """
-    from formiga_bt.cli.remote import connect_source
+    from formiga_bt.cli.remote import RemotePast, connect_source
 
-    if url and (journal or at):
-        raise UnusableFile("--url asks an engine about now; for its past: GET /v1/past, or --journal with its database")
+    if url and journal:
+        raise UnusableFile("--url asks an engine, --journal looks at a file or a database; leave one out")
+    if url and at:
+        return RemotePast(connect_source(site, url, token_file).client, at)
     if journal or at:
         return looked_at(machine_of(site, journal), at)
     try:
@@ -72,7 +74,7 @@ def source_of(
 
 def is_past(source: "Source") -> bool:
     """Return whether a source is a journal, not an engine."""
-    return hasattr(source, "machine")
+    return hasattr(source, "machine") or hasattr(source, "moment")
 
 
 def looked_at(machine: "TimeMachine", at: str, why: str = "") -> "JournalSource":

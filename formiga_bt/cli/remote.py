@@ -84,6 +84,56 @@ class RemoteSource:
         )
 
 
+class _Past(msgspec.Struct):
+    """What `/v1/past/tasks/{id}` answers."""
+
+    picture: TaskPicture
+    because: list[Because]
+
+
+class RemotePast(RemoteSource):
+    """Asks one engine about a moment of its journal; implements `Source`.
+
+    Args:
+        client: of the engine.
+        moment: as people write it.
+    """
+
+    def __init__(self, client: Client, moment: str) -> None:
+        super().__init__(client)
+        self.moment = moment
+
+    def now(self, *, first: int = 0, count: int = 100, find: str = "", over: bool = False) -> Now:
+        """Return the site at its instant."""
+        more = {"first": first, "count": count, "find": find, "over": "1" if over else "0"}
+        return self._get(Now, "/v1/past", at=self.moment, **more)
+
+    def task(self, task_id: str) -> TaskPicture:
+        """Return one task with its tree."""
+        return self._of(task_id).picture
+
+    def why(self, of: str) -> tuple[str, list[Because]]:
+        """Return how a task stands, and the chain of causes."""
+        found = self._of(of)
+        task = found.picture.task
+        return f"{task.id} {task.status}" + (" HELD" if task.held else ""), found.because
+
+    def timeline(self, tasks: Sequence[str] = ()) -> Timeline:
+        """Return the actions of some tasks, or of all of a day."""
+        return self._get(Timeline, "/v1/past/timeline", at=self.moment, task=list(tasks))
+
+    def chart(self, tasks: Sequence[str] = ()) -> Chart:
+        """Return the site's map."""
+        return self._get(Chart, "/v1/past/chart", at=self.moment, task=list(tasks))
+
+    def stats(self, *, task: str = "", hours: float = 0.0) -> Stats:
+        """Return durations with their spread."""
+        return self._get(Stats, "/v1/past/stats", at=self.moment, task=task, hours=hours or "")
+
+    def _of(self, task_id: str) -> _Past:
+        return self._get(_Past, f"/v1/past/tasks/{segment(task_id)}", at=self.moment)
+
+
 def connect_source(site: Path | None = None, url: str = "", token_file: Path | None = None) -> RemoteSource:
     """Return a source that asks the engine at an address, or the one of this folder; see `calling.connect`.
 

@@ -31,14 +31,15 @@ def command(
     Example: formiga why hwd_1
     """
     from formiga_bt.cli.inputs import UnusableFile
-    from formiga_bt.cli.past import source_of
+    from formiga_bt.cli.past import is_past, source_of
     from formiga_bt.cli.remote import RemoteSource
     from formiga_bt.show.why import text
 
     if not task:
         raise UnusableFile("why what? The id is empty; formiga tasks and formiga agents list them")
     source = source_of(site, url, token_file, journal=journal, at=at)
-    if as_json and isinstance(source, RemoteSource):
+    is_live = isinstance(source, RemoteSource) and not is_past(source)
+    if as_json and isinstance(source, RemoteSource) and is_live:
         print_json(_as_json(source.client, task))
         return
     headline, lines = source.why(task)
@@ -46,7 +47,7 @@ def command(
         print_json(as_values(headline, lines))
         return
     typer.echo(text.in_words(headline, lines))
-    if isinstance(source, RemoteSource):
+    if is_live:
         show_next(*suggestions(headline, lines))
 
 

@@ -43,8 +43,8 @@ def test_a_moment_and_a_journal_are_chosen(
 
     assert run(["why", "PickUp-1"]) == 1
     assert "no engine runs for" in capsys.readouterr().err
-    assert run(["why", "PickUp-1", "--at", "10:00", "--url", "http://127.0.0.1:1"]) == 2
-    assert "--url asks an engine about now" in capsys.readouterr().err
+    assert run(["why", "PickUp-1", "--journal", str(blocked.where), "--url", "http://127.0.0.1:1"]) == 2
+    assert "--url asks an engine, --journal looks at a file" in capsys.readouterr().err
     assert run(["why", "PickUp-1", "--at", "10:00"]) == 1
     assert "no journal lies in" in capsys.readouterr().err
 

@@ -5,6 +5,8 @@ from pathlib import Path
 import msgspec
 import pytest
 
+from formiga_bt.cli.remote import RemotePast, connect_source
+from formiga_bt.errors import TaskError
 from formiga_bt.services.journaling import JournalAt
 from formiga_bt.services.past_routes import PastTask
 from formiga_bt.show.facts import Chart, Now, Stats, Timeline
@@ -41,14 +43,23 @@ def test_a_running_engine_shows_its_past(start: Start, tmp_path: Path) -> None:
         assert msgspec.convert(service.get("/v1/past/chart"), Chart).site == "meadow"
         assert [one.name for one in msgspec.convert(service.get("/v1/past/stats"), Stats).tasks] == ["Ask"]
 
+        past = RemotePast(connect_source(url=service.url).client, f"{task} start")
+        assert then.picture == past.task(task)
+        assert (f"{task} {then.picture.task.status}", list(then.because)) == past.why(task)
+        assert then.picture.at == past.now().at
+        assert {task} == {row.id for row in past.timeline([task]).tasks}
+        assert (past.chart().site, past.stats().tasks) == ("meadow", ())
+        with pytest.raises(TaskError, match="Ask-99"):
+            past.task("Ask-99")
+
         wrong = service.refused("GET", "/v1/past?at=noon")
-        assert ("bad_moment", 422) == (wrong["code"], wrong["status"])
+        assert (wrong["code"], wrong["status"]) == ("bad_moment", 422)
         gone = service.refused("GET", "/v1/past/tasks/Ask-99")
-        assert ("unknown_task", 404) == (gone["code"], gone["status"])
+        assert (gone["code"], gone["status"]) == ("unknown_task", 404)
 
 
 def test_an_engine_without_a_journal_says_so(start: Start) -> None:
     with start() as service:
         none = service.refused("GET", "/v1/past")
-        assert ("no_history", 404) == (none["code"], none["status"])
-        assert "this engine keeps no journal (--no-journal)" == none["text"]
+        assert (none["code"], none["status"]) == ("no_history", 404)
+        assert none["text"] == "this engine keeps no journal (--no-journal)"
