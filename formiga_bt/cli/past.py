@@ -62,7 +62,8 @@ def source_of(
     if journal or at:
         return looked_at(machine_of(site, journal), at)
     try:
-        return connect_source(site, url, token_file)
+        source = connect_source(site, url, token_file)
+        return remembering(source, site) if not (url or os.environ.get("FORMIGA_URL")) else source
     except NoEngine:
         if url or os.environ.get("FORMIGA_URL"):
             raise
@@ -75,6 +76,17 @@ def source_of(
 def is_past(source: "Source") -> bool:
     """Return whether a source is a journal, not an engine."""
     return hasattr(source, "machine") or hasattr(source, "moment")
+
+
+def remembering(source: "Source", site: Path | None) -> "Source":
+    """Return an engine of a folder with the journal that lies there, which knows tasks that the engine has forgotten."""
+    from formiga_bt.cli.remembering import Remembering
+    from formiga_bt.cli.remote import RemoteSource
+
+    found = journals(site)
+    if len(found) != 1 or not isinstance(source, RemoteSource):
+        return source
+    return Remembering(source.client, lambda: machine_at(found[0]))
 
 
 def looked_at(machine: "TimeMachine", at: str, why: str = "") -> "JournalSource":

@@ -5,6 +5,7 @@ from pathlib import Path
 import msgspec
 import pytest
 
+from formiga_bt.cli.past import source_of
 from formiga_bt.cli.remote import RemotePast, connect_source
 from formiga_bt.errors import TaskError
 from formiga_bt.services.journaling import JournalAt
@@ -56,6 +57,24 @@ def test_a_running_engine_shows_its_past(start: Start, tmp_path: Path) -> None:
         assert (wrong["code"], wrong["status"]) == ("bad_moment", 422)
         gone = service.refused("GET", "/v1/past/tasks/Ask-99")
         assert (gone["code"], gone["status"]) == ("unknown_task", 404)
+
+
+def test_a_task_that_a_running_engine_forgot_is_found_in_its_journal(
+    start: Start, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with start(journal=JournalAt(durability="normal")) as service:
+        task = service.submit("Ask")
+        service.wait(lambda: service.get("/v1/inbox")["questions"])
+        service.wait(lambda: any(one["id"] == task for one in service.get("/v1/past")["tasks"]))
+        with service.host.view.reading() as state:
+            state.tasks.pop(task)
+        source = source_of(tmp_path)
+        assert task == source.task(task).task.id
+        assert f"the engine has forgotten {task}; its journal tells\n" == capsys.readouterr().err
+        assert source.why(task)[0].startswith(task)
+        assert {task} == {row.id for row in source.timeline([task]).tasks}
+        with pytest.raises(TaskError, match="Ask-99"):
+            source.task("Ask-99")
 
 
 def test_an_engine_without_a_journal_says_so(start: Start) -> None:
