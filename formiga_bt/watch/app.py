@@ -73,6 +73,7 @@ class Watch(App[None]):
 
     CSS = CSS
     ENABLE_COMMAND_PALETTE = False
+    KEYS: ClassVar[tuple[str, ...]] = ()  # of a screen made of this one: lines of its help, shown first
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("ctrl+c,ctrl+q", "leave", priority=True, show=False),
         Binding("tab", "next(1)", priority=True, show=False),
@@ -122,7 +123,7 @@ class Watch(App[None]):
 
     def on_mount(self) -> None:
         """Begin to look."""
-        rows = [Row(str(n), (line(text),)) for n, text in enumerate(help_lines(self.ordering.is_off))]
+        rows = [Row(str(n), (line(text),)) for n, text in enumerate([*self.KEYS, *help_lines(self.ordering.is_off)])]
         self.help.show(Rows.of(rows))
         self._show_view()
         if self._every_s is not None:

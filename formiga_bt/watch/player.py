@@ -1,7 +1,7 @@
 """The screen of `formiga replay`: the watch over a moment of the past, with keys that move it."""
 
 from collections.abc import Callable
-from typing import Any, Final, Protocol
+from typing import Any, ClassVar, Final, Protocol
 
 from formiga_bt.errors import FormigaError
 from formiga_bt.show.source import Source
@@ -45,6 +45,17 @@ class Player(Watch):
         jump: goes to a moment as people write it; raises FormigaError.
         options: of `Watch`.
     """
+
+    KEYS: ClassVar[tuple[str, ...]] = (
+        "Moving in time",
+        "  space    play, and stand",
+        "  . ,      the next event, the one before",
+        "  > <      the next failure, the one before",
+        "  ] [      ten seconds on, or back",
+        "  + -      faster, slower",
+        "  @        jump: type a moment, 10:15, -5 min, PickUp-3 end",
+        "",
+    )
 
     def __init__(
         self, moving: Moving, step: Callable[[int, bool], bool], jump: Callable[[str], None], **options: Any

@@ -110,6 +110,15 @@ def test_a_moment_is_typed() -> None:
     playing(look)
 
 
+def test_its_help_tells_its_keys_first() -> None:
+    async def look(room: Room, source: Moving) -> None:
+        await room.press("?")
+        assert room.text.index("Moving in time") < room.text.index("Looking")
+        assert room.shows("> < the next failure, the one before")
+
+    playing(look)
+
+
 def test_no_key_orders() -> None:
     async def look(room: Room, source: Moving) -> None:
         await room.press("h")
