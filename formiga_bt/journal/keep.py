@@ -86,14 +86,12 @@ def _forget_history(journal: Journal, before: Micros) -> Removed:
     if base is None or oldest is None or oldest > before:
         return Removed()
     state = Past(journal).state(before)
-    if state.seq > base.seq:  # its own snapshot, so that the time between is not kept for its sake
-        with mapped(journal.where), journal.database.engine.connect() as plain, writing(plain) as connection:
-            row = {"site": journal.number, "epoch": base.epoch, "seq": state.seq, "at_us": before}
-            same = mine & (at.epoch == base.epoch) & (at.seq == state.seq)
-            here = connection.execute(sa.select(at.at_us).where(same)).scalar()
-            if here is None or here > before:  # of the same step, but later: the time until then would be lost
-                connection.execute(sa.delete(schema.snapshots).where(same))
-                connection.execute(sa.insert(schema.snapshots), {**row, "blob": journal.codec.encode_state(state)})
+    # Its own snapshot, so that the time between is not kept for its sake. One of the same step may be there: an earlier one
+    # lacks way points that are removed next, and before a later one there would be nothing.
+    with mapped(journal.where), journal.database.engine.connect() as plain, writing(plain) as connection:
+        row = {"site": journal.number, "epoch": base.epoch, "seq": state.seq, "at_us": before}
+        connection.execute(sa.delete(schema.snapshots).where(mine, at.epoch == base.epoch, at.seq == state.seq))
+        connection.execute(sa.insert(schema.snapshots), {**row, "blob": journal.codec.encode_state(state)})
     steps = _forget_steps(journal, state.seq)
     with mapped(journal.where), journal.database.engine.connect() as plain, writing(plain) as connection:
         older = mine & ((at.epoch < base.epoch) | ((at.epoch == base.epoch) & (at.seq < state.seq)))
