@@ -113,7 +113,9 @@ def test_files_that_are_there_at_the_start_are_looked_at_and_an_old_approval_doe
     note(tmp_path / ".formiga/meadow", [task(STAY.replace("1 s", "1 h"))], drafted(["bob"], "local qwen"))
     with real() as service:
         assert origin(service, "Stay") == {"by": ["bob"], "model": "local qwen"}
-        assert "on the request of bob, who cannot approve it alone; another approver (ann) must:" in run(service, "Stay", "rita")
+        assert "on the request of bob, who cannot approve it alone; another approver (ann) must:" in run(
+            service, "Stay", "rita"
+        )
         approve(service, "Stay", "ann")
         assert service.post("/v1/tasks", {"task": "Stay", "requester": "rita"})["id"] == "Stay-1"
         assert service.host.driver.error is None
