@@ -238,6 +238,6 @@ def roles_of(words: Words, catalogue: Catalogue) -> tuple[tuple[str, int], ...]:
     named = types_said(words.text, catalogue)
     machines = {one for one in named if not types[one].human}
     people = sorted(one for one in named if types[one].human)
-    if words.agents or not machines or machines != words.counts.keys() - {"*"} or (people and not words.means("ask")):
+    if words.agents or not machines or machines != words.counts.keys() - {"*"} or bool(people) != words.means("ask"):
         return ()
     return (*((one, words.counts[one]) for one in sorted(machines)), *((one, 1) for one in people))

@@ -199,6 +199,7 @@ _MAKERS: Final[Mapping[str, Callable[[str, Mapping[str, Any]], Steps]]] = {
     "shuttle": lambda r, v: [{"repeat": v["n"].value, "steps": [over(r, v["p"], v["h"]), over(r, v["q"], v["h"])]}],
     "guard": lambda r, v: [{"repeat": v["t"].value, "steps": [over(r, one, v["h"]) for one in v["ps"]]}],
     "recentre": lambda r, v: [over(r, v["p"], v["h"])],
+    "land_end": lambda r, v: [{"do": "FlyAndLand", "agent": r, "at": v["p"].value}],
     "aside_land": lambda r, v: [{"do": "FlyAndLand", "agent": r, "at": beside(v["p"], v["side"], v["g"])}],
     "wait": lambda _, v: [{"wait": v["t"].value}],
     "tell": lambda _, v: [{"notify": v["x"][0]}],

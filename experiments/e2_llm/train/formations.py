@@ -4,11 +4,10 @@ from collections.abc import Callable, Sequence
 from typing import Any, Final
 
 from experiments.e2_llm.train.clauses import Clause, Draw, Steps, beside
-from experiments.e2_llm.train.missions import Machine, Mission, Person, chain, machine, person, tree
+from experiments.e2_llm.train.missions import SIDES, Machine, Mission, Person, chain, machine, person, tree
 from experiments.e2_llm.train.phrases_plain import FORMATION, FORMATION_THEN, PARTING
 from experiments.e2_llm.train.speaker import Metres, Speaker, Spot
 
-SIDES: Final = (("north", "norte"), ("south", "sur"), ("east", "este"), ("west", "oeste"))
 _TASKS: Final = {
     "line": "StandInLine",
     "row": "StandInRow",

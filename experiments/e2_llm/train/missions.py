@@ -184,6 +184,9 @@ MAIN: Final = (
     "pass_plain",
 )
 RINGS: Final = ("ring", "rings", "ring_plain")
+ENDS: Final = ("zigzag", "line", "zigzag_plain", "line_plain")
+"""They end somewhere else than they begin."""
+SIDES: Final = (("north", "norte"), ("south", "sur"), ("east", "este"), ("west", "oeste"))
 
 
 def parts(draw: Draw, machine_type: str, most: int, *, kinds: Sequence[str] = MAIN) -> list[Clause]:
@@ -195,7 +198,7 @@ def parts(draw: Draw, machine_type: str, most: int, *, kinds: Sequence[str] = MA
             one if one.kind != "guard" or i == len(found) - 1 else draw.clause("over") for i, one in enumerate(found)
         ]
     at = next((i for i, one in enumerate(found) if one.kind in RINGS), -1)
-    if at >= 0 and len(kinds) > 8 and draw.rng.random() < 0.45:
+    if at >= 0 and len(kinds) > 8 and draw.rng.random() < 0.6:
         ring = found[at].values
         found.insert(at + 1, Clause("recentre", {"p": ring["p"], "h": ring["h"]}))
     return found
@@ -207,6 +210,11 @@ def ended(draw: Draw, clauses: list[Clause]) -> list[Clause]:
     dice = draw.rng.random()
     if last.kind == "land":  # to take off again at once would be for nothing
         return clauses
+    if last.kind in ENDS and dice < 0.45:
+        return [*clauses, Clause("land_end", {"p": last.values["q"]})]
+    if last.kind in RINGS and dice < 0.3:
+        values = {"p": last.values["p"], "side": draw.rng.choice(SIDES), "g": last.values["r"]}
+        return [*clauses, Clause("aside_land", values)]
     if dice < 0.2 and last.kind in ("over", "over_plain", "watch", "watch_plain", "recentre"):
         return [*clauses, draw.clause("stay")]
     return [*clauses, draw.clause("home")]

@@ -55,7 +55,7 @@ KINDS: Final[tuple[tuple[Callable[[Draw], Mission], int], ...]] = (
     (missions.follow, 2),
     (refusals.impossible, 6),
     (refusals.dangerous, 3),
-    (refusals.unclear, 4),
+    (refusals.unclear, 7),
 )
 
 

@@ -104,6 +104,10 @@ PLAIN: Final[Mapping[str, Both]] = {
     "recentre": (
         (
             "[go|goes] back over the middle of the circle",
+            "[go|goes] back to the middle",
+            "[come|comes] back to the centre point",
+            "[move|moves] in to the centre",
+            "[cross|crosses] the centre of the ring",
             "[return|returns] to the centre of it",
             "[pass|passes] over {p} once more",
             "[finish|finishes] over the middle",
@@ -114,6 +118,21 @@ PLAIN: Final[Mapping[str, Both]] = {
             "[vuelve|vuelva|volver] sobre el centro del círculo",
             "[pasa|pase|pasar] otra vez sobre {p}",
             "[termina|termine|terminar] encima del centro",
+        ),
+    ),
+    "land_end": (
+        (
+            "[land|lands] there",
+            "[land|lands] where that ends",
+            "[set|sets] down at the far end",
+            "[land|lands] on arrival",
+            "[touch|touches] down at its destination",
+            "[finish|finishes] on the ground at {p}",
+        ),
+        (
+            "[aterriza|aterrice|aterrizar] al llegar",
+            "[aterriza|aterrice|aterrizar] donde termina",
+            "[se posa|se pose|posarse] al final, en {p}",
         ),
     ),
     "aside_land": (
@@ -135,6 +154,7 @@ PLAIN_PLANS: Final[Mapping[str, str]] = {
     "tour_plain": "visits {ps} and waits {t} at each",
     "pass_plain": "flies along {ps}",
     "recentre": "flies back over {p}",
+    "land_end": "lands at {p}, where that ends",
     "aside_land": "lands {g} {side} of {p}",
 }
 """What stands in `plan`."""

@@ -402,3 +402,12 @@ def test_a_schema_holds_a_model_to_the_roles() -> None:
         fits.append(jsonschema.Draft202012Validator(schema).is_valid(tree(home(), agents=agents)))
 
     assert fits == [True, True, False, False, False]
+
+
+def test_who_is_asked_by_another_name_keeps_the_roles_open() -> None:
+    words = read(
+        "Dos drones ligeros van a camp. Cuando el capataz confirme, vuelven a casa.", world().site, world().catalogue
+    )
+
+    assert words.counts["lwd"] == 2
+    assert roles_of(words, world().catalogue) == ()
