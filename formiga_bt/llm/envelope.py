@@ -11,6 +11,7 @@ the values of its params. An answer can hold nothing else, and its sizes are bou
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import permutations
 from typing import Any, Final, Literal
 
 from formiga_bt.llm.vocabulary import Verb
@@ -19,6 +20,8 @@ from formiga_bt.llm.world import World
 Form = Literal["short", "full"]
 Schema = dict[str, Any]
 
+MOST_ORDERED: Final = 3
+"""So many types of roles may stand in any order; more stand in one."""
 MOST_TEXT: Final = 600
 """Characters of a plan, a question, a reason."""
 MOST_VALUE: Final = 200
@@ -100,14 +103,16 @@ def _task(world: World) -> Schema:
 
 
 def _exactly(roles: Sequence[tuple[str, int]]) -> Schema:
-    """Return the schema of these roles: each type so many times, or as one team."""
-    apart: list[Schema] = []
-    together: list[Schema] = []
-    for type_, count in roles:
-        one = {"name": _STRING, "type": {"const": type_}}
-        apart += [_closed(one)] * count
-        together.append(_closed({**one, "count": {"const": count}} if count > 1 else one))
-    kinds = [apart] if apart == together else [apart, together]
+    """Return the schema of these roles, in any order: each type so many times, or as one team."""
+    kinds: list[list[Schema]] = []
+    for order in permutations(roles) if len(roles) <= MOST_ORDERED else [tuple(roles)]:
+        apart: list[Schema] = []
+        together: list[Schema] = []
+        for type_, count in order:
+            one = {"name": _STRING, "type": {"const": type_}}
+            apart += [_closed(one)] * count
+            together.append(_closed({**one, "count": {"const": count}} if count > 1 else one))
+        kinds += [apart] if apart == together else [apart, together]
     lists: list[Schema] = [
         {"type": "array", "prefixItems": items, "minItems": len(items), "maxItems": len(items)} for items in kinds
     ]

@@ -61,7 +61,7 @@ INTENTS: Final[Mapping[str, str]] = {
     "home": r"\b(?:(?:comes?|flies|fly|goes|go|returns?|gets?|brings?) (?:it |them |both )?(?:back )?home|return(?:s|ing)? to"
     r" (?:the |its |their )?(?:base|port|ports|home)|back (?:to (?:the |its |their )?(?:base|port|ports)|home)|comes? back|"
     r"vuelv\w+ a (?:casa|la base|su puerto|sus puertos)|regres\w+|retorn\w+ a|palaa|palaavat|kotiin)\b",
-    "ask": r"\b(?:ask|asks|asked|confirm|confirms|confirmed|confirmation|approv\w+|permission|says? so|agrees?|okays?|kysy\w*|"
+    "ask": r"\b(?:ask|asks|asked|confirm\w*|approv\w+|permission|says? so|agrees?|okays?|kysy\w*|"
     r"pregunt\w+|consult\w+|permiso|aprueb\w+|autoriz\w+|est[aá] de acuerdo|dice(?:n)? (?:que|si)|diga(?:n)? que|vahvist\w+|"
     r"question|\w+'s (?:word|ok|okay|answer|go-ahead))\b",
     "stay": r"\b(?:stays? there|remains?|leave (?:it|them) there|jää)\b",

@@ -212,7 +212,7 @@ def ended(draw: Draw, clauses: list[Clause]) -> list[Clause]:
         return clauses
     if last.kind in ENDS and dice < 0.45:
         return [*clauses, Clause("land_end", {"p": last.values["q"]})]
-    if last.kind in RINGS and dice < 0.3:
+    if last.kind in RINGS and dice < 0.3 and "(" not in last.values["p"].value:
         values = {"p": last.values["p"], "side": draw.rng.choice(SIDES), "g": last.values["r"]}
         return [*clauses, Clause("aside_land", values)]
     if dice < 0.2 and last.kind in ("over", "over_plain", "watch", "watch_plain", "recentre"):
