@@ -168,9 +168,9 @@ def test_no_colour_ascii_and_an_engine_that_goes_and_comes_back(shell: Shell, te
     assert TOP.match(text)
     assert "Ask-1" in text
     shell.up("--desk", "watcher_1")
-    terminal.until(lambda text: text.startswith("AIRBORNE 0 | NEEDS YOU 0"), "it is back")
-    terminal.wait("no tasks")
+    terminal.until(lambda text: text.startswith("AIRBORNE 0 | NEEDS YOU 1"), "it is back, with the task that it had")
+    terminal.wait("Is it good?", "ACTIVE")
     terminal.keys("q")
-    terminal.wait("LEFT WITH 0")
+    terminal.wait("LEFT WITH 1")
     shell.run("down")
     shell.ended()

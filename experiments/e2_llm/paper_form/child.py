@@ -93,7 +93,7 @@ class Child:
                 pipe.close()
 
     def say(self, value: dict[str, Any]) -> None:
-        """Send a line.
+        """Send a line. A program that has ended is found out by `hear`, after what it said before.
 
         Raises:
             GoneError, TooLongError: it is not taken.
@@ -103,6 +103,8 @@ class Child:
             self._wait([], [self._in])
             try:
                 left = left[os.write(self._in, left) :]
+            except BrokenPipeError:
+                return
             except OSError as error:
                 raise GoneError(self._why()) from error
 
