@@ -171,6 +171,6 @@ def test_no_colour_ascii_and_an_engine_that_goes_and_comes_back(shell: Shell, te
     terminal.until(lambda text: text.startswith("AIRBORNE 0 | NEEDS YOU 1"), "it is back, with the task that it had")
     terminal.wait("Is it good?", "ACTIVE")
     terminal.keys("q")
-    terminal.wait("LEFT WITH 1")
+    terminal.wait("LEFT WITH 0")
     shell.run("down")
     shell.ended()
