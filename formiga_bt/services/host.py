@@ -345,7 +345,7 @@ class EngineHost:
     def health(self) -> m.Health:
         """Return how the engine is."""
         failed = self.driver.error is not None
-        status = self.status
+        status, load = self.status, self.driver.statistics()
         with self.view.reading() as state:
             tasks: dict[str, int] = {}
             for task in state.tasks.values():
@@ -370,6 +370,12 @@ class EngineHost:
                 lockdown=lockdown_out(state),
                 questions=sum(q.reply is None for q in state.questions.values()),
                 alarms=[shown.line_out(line) for line in list(self.view.alarms)[-10:]],
+                load=m.Load(
+                    waiting=load.inbox.waiting,
+                    most_waiting=load.inbox.most,
+                    replaced=load.inbox.replaced,
+                    behind_s=load.behind_s,
+                ),
                 text=repr(self.driver.error) if failed else "",
             )
 

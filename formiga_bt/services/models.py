@@ -305,6 +305,19 @@ class ParamOut(BaseModel):
     aliases: list[str] = []
 
 
+class Load(BaseModel):
+    """How far the engine keeps up with what comes in."""
+
+    waiting: dict[str, int]
+    """Inputs that wait now, by lane: orders, news of HIGH tasks, news, HIGH requests, requests, telemetry."""
+    most_waiting: int
+    """The most that ever waited at once."""
+    replaced: int
+    """Statuses that a newer one of the same agent replaced before they were looked at."""
+    behind_s: float
+    """How late the earliest deadline is, in seconds of engine time; 0 = the engine keeps up."""
+
+
 class Health(BaseModel):
     """How the engine is."""
 
@@ -326,4 +339,5 @@ class Health(BaseModel):
     questions: int
     lockdown: LockdownOut
     alarms: list[LineOut]
+    load: Load
     text: str = ""

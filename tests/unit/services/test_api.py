@@ -354,6 +354,16 @@ def test_health_and_library(service: Service) -> None:
     health = service.get("/v1/health")
     assert (health["status"], health["site"], health["epoch"]) == ("ok", "meadow", 1)
     assert health["agents"] == {"people": 1, "STANDBY": 1}
+    assert health["load"]["behind_s"] == 0.0
+    assert health["load"]["most_waiting"] >= 1
+    assert set(health["load"]["waiting"]) <= {
+        "orders",
+        "news of HIGH tasks",
+        "news",
+        "HIGH requests",
+        "requests",
+        "telemetry",
+    }
     library = service.get("/v1/library")
     assert [t["task"] for t in library["tasks"]] == ["Ask", "Heavy", "Hello", "Sos", "Stay"]
     assert [p["name"] for p in library["tasks"][2]["params"]] == ["target", "height"]
