@@ -31,7 +31,11 @@ def draw_peers(rows: Sequence[Mapping[str, Any]], names: Mapping[str, str], path
     for line, tree in enumerate(trees):
         for column, (measure, title) in enumerate(PANELS):
             axes = grid[line][column]
-            for key, points in series(rows, tree, measure).items():
+            found = series(rows, tree, measure)
+            if not any(found.values()):
+                axes.set_axis_off()  # this is not measured of that tree
+                continue
+            for key, points in found.items():
                 colour = f"C{list(names).index(key)}"
                 (lines[names[key]],) = axes.plot(
                     [x for x, _ in points], [y for _, y in points], "o-", color=colour,
