@@ -209,10 +209,10 @@ def test_a_task_that_waits_tells_why_and_ctrl_c_aborts_it(shell: Shell) -> None:
 
 
 def test_ctrl_c_lands_everything_and_sigterm_ends_at_once(shell: Shell) -> None:
-    shell.up("--sim")
+    shell.up("--sim", "--speed", "5")
     wait_for_agents(shell, 5)
     shell.run("run", "Hello")
-    until = time.monotonic() + 20
+    until = time.monotonic() + 40
     while not any(a["action"] == "GoTo" for a in shell.json("agents")["agents"]):
         assert time.monotonic() < until
         time.sleep(0.1)
