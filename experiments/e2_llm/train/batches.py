@@ -1,7 +1,7 @@
 """From the rows of a training file to token sequences: one site's prompt, then several of its requests with their answers.
 
-A sequence has the form of the product's prompt: the system part, then requests and answers, so that the later ones teach how to
-read examples, and the long system part is paid for once. The loss is on the answers only.
+Every request sees the site's prompt and itself, and no other request (`Example.turn` says which token is whose), just as the
+product asks a tuned model: no examples. The prompt is paid for once, though. The loss is on the answers only.
 """
 
 import random
@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import Final
 
 IGNORED: Final = -100
-TURNS: Final = 7
+TURNS: Final = 9
 """Requests of a sequence, at most."""
 
 Encode = Callable[[str], list[int]]
@@ -22,11 +22,22 @@ class Example:
 
     ids: list[int]
     labels: list[int]
+    turn: list[int]
+    """0 for the prompt, which all see; else the request (1, 2, ..) that the token belongs to."""
 
     @property
     def learned(self) -> int:
         """Return how many tokens are learned."""
         return sum(label != IGNORED for label in self.labels)
+
+    @property
+    def places(self) -> list[int]:
+        """Return the position of each token, as if its request were the only one."""
+        prompt = self.turn.count(0)
+        found = list(range(prompt))
+        for index in range(prompt, len(self.turn)):
+            found.append(found[-1] + 1 if self.turn[index] == self.turn[index - 1] else prompt)
+        return found
 
 
 def asked(request: str, note: str) -> str:
@@ -34,42 +45,31 @@ def asked(request: str, note: str) -> str:
     return f"<request>{request}</request>\n{note}".rstrip()
 
 
-def chat_parts(system: str, turns: Sequence[tuple[str, str]]) -> list[tuple[str, bool]]:
-    """Return the text of a conversation in ChatML, which both bases use, and which parts of it are learned."""
-    found = [(f"<|im_start|>system\n{system}<|im_end|>\n", False)]
-    for request, answer in turns:
-        found.append((f"<|im_start|>user\n{request}<|im_end|>\n<|im_start|>assistant\n", False))
-        found.append((f"{answer}<|im_end|>", True))
-        found.append(("\n", False))
-    return found
+def prompt_part(system: str) -> str:
+    """Return the system part in ChatML, which the bases use."""
+    return f"<|im_start|>system\n{system}<|im_end|>\n"
+
+
+def turn_parts(request: str, answer: str) -> tuple[str, str]:
+    """Return what is asked and what is to be learned of one request in ChatML."""
+    return f"<|im_start|>user\n{request}<|im_end|>\n<|im_start|>assistant\n", f"{answer}<|im_end|>"
 
 
 def sequence_of(encode: Encode, system: str, turns: Sequence[tuple[str, str]], most: int) -> Example | None:
-    """Return a conversation as tokens, without the last turns if it is too long; None if not one fits."""
-    ids: list[int] = []
-    labels: list[int] = []
-    fits = 0
-    for text, learned in chat_parts(system, turns):
-        part = encode(text)
-        ids += part
-        labels += part if learned else [IGNORED] * len(part)
-        if len(ids) > most:
+    """Return requests beside each other as tokens, without the last if it is too long; None if not one fits."""
+    ids = list(encode(prompt_part(system)))
+    labels = [IGNORED] * len(ids)
+    turn = [0] * len(ids)
+    count = 0
+    for request, answer in turns:
+        question, learned = (encode(part) for part in turn_parts(request, answer))
+        if len(ids) + len(question) + len(learned) > most:
             break
-        if learned:
-            fits = len(ids)
-    found = Example(ids[:fits], labels[:fits])
-    return found if found.learned else None
-
-
-def apart(pairs: Sequence[tuple[str, str]], rng: random.Random) -> list[list[tuple[str, str]]]:
-    """Return pairs in rows of which none has two with one answer: a model would copy it instead of reading the request."""
-    rows: list[list[tuple[str, str]]] = []
-    for one in rng.sample(list(pairs), len(pairs)):
-        free = next((row for row in rows if all(one[1] != other[1] for other in row)), None)
-        if free is None:
-            rows.append(free := [])
-        free.append(one)
-    return rows
+        count += 1
+        ids += [*question, *learned]
+        labels += [IGNORED] * len(question) + learned
+        turn += [count] * (len(question) + len(learned))
+    return Example(ids, labels, turn) if count else None
 
 
 def sequences(
@@ -92,10 +92,10 @@ def sequences(
     rng = random.Random(seed)
     found: list[Example] = []
     for system, pairs in by_site:
-        for row in apart(pairs, rng):
-            for start in range(0, len(row), turns):
-                one = sequence_of(encode, system, row[start : start + turns], most)
-                if one is not None:
-                    found.append(one)
+        row = rng.sample(list(pairs), len(pairs))
+        for start in range(0, len(row), turns):
+            one = sequence_of(encode, system, row[start : start + turns], most)
+            if one is not None:
+                found.append(one)
     rng.shuffle(found)
     return found

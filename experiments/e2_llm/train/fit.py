@@ -21,6 +21,7 @@ from typing import Any, Final
 from experiments.e2_llm.train.adapter import MOST_BYTES, Adapter, gguf_name, write_adapter
 from experiments.e2_llm.train.bases import BASES, Base, base_file
 from experiments.e2_llm.train.batches import IGNORED, Example, asked, sequences
+from experiments.e2_llm.train.blocks import Blocks
 from experiments.e2_llm.train.card import card_of
 from formiga_bt.llm.prompt import BRIEF
 
@@ -30,6 +31,8 @@ WARM: Final = 0.04
 LEAST_RATE: Final = 0.05
 """Share of the learning rate at the end."""
 CLIP: Final = 1.0
+OTHERS: Final = 8000
+"""Tokens that the data do not have, among which the right one is to be found all the same."""
 
 
 def by_site(path: Path, *, held: bool) -> list[tuple[str, list[tuple[str, str]]]]:
@@ -82,6 +85,8 @@ class Run:
         config = LoraConfig(r=rank, lora_alpha=self.alpha, lora_dropout=0.0, target_modules=list(base.layers))
         self.model: Any = get_peft_model(model, config).to(given.device)
         self.model.train()
+        self.blocks = Blocks()
+        self.blocks.install(self.model.get_base_model())
         self.weights = {name: one for name, one in self.model.named_parameters() if one.requires_grad}
         for one in self.weights.values():
             one.data = one.data.float()
@@ -93,22 +98,41 @@ class Run:
         self.before = float("nan")
         """Held-out loss of the base alone."""
 
+    def tell_apart(self, examples: Sequence[Example]) -> None:
+        """Take the tokens among which the next one is chosen: those of the data, and as many of all others by lot.
+
+        The whole vocabulary of 150,000 would take a fourth of the time, and the base rarely thinks of the rest.
+        """
+        torch = self.torch
+        whole = self.model.get_base_model().lm_head.weight.detach()
+        seen = {token for one in examples for token in one.ids}
+        others = random.Random(self.given.seed).sample(range(whole.shape[0]), OTHERS)
+        kept = torch.tensor(sorted(seen | set(others)), device=whole.device)
+        self.head = whole[kept].contiguous()
+        self.index = torch.full((whole.shape[0],), -1, device=whole.device)
+        self.index[kept] = torch.arange(len(kept), device=whole.device)
+
     def encode(self, text: str) -> list[int]:
         """Return the tokens of a text; marks of the chat form are single tokens."""
         found: list[int] = self.tokenizer(text, add_special_tokens=False)["input_ids"]
         return found
 
     def loss_of(self, example: Example) -> Any:
-        """Return the mean loss over the tokens that are learned; other positions get no logits."""
+        """Return the mean loss over the tokens that are learned; other positions get no logits.
+
+        A token sees those before it of the prompt and of its own request (`Example.turn`).
+        """
         torch = self.torch
-        ids = torch.tensor([example.ids], device=self.given.device)
-        labels = torch.tensor(example.labels[1:], device=self.given.device)
+        ids, places, labels = (
+            torch.tensor(one, device=self.given.device) for one in (example.ids, example.places, example.labels[1:])
+        )
+        self.blocks.of(example.turn)
         with torch.autocast(self.given.device, dtype=torch.bfloat16):
             inner = self.model.get_base_model()
-            hidden = inner.model(input_ids=ids, use_cache=False).last_hidden_state[0, :-1]
+            hidden = inner.model(input_ids=ids[None], position_ids=places[None], use_cache=False).last_hidden_state[0, :-1]
             at = labels != IGNORED
-            logits = inner.lm_head(hidden[at])
-        return torch.nn.functional.cross_entropy(logits.float(), labels[at])
+            logits = torch.nn.functional.linear(hidden[at], self.head)
+        return torch.nn.functional.cross_entropy(logits.float(), self.index[labels[at]])
 
     def step(self, example: Example, done: float) -> float:
         """Learn from one sequence; return its loss."""
@@ -174,6 +198,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     held = sequences(run.encode, by_site(given.data, held=True), most=base.most_tokens, seed=given.seed)[: given.held]
     if not learn:
         raise SystemExit(f"{given.data} has nothing to learn")
+    run.tell_apart([*learn, *held])
     checkpoint = given.out / f"checkpoint-{data_digest[:12]}.pt"
     if checkpoint.is_file():
         run.load(checkpoint)
