@@ -34,12 +34,18 @@ def test_only_answers_are_learned() -> None:
     assert f"user\n{shown[0]}<|im_end|>" in "".join(map(chr, found.ids))
 
 
-def test_no_sequence_has_one_answer_twice() -> None:
-    data = [("SYS", [("first wording", "A"), ("second wording", "A"), ("third", "A"), ("other", "B")])]
-    found = ["".join(map(chr, one.ids)) for one in sequences(letters, data, most=9999, seed=1)]
+def test_every_request_is_shown_as_if_it_were_the_only_one() -> None:
+    turns = [("ask", "ANSWER"), ("more", "OTHER ONE"), ("last", "END")]
+    together = sequence_of(letters, "SYS", turns, 1000)
+    assert together is not None
 
-    assert len(found) == 3
-    assert all(text.count("\nA<|im_end|>") == 1 for text in found)
+    for number, one in enumerate(turns, start=1):
+        alone = sequence_of(letters, "SYS", [one], 1000)
+        assert alone is not None
+        mine = [index for index, turn in enumerate(together.turn) if turn in (0, number)]
+        assert [together.ids[index] for index in mine] == alone.ids
+        assert [together.labels[index] for index in mine] == alone.labels
+        assert [together.places[index] for index in mine] == alone.places == list(range(len(alone.ids)))
 
 
 def test_a_sequence_that_is_too_long_loses_its_last_turns() -> None:
