@@ -95,6 +95,7 @@ def test_however_often_it_dies_all_ends_as_without(data: st.DataObject, plain: d
         again = data.draw(st.integers(0, 60))  # the first few are in the midst of asking what became of the goals
         if again and deaths < 6:  # more could be an outage that people must look at
             flown.kill_at(again, data.draw(st.sampled_from(get_args(When))))
+    assert flown.twice() == []
     plain[name].compare(flown)
 
 

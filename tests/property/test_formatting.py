@@ -110,7 +110,8 @@ def test_a_mutated_text_with_comments_keeps_its_words_and_comments(text: str, se
         if dice.random() < 0.1:
             lines.append(" " * dice.randint(0, 8) + f"# over {number}" if dice.random() < 0.7 else "")
         lines.append(line + f" # at {number}" if dice.random() < 0.1 else line)
-    formatted("\n".join(lines))
+    done = formatted("\n".join(lines))
+    assert done is None or formatted(done) == done
 
 
 def test_a_comment_deeper_than_a_mapping_in_braces_is_kept() -> None:

@@ -40,15 +40,14 @@ def remote(service: Service, monkeypatch: pytest.MonkeyPatch) -> RemoteSource:
     return connect_source(url=service.url)
 
 
-def still(service: Service, one: Any, other: Any) -> None:
-    """Compare two answers of the same state: nothing was folded between them."""
+def still(service: Service, one: Any, other: Any) -> tuple[Any, Any]:
+    """Return two answers of the same state: nothing was folded between them."""
     state = service.host.view.state
     for _ in range(100):
         before = state.seq, state.now
         first, second = one(), other()
         if (state.seq, state.now) == before:
-            assert first == second
-            return
+            return first, second
     raise AssertionError("the engine never stood still")
 
 
@@ -60,14 +59,19 @@ def test_the_site_a_task_time_space_and_figures_are_the_same_through_http(
     for clock in ("_clock", "_wall"):
         monkeypatch.setattr(near, clock, lambda: 0)  # the engine's time is that of its last step then
 
-    still(service, near.now, remote.now)
-    still(service, lambda: near.now(first=1, count=1, find="st"), lambda: remote.now(first=1, count=1, find="st"))
-    still(service, lambda: near.now(over=True), lambda: remote.now(over=True))
-    still(service, lambda: near.task("Ask-1"), lambda: remote.task("Ask-1"))
-    still(service, near.timeline, remote.timeline)
-    still(service, lambda: near.timeline(["Ask-1", "Stay-2"]), lambda: remote.timeline(["Ask-1", "Stay-2"]))
-    still(service, near.chart, remote.chart)
-    still(service, lambda: near.stats(hours=1.0), lambda: remote.stats(hours=1.0))
+    answers: list[tuple[Any, Any]] = [
+        (near.now, remote.now),
+        (lambda: near.now(first=1, count=1, find="st"), lambda: remote.now(first=1, count=1, find="st")),
+        (lambda: near.now(over=True), lambda: remote.now(over=True)),
+        (lambda: near.task("Ask-1"), lambda: remote.task("Ask-1")),
+        (near.timeline, remote.timeline),
+        (lambda: near.timeline(["Ask-1", "Stay-2"]), lambda: remote.timeline(["Ask-1", "Stay-2"])),
+        (near.chart, remote.chart),
+        (lambda: near.stats(hours=1.0), lambda: remote.stats(hours=1.0)),
+    ]
+    for one, other in answers:
+        here, there = still(service, one, other)
+        assert here == there
 
 
 @pytest.mark.parametrize("of", ["Ask-1", "Stay-2", "lwd_1", "watcher_1"])
