@@ -122,6 +122,7 @@ class Command:
         for order in ordered:
             self._orders.withdraw(order)
         for task in tasks.values():
+            self._keep_stopped(task, machines)
             for cause in task.held:
                 mine = cause in ("operator", "resume") or cause.removeprefix("operator:") in [a.id for a in machines]
                 if _waits_for_word(cause) and (mine or task.id in [one.id for one in named]):
@@ -129,6 +130,14 @@ class Command:
         for agent in machines:
             self._orders.resume(agent)
         self._tasks.poke_allocator()
+
+    def _keep_stopped(self, task: TaskRecord, machines: list[AgentRecord]) -> None:
+        """A task's other machines that only its hold stopped wait on, and say so: their steps need a word of their own."""
+        for agent in self._orders.machines_of(task):
+            if agent.id in self._core.state.orders or any(agent.id == one.id for one in machines):
+                continue
+            if any(goal.state == "interrupted" and goal.section == "steps" for goal in self._orders.waiting(agent)):
+                hold(self._core, task.id, f"operator:{agent.id}")
 
     def _check_can_continue(self, agent: AgentRecord) -> None:
         core = self._core

@@ -353,14 +353,20 @@ class Orders:
             if order is None or order.scope == "lockdown":
                 continue
             if order.stop == "hold":
-                self.withdraw(order)
+                self._lift(order, agent)
             elif order.scope == "task":
                 self.put(replace(order, scope="engine"))
                 if order.state != "open":
-                    self.withdraw(order)
+                    self._lift(order, agent)
         for cause in core.task(task_id).held:
             if cause.startswith("operator") or cause == "resume":
                 unhold(core, task_id, cause)
+
+    def _lift(self, order: StandingOrder, agent: AgentRecord) -> None:
+        """An order ends with its task: cleanup, or a way home, that it stopped goes on."""
+        self.withdraw(order)
+        if not agent.taken:
+            self.resume(agent, steps=False)
 
     # -- a breach ------------------------------------------------------------------------------------------------
     def breached(self, agent_id: str, name: str, reaction: Stop) -> None:

@@ -1,0 +1,62 @@
+"""What an order stopped waits for a word that somebody can say, or goes on: nothing waits for nobody."""
+
+from formiga_bt.engine.inputs import LockdownOrder
+from formiga_bt.show.why.causes import causes_of
+from formiga_bt.testing import packaged_world, task_of
+from tests.missions.conftest import Fly
+from tests.missions.test_faults import crossing, pool
+from tests.missions.test_orders import order, refused, standing
+
+TWO = """
+imports: [lib/flying.yaml]
+agents:
+  one: {type: hwd, id: hwd_1}
+  two: {type: lwd, id: lwd_1}
+steps:
+  - for: {drone: "${[one, two]}"}
+    mode: parallel
+    steps:
+      - do: drone.TakeOff
+        with: {altitude: 60 m}
+      - do: drone.GoTo
+        with: {to: {east: 20 m, north: 300 m, height: 60 m}}
+      - call: ReturnHome
+        with: {drone: "${drone}"}
+"""
+
+
+def test_a_way_home_that_was_held_goes_on_when_its_task_is_aborted_at_once(fly: Fly) -> None:
+    rehearsal = fly()
+    task = crossing(rehearsal)
+    rehearsal.abort(task)
+    rehearsal.run_for(5)
+    order(rehearsal, "hold", "hwd_1")
+    rehearsal.run_for(10)
+    assert [c.code for c in causes_of(rehearsal.engine.state, rehearsal.task(task))][-1] == "goal.interrupted"
+
+    rehearsal.abort(task, how="now")
+
+    assert standing(rehearsal) is None
+    assert [c.code for c in causes_of(rehearsal.engine.state, rehearsal.task(task))] == ["goal.sent"]
+    assert rehearsal.run_until_ended(task, limit_s=600)
+    assert pool(rehearsal) == ("STANDBY", "grounded")
+
+
+def test_a_task_stays_held_for_the_machine_that_nobody_continued(fly: Fly) -> None:
+    rehearsal = fly(task_of(TWO, *packaged_world(), name="Two"))
+    task = rehearsal.submit("Two")
+    rehearsal.run_for(30)
+    rehearsal.ask(LockdownOrder("return", "ann"))
+    rehearsal.run_for(3)
+    rehearsal.ask(LockdownOrder("release", "ann"))
+    order(rehearsal, "hold", "lwd_1")
+    assert rehearsal.run_until(lambda: standing(rehearsal) is None, 300)
+    assert rehearsal.task(task).held == ("operator", "operator:lwd_1")
+
+    order(rehearsal, "continue", "lwd_1")
+
+    assert rehearsal.task(task).held == ("operator:hwd_1",)
+    assert refused(rehearsal, "continue", "hwd_1")[0] == "cannot_continue"
+    assert order(rehearsal, "restart", task) == "ok"
+    assert rehearsal.run_until_ended(task, limit_s=1800)
+    assert rehearsal.task(task).status == "SUCCEEDED"
