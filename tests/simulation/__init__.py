@@ -1,0 +1,1 @@
+"""The whole engine with simulated agents on the virtual clock, under a fault plan that a seed draws."""

@@ -1,0 +1,296 @@
+"""What always holds, checked after every step of the engine. Cheap: each check looks at what the step changed.
+
+The state that is looked at is folded here from the steps; at times it is compared with the live one.
+"""
+
+from collections import Counter
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, Final
+
+from msgspec import Struct
+
+from formiga_bt.blackboard import Blackboard
+from formiga_bt.clock import SECOND, Micros
+from formiga_bt.engine import changes as ch
+from formiga_bt.engine import inputs as inp
+from formiga_bt.engine.records import AgentRecord, GoalRecord, TaskRecord
+from formiga_bt.engine.state import APPLY, EngineState, snapshot
+from formiga_bt.transport.messages import GoalRequest
+from tests.simulation.causes import cause_of
+
+if TYPE_CHECKING:
+    from tests.simulation.world import World
+
+RULES: Final = {
+    "two_tasks": "no machine is held by two tasks, none belongs to a task that has ended",
+    "ended": "a task that has ended stays as it ended",
+    "hang": "every task ends, or waits for a cause of the closed list",
+    "twice": "no goal id is begun twice by a machine",
+    "left": "no machine stays in the air without a task, an order, an errand, or a quarantine with an alarm",
+    "fold": "the folded steps give the live state",
+    "journal": "what is read from the journal is the state that was kept",
+    "seq": "steps are numbered without gaps, and time never goes back",
+    "durable": "nothing leaves before its step is kept, unless the journal is full",
+    "forgotten": "what a client or an agent has heard of is known after a restart",
+    "rest": "after the calm every task has ended and everything has landed, or is quarantined with an alarm",
+    "exception": "the engine raises nothing, no task ends by an exception or runs away",
+}
+FOLD_EVERY: Final = 500
+LOOK_US: Final[Micros] = 2 * SECOND
+LEFT_US: Final[Micros] = 12 * SECOND
+HANG_LOOKS: Final = 3
+"""So many looks one after another that find no cause of a task's wait."""
+TERMINAL: Final = frozenset({"SUCCEEDED", "FAILED", "CANCELED"})
+Watcher = Callable[[ch.Change, Any], None]
+"""Told of each change, with the record that it replaces (None: there was none, or it has none)."""
+
+
+class Violation(Struct, frozen=True):
+    """Something that always holds did not."""
+
+    rule: str
+    text: str
+    step: int
+    """Number of the step, counted over all engines of the run."""
+    at_s: float = 0.0
+
+    def __str__(self) -> str:
+        return f"{self.at_s:9.3f} s, step {self.step}: {self.rule}: {self.text}"
+
+
+class Mute(Blackboard):
+    """Nobody reads the blackboard of a folded state."""
+
+    def put(self, key: str, value: Any) -> bool:
+        return False
+
+    def touch(self, key: str) -> None:
+        pass
+
+    def drop(self, key: str) -> None:
+        pass
+
+
+class Invariants:
+    """Looks at each step of all engines of a run."""
+
+    def __init__(self, world: "World") -> None:
+        self.world = world
+        self.state = EngineState()
+        self.violations: list[Violation] = []
+        self.counts: Counter[str] = Counter()
+        self.transitions: set[tuple[str, ...]] = set()
+        self.causes: set[str] = set()
+        self.watchers: list[Watcher] = []
+        self.steps = 0
+        self._start = world.now
+        self._board = Mute()
+        self._told: set[tuple[str, str]] = set()
+        self._holders: dict[str, dict[str, None]] = {}
+        self._alarmed: set[str] = set()
+        self._looked: Micros = 0
+        self._since: dict[str, Micros] = {}
+        self._silent: dict[str, int] = {}
+        self._begun: Counter[tuple[str, str]] = Counter()
+        self._kept_goals: set[str] = set()
+        self._open: dict[str, None] = {}
+
+    def tell(self, rule: str, text: str, once: str = "") -> None:
+        """Note a violation; of one kind on one thing (`once`) only the first."""
+        assert rule in RULES, rule
+        if once and (rule, once) in self._told:
+            return
+        self._told.add((rule, once))
+        self.violations.append(Violation(rule, text, self.steps, (self.world.now - self._start) / SECOND))
+
+    def begin(self, state: EngineState) -> None:
+        """An engine begins with a state: that of a start, or what was read from the journal."""
+        self.state = state
+        self._holders.clear()
+        self._since.clear()
+        self._open = {task.id: None for task in state.tasks.values() if task.section != "done"}
+        for task in state.tasks.values():
+            self._hold(task, None)
+
+    # -- each step -----------------------------------------------------------------------------------------------------
+    def step(self, step: inp.Step) -> None:
+        """Look at a step, before it is kept."""
+        state, self.steps = self.state, self.steps + 1
+        if step.seq != state.seq + 1:
+            self.tell("seq", f"step {step.seq} follows {state.seq}")
+        if step.at < state.now:
+            self.tell("seq", f"step {step.seq} is at {step.at}, before {state.now}")
+        state.seq, state.now = step.seq, step.at
+        for change in step.changes:
+            before = self._before(change)
+            APPLY[type(change)](state, self._board, change)
+            self._change(change, before)
+            for watch in self.watchers:
+                watch(change, before)
+        for effect in step.effects:
+            if isinstance(effect, inp.Alarm):
+                self.counts[f"alarm {effect.code}"] += 1
+                if effect.agent:
+                    self._alarmed.add(effect.agent)
+            elif isinstance(effect, inp.SendGoal):
+                self._kept_goals.add(effect.goal_id)
+                self.counts["goals"] += 1
+        if self.steps % FOLD_EVERY == 0:
+            self.fold()
+        if step.at - self._looked >= LOOK_US:
+            self._looked = step.at
+            self.look()
+
+    def _before(self, change: ch.Change) -> Any:
+        state = self.state
+        match change:
+            case ch.TaskPut():
+                return state.tasks.get(change.task.id)
+            case ch.AgentPut():
+                return state.agents.get(change.agent.id)
+            case ch.GoalPut():
+                return state.goals.get(change.goal.id)
+            case ch.GoalDrop():
+                return state.goals.get(change.goal)
+            case ch.OrderPut():
+                return state.orders.get(change.agent)
+            case ch.RequestPut():
+                return state.requests.get(change.task)
+            case ch.ClearancePut():
+                return state.clearances.get(change.agent)
+            case ch.QuestionPut():
+                return state.questions.get(change.question.id)
+            case ch.QuestionDrop():
+                return state.questions.get(change.question)
+            case ch.LockdownPut():
+                return state.lockdown
+            case ch.ResumePut():
+                return state.resume
+        return None
+
+    def _change(self, change: ch.Change, before: Any) -> None:
+        match change:
+            case ch.AgentPut(agent):
+                self._agent(agent, before)
+            case ch.GoalPut(goal):
+                self._goal(goal, before)
+            case ch.TaskPut(task):
+                self._task(task, before)
+
+    def _agent(self, agent: AgentRecord, before: AgentRecord | None) -> None:
+        if before is None or before.liveness != agent.liveness:
+            self.transitions.add(("liveness", before.liveness if before else "", agent.liveness))
+        if before is None or before.pool != agent.pool:
+            self.transitions.add(("pool", before.pool if before else "", agent.pool))
+            if agent.pool != "QUARANTINED":
+                self._alarmed.discard(agent.id)
+        if agent.task and (before is None or before.task != agent.task):
+            task = self.state.tasks.get(agent.task)
+            if task is None or task.section == "done":
+                self.tell("two_tasks", f"{agent.id} belongs to {agent.task}, which has ended", agent.id)
+
+    def _goal(self, goal: GoalRecord, before: GoalRecord | None) -> None:
+        if before is None or before.state != goal.state:
+            self.transitions.add(("goal", before.state if before else "", goal.state))
+
+    def _task(self, task: TaskRecord, before: TaskRecord | None) -> None:
+        if before is None:
+            self._open[task.id] = None
+            self.counts["system tasks" if task.system_agent else "tasks"] += 1
+        if before is None or before.status != task.status:
+            self.transitions.add(("task", before.status if before else "", task.status))
+            if before is not None and before.status in TERMINAL:
+                self.tell("ended", f"{task.id} was {before.status} and is {task.status}")
+        if before is None or before.section != task.section:
+            self.transitions.add(("section", before.section if before else "", task.section))
+            if task.section == "done":
+                self._open.pop(task.id, None)
+                self.counts[f"{task.status} {task.code}".strip()] += not task.system_agent
+                if task.code in ("exception", "runaway"):
+                    self.tell("exception", f"{task.id} ({task.name}) ends {task.code}: {task.reason}", task.id)
+        if before is None or before.roles is not task.roles or before.section != task.section:
+            self._hold(task, before)
+
+    def _hold(self, task: TaskRecord, before: TaskRecord | None) -> None:
+        if task.system_agent:
+            return
+        for agent in _machines(before) if before is not None else ():
+            self._holders.get(agent, {}).pop(task.id, None)
+        for agent in _machines(task):
+            record = self.state.agents.get(agent)
+            if record is None or record.human:
+                continue
+            holders = self._holders.setdefault(agent, {})
+            holders[task.id] = None
+            if len(holders) > 1:
+                self.tell("two_tasks", f"{agent} is held by {' and '.join(holders)}", agent)
+
+    # -- from time to time ---------------------------------------------------------------------------------------------
+    def fold(self) -> None:
+        """Compare the folded state with the live one."""
+        if snapshot(self.state) != snapshot(self.world.engine.state):
+            self.tell("fold", "the folded steps give another state than the live one", "fold")
+
+    def look(self) -> None:
+        """Look for machines that are left, and for tasks that wait for nothing."""
+        if self.state.resume is not None and self.state.resume.phase != "watching":
+            return
+        for name, drone in self.world.drones.items():
+            self._look_at(self.state.agents.get(name), drone.is_airborne)
+        for task_id in list(self._open):
+            self._look_for_cause(task_id)
+
+    def _look_at(self, agent: AgentRecord | None, airborne: bool) -> None:
+        if agent is None:
+            return
+        state = self.state
+        task = state.tasks.get(agent.task)
+        cared = task is not None and task.section not in ("", "done")
+        cared = cared or agent.id in state.orders or agent.control != "engine" or agent.taken
+        cared = cared or (agent.pool == "QUARANTINED" and agent.id in self._alarmed) or agent.liveness == "SUSPECT"
+        if not airborne or cared or self.world.drones[agent.id].state().control != "engine":
+            self._since.pop(agent.id, None)
+            return
+        if state.now - self._since.setdefault(agent.id, state.now) > LEFT_US:
+            how = f"{agent.pool} {agent.liveness}, task {agent.task or 'none'}"
+            self.tell("left", f"{agent.id} flies, and nobody cares for it: {how}", agent.id)
+
+    def _look_for_cause(self, task_id: str) -> None:
+        cause = cause_of(self.state, self.state.tasks[task_id])
+        if cause:
+            self.causes.add(cause)
+            self._silent.pop(task_id, None)
+            return
+        looks = self._silent[task_id] = self._silent.get(task_id, 0) + 1
+        if looks >= HANG_LOOKS:
+            task = self.state.tasks[task_id]
+            text = f"{task_id} ({task.name}) is {task.status} in {task.section or 'no section'} and waits for nothing"
+            self.tell("hang", text, task_id)
+
+    # -- agents and clients --------------------------------------------------------------------------------------------
+    def begins(self, request: GoalRequest) -> None:
+        """A machine's body begins a goal."""
+        key = (request.agent, request.goal_id)
+        self._begun[key] += 1
+        if self._begun[key] > 1:
+            self.tell("twice", f"{request.agent} begins {request.goal_id} again", request.goal_id)
+        if request.goal_id not in self._kept_goals:
+            self.tell("durable", f"{request.agent} begins {request.goal_id}, which no step that was kept has sent")
+
+    def finish(self) -> None:
+        """Look at what is left after the calm."""
+        self.fold()
+        for task_id in self._open:
+            task = self.state.tasks[task_id]
+            cause = cause_of(self.state, task)
+            self.tell(
+                "rest", f"{task_id} ({task.name}) is still {task.status} in {task.section}: {cause or 'no cause'}"
+            )
+        for name, drone in self.world.drones.items():
+            agent = self.state.agents[name]
+            if drone.is_airborne and (agent.pool != "QUARANTINED" or name not in self._alarmed):
+                self.tell("rest", f"{name} is in the air: {agent.pool} {agent.task} {agent.liveness} {agent.control}")
+
+
+def _machines(task: TaskRecord) -> list[str]:
+    return [agent for group in task.roles.values() for agent in group] if task.section != "done" else []

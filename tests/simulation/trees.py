@@ -1,0 +1,182 @@
+"""Random trees of the simulation: short missions with all kinds of steps, on the ground and in the air.
+
+Each ends by itself within two minutes if nothing goes wrong. What the checker refuses is drawn anew.
+"""
+
+import json
+from functools import cache
+from random import Random
+from typing import Any
+
+from formiga_bt.lang.loader import load_site, load_task_text
+from formiga_bt.lang.model import Site, Task
+from formiga_bt.packaged import folder
+from formiga_bt.testing import packaged_task, packaged_world
+
+TEN = (
+    "move_task", "pick_up", "explore_region", "watch_dog_sos", "watch_dog_request", "circle", "triangle", "zig_zag",
+    "patrol_and_escort", "delivery",
+)  # fmt: skip
+"""The ten missions of the paper."""
+TREES = 300
+"""So many random trees there are."""
+Step = dict[str, Any]
+
+
+@cache
+def ten_site() -> Site:
+    """Return the site of the ten missions."""
+    site, found, _ = load_site(folder("trees") / "ten-site.yaml")
+    assert site is not None, found
+    return site
+
+
+@cache
+def task_of(name: str) -> Task:
+    """Return a task: a file of the ten missions, or `Tree<n>`."""
+    return packaged_task(name) if name in TEN else _drawn(int(name.removeprefix("Tree")))
+
+
+def _drawn(number: int) -> Task:
+    _, catalogue = packaged_world()
+    for attempt in range(100):
+        text = json.dumps(_Drawing(Random(f"tree/{number}/{attempt}")).task(f"Tree{number}"), indent=1)
+        loaded = load_task_text(text, f"tree{number}.yaml", catalogue=catalogue, site=ten_site())
+        if loaded.task is not None:
+            return loaded.task
+    raise AssertionError(f"no tree {number} passes the checker: {[str(one) for one in loaded.diagnostics]}")
+
+
+class _Drawing:
+    """One tree."""
+
+    def __init__(self, dice: Random) -> None:
+        self.dice = dice
+        self.params: dict[str, Any] = {"to": "place", "other": "place", "n": {"type": "int", "default": 5}}
+        self.agents: dict[str, Any] = {"watcher": {"type": "watcher"}, "picker": {"type": "picker"}}
+
+    def task(self, name: str) -> dict[str, Any]:
+        """Return the file of a task."""
+        dice = self.dice
+        match dice.choice(("ground", "ground", "air", "air", "block")):
+            case "ground":
+                steps = [self.still(2) for _ in range(dice.randint(1, 4))]
+            case "air":
+                self.agents["drone"] = self.role()
+                steps = self.mission("drone")
+            case _:
+                retry: Step = {"retry": {"attempts": 2, "delay": "3 s", **self.maybe(0.5, agent="another")}}
+                block = {"with_agents": {"one": self.role()}, "steps": self.mission("one")}
+                steps = [self.still(1), block | (retry if dice.random() < 0.5 else {})]
+        task: dict[str, Any] = {
+            "formiga": 1, "task": name, "imports": ["lib/flying.yaml"], "params": self.params, "agents": self.agents,
+            "steps": steps,
+        }  # fmt: skip
+        for section in ("on_failure", "on_abort", "finally"):
+            if dice.random() < 0.3:
+                task[section] = [{"wait": f"{dice.randint(1, 5)} s"}, {"notify": section}]
+        if dice.random() < 0.2:
+            task["timeout"] = f"{dice.randint(20, 120)} s"
+        if dice.random() < 0.15:
+            task["if_preempted"] = "fail"
+        return task
+
+    def maybe(self, chance: float, **entry: Any) -> Step:
+        """Return an entry, or nothing."""
+        return entry if self.dice.random() < chance else {}
+
+    def role(self) -> Step:
+        """Return the role of one drone."""
+        kinds = self.dice.choice(({"type": "hwd"}, {"type": "lwd"}, {"any_of": ["lwd", "hwd"]}))
+        wait = f"{self.dice.randint(20, 300)} s"
+        return {**kinds, "near": "${to}", **self.maybe(0.3, if_lost="rebind"), **self.maybe(0.3, wait=wait)}
+
+    # -- on the ground -------------------------------------------------------------------------------------------------
+    def still(self, depth: int) -> Step:
+        """Return a step in which nothing flies."""
+        dice = self.dice
+        kinds = ["wait", "ask", "notify", "hear"]
+        if depth:
+            kinds += ["sequence", "fallback", "parallel", "repeat", "guard", "if", "race", "retry"]
+        kind = dice.choice(kinds)
+        below = [self.still(depth - 1) for _ in range(dice.randint(1, 2))] if depth else []
+        return self.leaf(kind) or self.composite(kind, below, f"n > {dice.randint(0, 9)}")
+
+    def leaf(self, kind: str) -> Step | None:
+        """Return a leaf that needs no drone."""
+        dice = self.dice
+        match kind:
+            case "wait":
+                return {"wait": f"{dice.randint(1, 12)} s"}
+            case "ask":
+                limit = f"{dice.randint(5, 30)} s"
+                return {"ask": "Well?", "of": ["watcher"], "timeout": limit, **self.maybe(0.7, ignore_failure=True)}
+            case "notify":
+                return {"notify": "On the way."}
+            case "hear":
+                limit = f"{dice.randint(3, 15)} s"
+                return {"wait_for": "picker.sos", "timeout": limit, "ignore_failure": True}
+        return None
+
+    def composite(self, kind: str, below: list[Step], condition: str) -> Step:
+        """Return a composite over steps."""
+        dice = self.dice
+        match kind:
+            case "sequence":
+                return {"sequence": below, **self.maybe(0.5, **{"finally": [{"wait": "2 s"}]})}
+            case "fallback":
+                return {"fallback": [{"check": condition}, {"sequence": below}]}
+            case "parallel" | "race":
+                arms = [{"sequence": below}, {"wait": f"{dice.randint(1, 20)} s"}]
+                return {"parallel": arms, "need": "any" if kind == "race" else "all"}
+            case "repeat":
+                return {"repeat": 2, "steps": [*below, {"wait": "1 s"}]}
+            case "guard":
+                return {"guard": condition, "steps": below, **self.maybe(0.8, ignore_failure=True)}
+            case "retry":
+                return {"sequence": below, "retry": {"attempts": 2, "delay": "2 s"}, "ignore_failure": True}
+            case _:
+                return {"if": condition, "then": below, "else": [{"wait": "2 s"}]}
+
+    # -- in the air ----------------------------------------------------------------------------------------------------
+    def mission(self, role: str) -> list[Step]:
+        """Return a flight that begins at the port and ends there."""
+        height = self.dice.choice((40, 60, 85))
+        with_ = {"drone": f"${{{role}}}", "to": "${to}", "height": f"{height} m"}
+        inside = [self.block(role, 2) for _ in range(self.dice.randint(0, 2))]
+        home: Step = {"call": "ReturnHome", "with": {"drone": f"${{{role}}}"}}
+        return [{"call": "FlyTo", "with": with_}, *inside, home]
+
+    def block(self, role: str, depth: int) -> Step:
+        """Return a step that begins and ends in the air."""
+        dice = self.dice
+        kinds = ["wait", "go", "go", "ask", "visit"]
+        if depth:
+            kinds += ["sequence", "fallback", "parallel", "race", "repeat", "guard", "if", "bounded"]
+        kind = dice.choice(kinds)
+        below = [self.block(role, depth - 1) for _ in range(dice.randint(1, 2))] if depth else []
+        match kind:
+            case "go":
+                return self.go(role)
+            case "visit":
+                return {"sequence": self.visit(role)}
+            case "bounded":
+                return {**self.go(role), "timeout": f"{dice.randint(40, 90)} s"}
+        return self.leaf(kind) or self.composite(kind, below, f"{role}.battery > {dice.randint(20, 90)} %")
+
+    def go(self, role: str) -> Step:
+        """Return a leg."""
+        dice = self.dice
+        spot, up = dice.choice(("to", "other")), dice.choice((30, 50, 75))
+        at = f"${{offset(above({spot}, {up} m), east={dice.randint(-40, 40)} m, north={dice.randint(-40, 40)} m)}}"
+        return {"do": f"{role}.GoTo", "with": {"to": at}, **self.maybe(0.3, retry={"attempts": 2, "delay": "2 s"})}
+
+    def visit(self, role: str) -> list[Step]:
+        """Return a landing away from ports and the start from there."""
+        spot = self.dice.choice(("to", "other"))
+        return [
+            {"do": f"{role}.GoTo", "with": {"to": f"${{above({spot}, 40 m)}}"}},
+            {"do": f"{role}.LandIn", "with": {"at": f"${{{spot}}}"}},
+            {"wait": f"{self.dice.randint(1, 10)} s"},
+            {"do": f"{role}.TakeOff"},
+        ]

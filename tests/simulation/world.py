@@ -1,0 +1,486 @@
+"""The engine under test: the production engine over simulated agents, killed and resumed, on a disk that fails.
+
+    world = World(plan); world.play(); world.invariants.violations
+
+A world outlives its engines. Whoever asks while there is none asks again later, as a client does.
+"""
+
+import tempfile
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any, Final
+
+from msgspec import Struct
+
+from agents_sim.drone import Drone
+from formiga_bt.clock import SECOND, Micros
+from formiga_bt.engine import inputs as inp
+from formiga_bt.engine.drivers.persist import Outcome
+from formiga_bt.engine.drivers.virtual import VirtualDriver
+from formiga_bt.engine.engine import Engine
+from formiga_bt.engine.state import EngineState, load_snapshot, snapshot
+from formiga_bt.rehearsal import Rehearsal
+from formiga_bt.testing import packaged_world
+from formiga_bt.transport.memory import NO_FAULTS, Faults
+from formiga_bt.transport.messages import GoalRequest
+from tests.simulation.disk import Disk, Killed, When, bare
+from tests.simulation.invariants import Invariants
+from tests.simulation.plan import Ask, Deed, Plan
+from tests.simulation.trees import task_of
+
+PERSON: Final = "watcher_1"
+STATUS_EVERY_US: Final[Micros] = 2_500_000
+ASK_AGAIN_S: Final = 4.0
+TRIES: Final = 12
+CALM_S: Final = 240.0
+"""So long tasks may go on by themselves in the calm; then they are aborted."""
+REST_S: Final = 1200.0
+REFUSED_FOR_NOW: Final = ("journal_full", "lockdown", "busy")
+BACKLOG: Final = 60_000
+
+
+class Sign(Struct, frozen=True):
+    """A sign of life, as an engine gives one each second."""
+
+    wall: Micros = 0
+    at: Micros = 0
+    seq: int = 0
+
+
+class Keeper:
+    """The `Persist` of one engine: looks at each step, keeps it, and ends the engine when it is to die."""
+
+    def __init__(self, world: "World") -> None:
+        self.world = world
+        self.left = 0
+        """Steps until the engine dies; 0 = it does not."""
+        self.when: When = "kept"
+        self.durable = True
+        self.sign = Sign()
+
+    def keep(self, steps: Sequence[inp.Step]) -> Outcome:
+        """Keep a step, or die."""
+        (step,) = steps
+        world = self.world
+        self.left -= 1
+        dies = self.left == 0
+        if dies and self.when == "lost":
+            raise Killed
+        world.invariants.step(step)
+        kept = world.disk.keep(step)
+        self.durable = kept.durable
+        if step.at // SECOND != self.sign.at // SECOND:
+            self.sign = Sign(world.wall(), step.at, step.seq)
+        if dies:
+            raise Killed
+        return kept
+
+
+class World:
+    """One run of a plan.
+
+    Args:
+        plan: what happens.
+        story: whether `lines` tells it.
+    """
+
+    def __init__(self, plan: Plan, *, story: bool = False) -> None:
+        self.plan = plan
+        self.lines: list[str] = []
+        self._loud = story
+        _, catalogue = packaged_world()
+        tasks = {task.name: task for task in (task_of(ask.task) for ask in plan.asks)}
+        self._names = {ask.task: task_of(ask.task).name for ask in plan.asks}
+        self.flight = Rehearsal(
+            plan.site, catalogue, tasks.values(), (), seed=plan.seed, status_every_us=STATUS_EVERY_US, keep_steps=False
+        )
+        self.sim, self.hub, self.scheduler = self.flight.sim, self.flight.hub, self.flight.scheduler
+        self._folder = tempfile.TemporaryDirectory() if plan.on_file else None
+        file = Path(self._folder.name) / "ten.db" if self._folder is not None else None
+        self.wall_off: Micros = 0
+        backlog = BACKLOG if plan.seed % 4 == 0 else 64_000_000
+        self.disk = Disk(file, lambda: self.now / SECOND, self.wall, backlog)
+        self.disk.take(lambda: self.flight.engine.state)
+        self.invariants = Invariants(self)
+        self.invariants.begin(load_snapshot(snapshot(self.engine.state)))
+        self.keeper = Keeper(self)
+        self.alive = True
+        self.drones: dict[str, Drone] = {}
+        self._begin = self.now
+        self._down: set[str] = set()
+        self._frozen: set[str] = set()
+        self._piloted: set[str] = set()
+        self._death = Deed(0.0, "engine")
+        self._acked: list[str] = []
+        self._again: tuple[Any, ...] = ()
+        self._calm = False
+        self._begin_driver(self.flight.driver)
+        for spec in plan.specs():
+            agent = self.sim.add(spec)
+            if isinstance(agent.body, Drone):
+                self.drones[spec.id] = agent.body
+                self._watch(agent.front)
+        self._send = self.hub.transport.send_goal
+        self.hub.transport.send_goal = self._sends  # type: ignore[method-assign]
+
+    # -- what is told and looked at ------------------------------------------------------------------------------------
+    @property
+    def now(self) -> Micros:
+        """Return the virtual time."""
+        return self.flight.scheduler.now()
+
+    @property
+    def engine(self) -> Engine:
+        """Return the engine that runs, or ran last."""
+        return self.flight.engine
+
+    def wall(self) -> Micros:
+        """Return the time of day, which may jump."""
+        return self.now + self.wall_off
+
+    def tell(self, text: str) -> None:
+        """Add a line to the story."""
+        if self._loud:
+            self.lines.append(f"{(self.now - self._begin) / SECOND:9.3f} s, step {self.invariants.steps}: {text}")
+
+    def _tell_step(self, step: inp.Step) -> None:
+        match step.input:
+            case inp.GoalEventInput(event) if event.state not in ("running", "accepted"):
+                self.tell(f"  {event.agent}: {event.goal_id} {event.state} {event.code}".rstrip())
+            case inp.Operator() | inp.LockdownOrder() | inp.Abort():
+                self.tell(f"ORDER {step.input} -> {step.reply}")
+            case inp.AgentGoneInput(agent):
+                self.tell(f"  {agent} is gone")
+        for effect in step.effects:
+            match effect:
+                case inp.SendGoal(goal_id, agent, action, fields):
+                    self.tell(f"  -> {agent} {action} {fields} {goal_id}{' SAFETY' if effect.safety else ''}")
+                case inp.CancelGoal(goal_id, agent):
+                    self.tell(f"  -> {agent} cancel {goal_id}")
+                case inp.QueryGoal(agent, goals):
+                    self.tell(f"  -> {agent} query {goals}")
+                case inp.Alarm(code, text):
+                    self.tell(f"  ALARM {code}: {text}")
+                case inp.PublishState(task, status, code, reason):
+                    held = self.engine.state.tasks[task].held
+                    self.tell(f"  {task} {status} {code} {reason} {held or ''}".rstrip())
+
+    def _watch(self, front: Any) -> None:
+        start: Callable[[GoalRequest], str] = front.start
+
+        def begin(request: GoalRequest) -> str:
+            code = start(request)
+            if not code:
+                self.invariants.begins(request)
+            return code
+
+        front.start = begin
+
+    def _sends(self, request: GoalRequest) -> None:
+        if not (self.keeper.durable or self.disk.level == "full"):
+            self.invariants.tell("durable", f"{request.goal_id} leaves before its step is kept")
+        self._send(request)
+
+    # -- the engine's lives --------------------------------------------------------------------------------------------
+    def _begin_driver(self, driver: VirtualDriver) -> None:
+        driver._persist = self.keeper
+        if self._loud:
+            driver.listeners.append(self._tell_step)
+
+    def run_until(self, done: Callable[[], bool], limit_s: float) -> bool:
+        """Run, over all deaths of engines, until something is so, or so long."""
+        limit = self.now + round(limit_s * SECOND)
+        while True:
+            try:
+                return self.flight.driver.run_until(done, limit)
+            except Killed:
+                self._live_again()
+
+    def run_for(self, seconds: float) -> None:
+        """Let time pass."""
+        limit = self.now + round(seconds * SECOND)
+        self.run_until(lambda: False, seconds)
+        if self.now < limit:
+            self.scheduler.advance_to(limit)
+
+    def _live_again(self) -> None:
+        """The engine is dead: after a while there is another one, which may die again."""
+        deaths = list(self._death.again)
+        while True:
+            self._die()
+            self._be_away(self._death.away_s)
+            self.keeper.left = deaths.pop(0) if deaths else 0
+            try:
+                self._resume()
+            except Killed:
+                continue
+            return
+
+    def _die(self) -> None:
+        self.invariants.counts["engine killed"] += 1
+        self.tell(f"ENGINE KILLED, the last step is {self.keeper.when}")
+        disk, state = self.disk, self.engine.state
+        if self.keeper.when == "kept":
+            self.invariants.fold()
+            self._compare()
+        elif disk.waits:
+            self.invariants.counts["killed with unkept steps"] += 1
+        del state
+        self.alive = False
+        self.flight.driver.close()
+        disk.close()
+
+    def _compare(self) -> None:
+        """Read the journal, as somebody would that the engine does not know of."""
+        if self.disk.waits or not self.keeper.durable:
+            return
+        found, _ = self.disk.found()
+        if bare(found) != bare(self.disk.expected(self.engine.state)):
+            self.invariants.tell("journal", "what is read from the journal is not the state that was kept", "journal")
+
+    def _be_away(self, seconds: float) -> None:
+        limit = self.now + round(seconds * SECOND)
+        while (at := self.scheduler.next_time()) is not None and at <= limit:
+            self.scheduler.run_next()
+        self.scheduler.advance_to(limit)
+
+    def _resume(self) -> None:
+        disk, now, sign = self.disk, self.now, self.keeper.sign
+        state, tail = disk.found()
+        last = disk.journal.last() if disk.memory is not None else (state.seq, state.now)
+        wall = tail[-1].wall if tail else 0
+        heard = max((agent.heard_at for agent in state.agents.values()), default=0)
+        if sign.wall < wall:
+            sign = Sign(wall, max(last[1], heard, sign.at + wall - sign.wall), sign.seq)
+        state.seq = max(state.seq, last[0], sign.seq) + 1
+        state.now = min(max(state.now, last[1], heard), now)
+        at = min(max(sign.at, state.now), now)
+        again = [
+            e for kept in tail for e in kept.step.effects if isinstance(e, inp.CancelGoal | inp.Notify | inp.Alarm)
+        ]
+        self._check_known(state)
+        flight, old = self.flight, self.flight.engine.core
+        flight.engine = Engine(old.site, old.catalogue, dict(old.models), state=state, resumes=True)
+        disk.take(lambda: flight.engine.state)
+        self.keeper.durable = True
+        self.invariants.begin(load_snapshot(snapshot(state)))
+        flight.driver = VirtualDriver(flight.engine, [self.hub.transport], self.scheduler)
+        self._begin_driver(flight.driver)
+        self.alive = True
+        self.tell(f"ENGINE RESUMES from step {state.seq}")
+        flight.driver.feed(
+            inp.Resumed(
+                epoch=state.epoch + 1, at=at, since=sign.wall, wall=self.wall(), heard=now, again=tuple(again),
+                rebuilt={t.id: t.bundle for t in state.tasks.values() if t.section != "done" and t.bundle != "system"},
+                lost=flight.engine.unbuilt,
+            )
+        )  # fmt: skip
+        flight.driver._publish_clock()
+
+    def _check_known(self, state: EngineState) -> None:
+        missing = [task for task in self._acked if task not in state.tasks]
+        if missing:
+            self.invariants.tell(
+                "forgotten", f"{', '.join(missing)} was promised to a client, and is not known any more"
+            )
+
+    # -- people --------------------------------------------------------------------------------------------------------
+    def order(self, given: inp.Input) -> str:
+        """Give an order; return the reply, "" if there is no engine."""
+        return self.flight.driver.feed(given).reply if self.alive else ""
+
+    def ask(self, ask: Ask, tries: int = TRIES) -> None:
+        """Request a task; ask again if nobody is there, or not now."""
+        self.tell(f"SUBMIT {ask.task} {ask.params} {ask.priority or ''}")
+        reply = self.order(inp.Submit(self._names[ask.task], dict(ask.params), ask.priority, PERSON))
+        if reply and not reply.startswith("error:"):
+            if self.keeper.durable:
+                self._acked.append(reply)
+            else:  # as the driver does it: the request is taken back
+                self.order(inp.Abort(reply, "", "engine", "journal_full"))
+            return
+        code = reply.split(":", 2)[1] if reply else "nobody"
+        self.invariants.counts[f"refused {code}"] += 1
+        if tries and (not reply or code in REFUSED_FOR_NOW):
+            later = self.now + round(ASK_AGAIN_S * SECOND)
+            self.scheduler.call_at(later, lambda: self.ask(ask, tries if self._calm else tries - 1))
+
+    def do(self, deed: Deed) -> None:
+        """Let one thing happen."""
+        if self._calm:
+            return
+        self.tell(f"DEED {deed}")
+        self.invariants.counts[f"deed {deed.what}"] += 1
+        who, sim = deed.whom, self.sim
+        match deed.what:
+            case "order":
+                target = self._target(who)
+                if target is not None:
+                    self.order(inp.Operator(deed.how, target, PERSON))  # type: ignore[arg-type]
+            case "handback":
+                self.order(inp.Operator(f"handback_{deed.how}", who, PERSON))  # type: ignore[arg-type]
+            case "clear":
+                self.order(inp.Operator("clear", who, PERSON))
+            case "lockdown":
+                self.order(inp.LockdownOrder(deed.how, PERSON))  # type: ignore[arg-type]
+            case "abort":
+                target = self._target(who)
+                if target:
+                    self.order(inp.Abort(target, deed.how, PERSON))  # type: ignore[arg-type]
+            case "engine" if self.alive:
+                self._death = deed
+                self.keeper.left, self.keeper.when = round(deed.much), deed.how  # type: ignore[assignment]
+            case "disk_full" | "disk_slow" | "disk_ok":
+                self._disk(deed.what)
+            case "wall":
+                self.wall_off += round(deed.much * SECOND)
+            case "wire" | "wire_off" | "slow" | "slow_off":
+                self._wire(deed)
+            case "crash" if who not in self._down:
+                self._down.add(who)
+                self._frozen.discard(who)
+                sim.kill(who)
+            case "rejoin" if who in self._down:
+                self._down.discard(who)
+                sim.restart(who)
+            case "freeze" if who not in self._down:
+                self._frozen.add(who)
+                sim.freeze(who)
+            case "thaw" if who in self._frozen:
+                self._frozen.discard(who)
+                sim.thaw(who)
+            case _:
+                self._trouble(deed)
+
+    def _trouble(self, deed: Deed) -> None:
+        who, sim = deed.whom, self.sim
+        match deed.what:
+            case "cut_off":
+                sim.lose_link(who)
+            case "join":
+                sim.mend_link(who)
+            case "pilot":
+                self._piloted.add(who)
+                sim.take_over(who)
+            case "pilot_off" if who in self._piloted:
+                self._piloted.discard(who)
+                sim.hand_back(who)
+            case "refuse":
+                sim.refuse_next(who, count=int(deed.much))
+            case "lose":
+                sim.lose_next_result(who, int(deed.much))
+            case "mute" | "unmute":
+                sim.never_confirm_cancel(who, deed.what == "mute")
+            case "battery" if self.drones[who].battery() > deed.much:
+                self.drones[who].set_battery(deed.much)
+            case "event":
+                sim[who].body.tell(deed.how)
+
+    def _disk(self, what: str) -> None:
+        if what == "disk_slow":
+            self.disk.slow = True
+        elif self.alive:
+            self.disk.fill(what == "disk_full")
+        if what == "disk_ok":
+            self.disk.slow = False
+
+    def _wire(self, deed: Deed) -> None:
+        hub, who = self.hub, deed.whom
+        match deed.what:
+            case "wire":
+                names = ("drop", "duplicate", "reorder") if deed.how == "all" else (deed.how,)
+                hub.set_faults(who, Faults(jitter_us=20_000, **dict.fromkeys(names, deed.much)))
+            case "wire_off":
+                hub.set_faults(who, NO_FAULTS)
+            case "slow":
+                hub.set_delay(who, round(deed.much * SECOND))
+            case _:
+                hub.set_delay(who, hub.delay_us)
+
+    def _target(self, whom: str) -> str | None:
+        if not whom.startswith("#"):
+            return whom
+        still_open = list(self.engine.open_tasks)
+        return still_open[int(whom[1:]) % len(still_open)] if still_open else None
+
+    # -- playing -------------------------------------------------------------------------------------------------------
+    def play(self) -> None:
+        """Play the plan, then calm everything, and look at what is left."""
+        self.run_for(1)
+        begin = self.now
+        for ask in self.plan.asks:
+            self.scheduler.call_at(begin + round(ask.at * SECOND), lambda ask=ask: self.ask(ask))  # type: ignore[misc]
+        for deed in self.plan.deeds:
+            self.scheduler.call_at(begin + round(deed.at * SECOND), lambda deed=deed: self.do(deed))  # type: ignore[misc]
+        self.run_until(lambda: False, self.plan.calm_at)
+        self.calm()
+
+    def calm(self) -> None:
+        """End all faults, let go on what was stopped; tasks end, or are ended; then look."""
+        self.tell("CALM")
+        self._calm = True
+        self.keeper.left = 0
+        self._mend()
+        self.run_for(15)
+        self.order(inp.LockdownOrder("release", PERSON))
+        self._go_on()
+        self.run_for(2 * ASK_AGAIN_S)
+        if not self.run_until(self.flight.ended, CALM_S):
+            for round_ in range(4):
+                self._go_on()
+                for task in list(self.engine.open_tasks):
+                    self.order(inp.Abort(task, "now" if round_ else "", PERSON))
+                if self.run_until(self.flight.ended, REST_S / 4):
+                    break
+        self._go_on()
+        for agent in self.drones:
+            self.order(inp.Operator("clear", agent, PERSON))
+        self.run_until(self._is_quiet, REST_S)
+        self.run_for(5)
+        self.tell("END")
+        self._compare()
+        self.invariants.finish()
+
+    def _mend(self) -> None:
+        sim, hub = self.sim, self.hub
+        self.disk.fill(False)
+        self.disk.slow = False
+        hub._own_faults.clear()
+        hub._own_delay.clear()
+        for agent in sorted(self._frozen):
+            sim.thaw(agent)
+        for agent in sorted(self._down):
+            sim.restart(agent)
+        for agent in self.drones:
+            sim.never_confirm_cancel(agent, False)
+            sim.mend_link(agent)
+            sim[agent].front.refusals.clear()
+            hub._lost_results[agent] = 0
+            if self.drones[agent].state().control == "pilot":
+                sim.hand_back(agent)
+
+    def _go_on(self) -> None:
+        """Give back what a pilot or a failsafe has, and let go on what was stopped."""
+        for index, (agent, drone) in enumerate(self.drones.items()):
+            if drone.state().control != "engine" and not drone.is_airborne:
+                self.sim.hand_back(agent)  # it landed by itself, and somebody went to see it
+                self.run_for(1)
+            ways = ("continue", "return", "end")
+            for how in (ways[(self.plan.seed + index) % 3], "end"):
+                if self.order(inp.Operator(f"handback_{how}", agent, PERSON)) == "ok":  # type: ignore[arg-type]
+                    break
+        self.order(inp.Operator("continue", "", PERSON))
+        for agent in self.drones:
+            self.order(inp.Operator("continue", agent, PERSON))
+        for task in list(self.engine.open_tasks):
+            self.order(inp.Operator("continue", task, PERSON))
+
+    def _is_quiet(self) -> bool:
+        return self.flight.ended() and not any(drone.is_airborne for drone in self.drones.values())
+
+    def close(self) -> None:
+        """Let everything go."""
+        self.flight.close()
+        self.disk.close()
+        if self._folder is not None:
+            self._folder.cleanup()
