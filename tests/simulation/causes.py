@@ -8,7 +8,7 @@ def cause_of(state: EngineState, task: TaskRecord) -> str:
     """Return the cause of a task's wait, "" if there is none."""
     if task.held:
         return "held"
-    if task.id in state.requests:
+    if any(request.holder == task.id for request in state.requests.values()):
         return "agents"
     if any(g.task == task.id and not g.ended for g in state.goals.values()):
         return "goal"
