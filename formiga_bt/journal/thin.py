@@ -41,6 +41,8 @@ HEARD_EVERY_US: Final[Micros] = 30 * SECOND
 BLOCK_US: Final[Micros] = 10 * SECOND
 """Way points of an agent are written together, after so long."""
 BLOCK_POINTS: Final = 256
+LOOK_US: Final[Micros] = SECOND // 2
+"""Not more often is looked which blocks are ready."""
 GRAIN: Final = 10
 """Steps of a metre, and of a metre a second."""
 
@@ -125,6 +127,7 @@ class Thinner:
         self._goals: dict[str, GoalRecord] = dict(state.goals)
         self._points: dict[str, list[Point]] = {}
         self._last: dict[str, Point] = {}
+        self._look_at: Micros = 0
         self.seq, self.at = state.seq, state.now
         """Of the last step that is kept."""
         self.dropped = 0
@@ -151,21 +154,21 @@ class Thinner:
         return True
 
     def _is_telemetry(self, step: Step) -> bool:
-        given = step.input
         if step.effects or step.reply:
             return False
-        if isinstance(given, WallDue):
-            return self._is_look(given.key, step.changes)
-        if isinstance(given, GoalEventInput):
-            return given.event.status is None and self._still_runs(step.changes)
-        if not isinstance(given, AgentStatusInput):
-            return False
-        new = self._live.get(given.status.id)
+        given: Any = step.input
+        kind = type(given)
+        if kind is not AgentStatusInput:
+            if kind is WallDue:
+                return self._is_look(given.key, step.changes)
+            return kind is GoalEventInput and given.event.status is None and self._still_runs(step.changes)
+        agent: str = given.status.id
+        new = self._live.get(agent)
         for change in step.changes:
-            if type(change) is not ch.AgentPut or change.agent.id != given.status.id or new is None:
+            if type(change) is not ch.AgentPut or change.agent.id != agent or new is None:
                 return False
             old, new = new, change.agent
-            if (new.position is None) != (old.position is None) or not _is_same(old, new):
+            if (new.position is None) != (old.position is None) or _REST(old) != _REST(new):
                 return False
         if new is not None and step.changes:
             self._live[new.id] = new
@@ -192,7 +195,7 @@ class Thinner:
             return False
         first, then = changes
         return (
-            isinstance(first, ch.WallTimerSet) and isinstance(then, ch.WallTimerSet)
+            type(first) is ch.WallTimerSet and type(then) is ch.WallTimerSet
             and first.key == then.key == key and first.after_us is None and then.after_us is not None
         )  # fmt: skip
 
@@ -207,6 +210,9 @@ class Thinner:
     # -- what is to be written -------------------------------------------------------------------------------------
     def blocks(self, now: Micros, *, all_: bool = False) -> list[Block]:
         """Return the way points that have waited long enough (or all), which are then taken for written."""
+        if not all_ and now < self._look_at:
+            return []
+        self._look_at = now + LOOK_US
         ready = [
             agent
             for agent, points in self._points.items()
@@ -222,11 +228,7 @@ class Thinner:
 
 
 _REST: Final = attrgetter(*(name for name in AgentRecord.__struct_fields__ if name not in THINNED))
-
-
-def _is_same(old: AgentRecord, new: AgentRecord) -> bool:
-    """Return whether two records differ in what is thinned only."""
-    return bool(_REST(old) == _REST(new))
+"""What of two records is the same if only what is thinned differs."""
 
 
 # -- way points as bytes -----------------------------------------------------------------------------------------------

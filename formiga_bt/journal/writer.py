@@ -4,15 +4,16 @@ When the disk is full (or the server away) steps wait in memory, and the engine 
 that no longer fit are a gap: history is lost, but what is open is not, for a snapshot of the state follows it.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, Final, Literal
 
+import msgspec
 from msgspec import Struct
 
 from formiga_bt.clock import SECOND, Micros
 from formiga_bt.engine import inputs as inp
 from formiga_bt.engine.drivers.persist import DURABLE, Outcome
-from formiga_bt.engine.inputs import Effect, JournalState, Step
+from formiga_bt.engine.inputs import JournalState, Step
 from formiga_bt.engine.state import EngineState
 from formiga_bt.journal.store import Gap, Journal, Overtaken, Row, Unwritable
 from formiga_bt.journal.thin import Thinner
@@ -194,17 +195,46 @@ def kind_of(given: inp.Input) -> str:
 def tasks_of(step: Step) -> tuple[str, ...]:
     """Return the tasks that a step touched, in order."""
     found: dict[str, None] = {}
-    for part in (step.input, *step.changes, *step.effects):
-        for task in _tasks_in(part):
-            found[task.partition("|")[0]] = None
+    for parts in ((step.input,), step.changes, step.effects):
+        for part in parts:
+            for finger in _FINGERS[type(part)]:
+                task = finger(part)
+                if task is not None:
+                    found[task if "|" not in task else task.partition("|")[0]] = None
     found.pop("", None)
     return tuple(found)
 
 
-def _tasks_in(part: "inp.Input | Effect | Any") -> Iterator[str]:
-    for name in ("task", "goal", "question", "order"):
-        inside = getattr(part, name, None)
-        if isinstance(inside, Struct):
-            yield getattr(inside, "id" if name == "task" else "task", "")
-        elif isinstance(inside, str) and name == "task" and not isinstance(part, inp.Submit | inp.Serve | inp.Approve):
-            yield inside
+Finger = Callable[[Any], str | None]
+"""Tells the task that one field of a part of a step is about."""
+
+
+def _named(part: Any) -> str | None:
+    inside = part.task
+    return inside if isinstance(inside, str) else inside.id if isinstance(inside, Struct) else None
+
+
+def _inside(name: str) -> Finger:
+    def tell(part: Any) -> str | None:
+        return getattr(getattr(part, name), "task", None)
+
+    return tell
+
+
+def _fingers(kind: type[Struct]) -> tuple[Finger, ...]:
+    types = {one.name: one.type for one in msgspec.structs.fields(kind)}
+    found: list[Finger] = []
+    if "task" in types and kind not in (inp.Submit, inp.Serve, inp.Approve):  # there it is the name of a task
+        found.append(_named)
+    return (*found, *(_inside(name) for name in ("goal", "question", "order") if types.get(name, str) is not str))
+
+
+class _ByKind(dict[type, tuple[Finger, ...]]):
+    """Kind of a part -> where it names tasks; found when first asked for."""
+
+    def __missing__(self, kind: type[Struct]) -> tuple[Finger, ...]:
+        self[kind] = _fingers(kind)
+        return self[kind]
+
+
+_FINGERS: Final = _ByKind()
