@@ -62,21 +62,22 @@ def segment_distance_m(p1: Position, p2: Position, q1: Position, q2: Position) -
 
     Source: C. Ericson, Real-Time Collision Detection (2005), section 5.1.9.
     """
-    d1 = (p2.east_m - p1.east_m, p2.north_m - p1.north_m, p2.up_m - p1.up_m)
-    d2 = (q2.east_m - q1.east_m, q2.north_m - q1.north_m, q2.up_m - q1.up_m)
-    r = (p1.east_m - q1.east_m, p1.north_m - q1.north_m, p1.up_m - q1.up_m)
-    a, e, f = _dot(d1, d1), _dot(d2, d2), _dot(d2, r)
+    px, py, pz, qx, qy, qz = p1.east_m, p1.north_m, p1.up_m, q1.east_m, q1.north_m, q1.up_m
+    ux, uy, uz = p2.east_m - px, p2.north_m - py, p2.up_m - pz
+    vx, vy, vz = q2.east_m - qx, q2.north_m - qy, q2.up_m - qz
+    rx, ry, rz = px - qx, py - qy, pz - qz
+    a, e, f = ux * ux + uy * uy + uz * uz, vx * vx + vy * vy + vz * vz, vx * rx + vy * ry + vz * rz
     tiny = 1e-9
     if a <= tiny and e <= tiny:
         s = t = 0.0
     elif a <= tiny:
         s, t = 0.0, _unit(f / e)
     else:
-        c = _dot(d1, r)
+        c = ux * rx + uy * ry + uz * rz
         if e <= tiny:
             s, t = _unit(-c / a), 0.0
         else:
-            b = _dot(d1, d2)
+            b = ux * vx + uy * vy + uz * vz
             denominator = a * e - b * b
             s = _unit((b * f - c * e) / denominator) if denominator > tiny else 0.0
             t = (b * s + f) / e
@@ -84,12 +85,8 @@ def segment_distance_m(p1: Position, p2: Position, q1: Position, q2: Position) -
                 s, t = _unit(-c / a), 0.0
             elif t > 1.0:
                 s, t = _unit((b - c) / a), 1.0
-    gap = tuple(r[i] + s * d1[i] - t * d2[i] for i in range(3))
-    return math.sqrt(sum(g * g for g in gap))
-
-
-def _dot(u: tuple[float, float, float], v: tuple[float, float, float]) -> float:
-    return u[0] * v[0] + u[1] * v[1] + u[2] * v[2]
+    gx, gy, gz = rx + s * ux - t * vx, ry + s * uy - t * vy, rz + s * uz - t * vz
+    return math.sqrt(gx * gx + gy * gy + gz * gz)
 
 
 def _unit(x: float) -> float:

@@ -47,7 +47,8 @@ class Breaches:
         found = self._broken(agent) or self._stuck(agent)
         self._waits_too_long(agent)
         if not found:
-            core.put_agent(agent_id, breach=agent.breach if agent.breach.startswith(LATER) else "")
+            if agent.breach and not agent.breach.startswith(LATER):
+                core.put_agent(agent_id, breach="")
         elif agent.breach.removeprefix(LATER) != found[0].name:
             self._breached(agent, found[0])
 

@@ -123,10 +123,9 @@ class Core:
         self.state.seq += 1
         self.changes, self.effects = [], []
         self.due.clear()
-        if self.timers_stand:
-            return
-        for task_id, key in self.instants.until(now):
-            self.wake(task_id, key)
+        if self.instants.at and not self.timers_stand:
+            for task_id, key in self.instants.until(now):
+                self.wake(task_id, key)
 
     def emit(self, change: ch.Change) -> None:
         """Record a change and apply it."""
@@ -322,7 +321,7 @@ class Core:
 
     def next_deadline(self) -> tuple[Micros, str] | None:
         """Return the earliest live deadline, ties in the order of setting."""
-        if self.timers_stand:
+        if self.stands_by or (self.state.resume is not None and self.timers_stand):
             return None
         return self._deadlines.first()
 

@@ -202,20 +202,24 @@ class Fleet:
     def _lie(self, agent: AgentRecord, status: AgentStatus) -> str:
         if status.type != agent.type:
             return f"status says type {status.type}, its card said {agent.type}"
-        numbers = [status.battery]
-        if status.position is not None:
-            numbers += [status.position.east_m, status.position.north_m, status.position.up_m]
-        numbers += _wind(status) or ()
-        if not all(math.isfinite(number) for number in numbers):
+        at, wind = status.position, _wind(status)
+        total = status.battery
+        if at is not None:
+            total += at.east_m + at.north_m + at.up_m
+        if wind is not None:
+            total += wind[0] + wind[1]
+        if not math.isfinite(total) and not all(map(math.isfinite, _numbers(status))):
             return "status holds a number that is not finite"
         if not 0.0 <= status.battery <= 100.0:
             return f"battery {status.battery} is no percentage"
-        if status.position is not None and agent.position is not None and status.boot_id == agent.boot_id:
+        if at is not None and agent.position is not None and not agent.human and status.boot_id == agent.boot_id:
+            jump = distance_m(at, agent.position)
+            if jump <= TELEPORT_FREE_M:
+                return ""
             limits = self._core.catalogue.types[agent.type].limits
             top = 3 * (limits.get("speed_m_s", 20.0) + limits.get("climb_m_s", 5.0))
             seconds = max(0, status.stamp - agent.stamp) / 1e6
-            jump = distance_m(status.position, agent.position)
-            if not agent.human and jump > TELEPORT_FREE_M + top * seconds:
+            if jump > TELEPORT_FREE_M + top * seconds:
                 return f"jumped {jump:.0f} m in {seconds:.1f} s"
         return ""
 
@@ -239,10 +243,10 @@ class Fleet:
 
     def _rest(self, agent_id: str) -> None:
         agent = self._core.state.agents[agent_id]
-        pool = (
-            "PARKED_AWAY" if agent.landed == "grounded" and not self.at_port(agent) and not agent.human else "STANDBY"
-        )
-        self._core.put_agent(agent_id, pool=pool)
+        away = agent.landed == "grounded" and not agent.human and not self.at_port(agent)
+        pool = "PARKED_AWAY" if away else "STANDBY"
+        if pool != agent.pool:
+            self._core.put_agent(agent_id, pool=pool)
 
     def at_port(self, agent: AgentRecord) -> bool:
         """Return whether a machine is at its own port (horizontally)."""
@@ -427,3 +431,8 @@ def _wind(status: AgentStatus) -> tuple[float, float] | None:
     if status.wind_east_m_s is None or status.wind_north_m_s is None:
         return None
     return status.wind_east_m_s, status.wind_north_m_s
+
+
+def _numbers(status: AgentStatus) -> tuple[float, ...]:
+    at = status.position
+    return (status.battery, *((at.east_m, at.north_m, at.up_m) if at is not None else ()), *(_wind(status) or ()))

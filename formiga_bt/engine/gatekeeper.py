@@ -62,7 +62,8 @@ class Gatekeeper:
                 else:
                     self._send(goal, go)
             case Hold(code, whom):
-                goal = core.put_goal(goal_id, code=code, text=whom)
+                if goal.code != code or goal.text != whom:
+                    goal = core.put_goal(goal_id, code=code, text=whom)
                 if code == "clearance":
                     self.clearances.need(goal)
                 elif code in BUSY:

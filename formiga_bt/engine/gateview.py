@@ -1,8 +1,11 @@
 """What the gate sees: goals as `Ask`, machines as `Traffic`, limits as `Rules`, all made from the engine's records.
 
-Traffic and its grid are kept and made anew only for machines that changed (`Core.moved`). Called by the gatekeeper and by
-`engine.room`; decides nothing.
+Traffic and its grid are kept and made anew only for machines that changed (`Core.moved`). So is what is known of a goal that
+waits, while nothing that it is made from has changed. Called by the gatekeeper and by `engine.room`; decides nothing.
 """
+
+from operator import attrgetter
+from typing import Any, Final
 
 from formiga_bt.clock import SECOND, Micros
 from formiga_bt.energy import Power
@@ -13,10 +16,34 @@ from formiga_bt.geo import Place, Position, Region, horizontal_m
 from formiga_bt.safety.envelope import Breach, GateFlight, at_gate, ways_of
 from formiga_bt.safety.gate import AT_PORT_M, Ask
 from formiga_bt.safety.grid import Box, Grid, grown
+from formiga_bt.safety.rules import Rules
 from formiga_bt.safety.traffic import GROUND_M, Area, Traffic, Way, traffic_of
 
 SUN_EVERY_US: Micros = 60 * SECOND
 """Whether the sun is up is asked so often."""
+
+SPARE: Final = 64
+"""So many goals that wait no more are never too many to keep in mind."""
+
+_seen = attrgetter("present", "liveness", "pool", "control", "taken", "goal", "position", "landed", "home")
+"""What a machine's record adds to `Ask`."""
+_flown = attrgetter(
+    "position", "landed", "stood_at", "battery", "payload_kg", "wind", "layer_m", "home", "limits"
+)  # fmt: skip
+"""What it adds to the flight that is held against the envelope."""
+
+
+class Case:
+    """What is known of a waiting goal, and what that was made from."""
+
+    __slots__ = ("ask", "breach", "flown", "seen")
+
+    def __init__(self, ask: Ask, seen: tuple[Any, ...]) -> None:
+        self.ask = ask
+        self.seen = seen
+        self.breach: Breach | None = None
+        self.flown: tuple[Any, ...] = ()
+        """Empty: its limits were not looked at yet."""
 
 
 class GateView:
@@ -33,10 +60,33 @@ class GateView:
             self._ports.put(port.name, grown(box, AT_PORT_M), port.at)
         self._reach_m = max(core.site.separation_m, core.site.min_spacing_m)
         self._sun: tuple[Micros, bool] = (-1, False)
+        self._cases: dict[str, Case] = {}
 
     # -- goals -------------------------------------------------------------------------------------------------------
     def ask(self, goal: GoalRecord) -> Ask:
         """Return a goal as the gate sees it."""
+        if not goal.code:
+            return self._ask(goal)  # it does not wait yet: most never do
+        state = self._core.state
+        agent = state.agents[goal.agent]
+        seen = (
+            *_seen(agent), state.tasks.get(goal.task), state.orders.get(agent.id), state.clearances.get(agent.id),
+            state.lockdown, state.resume, state.counters.get("deposed", 0),
+        )  # fmt: skip
+        case = self._cases.get(goal.id)
+        if case is None:
+            case = self._cases[goal.id] = Case(self._ask(goal), seen)
+            self._forget_old()
+        elif case.seen != seen:
+            case.ask, case.seen = self._ask(goal), seen
+        return case.ask
+
+    def _forget_old(self) -> None:
+        gated = self._core.index.gated
+        if len(self._cases) > 2 * len(gated) + SPARE:
+            self._cases = {goal_id: case for goal_id, case in self._cases.items() if goal_id in gated}
+
+    def _ask(self, goal: GoalRecord) -> Ask:
         core = self._core
         agent = core.state.agents[goal.agent]
         deposed = core.state.counters.get("deposed", 0) > 0
@@ -125,9 +175,19 @@ class GateView:
         """Return the limit that a goal would break."""
         core = self._core
         agent = core.state.agents[goal.agent]
-        spec = core.action(goal.action)
         rescue = goal.safety or goal.section == "recover"
         rules = core.rules(agent, "" if rescue else goal.task)
+        case = self._cases.get(goal.id) if goal.code and not rules.daylight_only else None
+        if case is None:
+            return self._breach(goal, ask, agent, rules, rescue=rescue)
+        flown = _flown(agent)
+        if case.flown != flown:
+            case.breach, case.flown = self._breach(goal, ask, agent, rules, rescue=rescue), flown
+        return case.breach
+
+    def _breach(self, goal: GoalRecord, ask: Ask, agent: AgentRecord, rules: Rules, *, rescue: bool) -> Breach | None:
+        core = self._core
+        spec = core.action(goal.action)
         moves = ask.target is not None or ask.rises_to_m is not None or ask.region is not None
         speed = goal.fields.get("speed")
         flight = GateFlight(
@@ -259,8 +319,7 @@ class GateView:
         return ""
 
 
-def _order(traffic: Traffic) -> int:
-    return traffic.order
+_order = attrgetter("order")
 
 
 def _holds(held: tuple[str, ...], agent: str, section: str) -> bool:

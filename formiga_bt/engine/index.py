@@ -228,22 +228,23 @@ class Instants:
     """(task, node key) -> when its live condition next turns with `now`; from then on it is looked at in every step."""
 
     def __init__(self) -> None:
-        self._at: dict[tuple[str, str], Micros] = {}
+        self.at: dict[tuple[str, str], Micros] = {}
+        """Empty: nobody waits for an instant."""
         self._heap: list[tuple[Micros, str, str]] = []
         self._passed: dict[tuple[str, str], None] = {}
 
     def set(self, task: str, key: str, at: Micros) -> None:
         """Look at a node from an instant on."""
-        self._at[task, key] = at
+        self.at[task, key] = at
         self._passed.pop((task, key), None)
         heapq.heappush(self._heap, (at, task, key))
-        if len(self._heap) > 2 * len(self._at) + SPARE:
-            self._heap = [(at, task, key) for (task, key), at in self._at.items()]
+        if len(self._heap) > 2 * len(self.at) + SPARE:
+            self._heap = [(at, task, key) for (task, key), at in self.at.items()]
             heapq.heapify(self._heap)
 
     def drop(self, task: str, key: str) -> None:
         """Look at a node no more for this."""
-        if self._at.pop((task, key), None) is not None:
+        if self.at.pop((task, key), None) is not None:
             self._passed.pop((task, key), None)
 
     def until(self, now: Micros) -> Iterator[tuple[str, str]]:
@@ -251,6 +252,6 @@ class Instants:
         heap = self._heap
         while heap and heap[0][0] <= now:
             at, task, key = heapq.heappop(heap)
-            if self._at.get((task, key)) == at:
+            if self.at.get((task, key)) == at:
                 self._passed[task, key] = None
         return iter(tuple(self._passed))

@@ -197,8 +197,11 @@ def _spot(ask: Ask, traffic: Sequence[Traffic], min_spacing_m: float) -> Verdict
     elif not home and any(horizontal_m(port, target) < AT_PORT_M for port in ask.ports):
         return Refuse("foreign_port", "that port belongs to another agent")
     for other in traffic:
-        if other.agent != ask.agent and any(horizontal_m(spot, target) < min_spacing_m for spot in other.spots):
-            return Hold("port_busy" if home else "spot_busy", other.agent)
+        if not other.spots or other.agent == ask.agent:
+            continue
+        for spot in other.spots:
+            if horizontal_m(spot, target) < min_spacing_m:
+                return Hold("port_busy" if home else "spot_busy", other.agent)
     return None
 
 

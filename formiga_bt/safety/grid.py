@@ -12,6 +12,9 @@ T = TypeVar("T")
 Box = tuple[float, float, float, float]
 """Horizontal bounds: west, east, south, north, metres."""
 
+Entry = tuple[float, float, float, float, T]
+"""Bounds, and what lies in them."""
+
 NOWHERE: Box = (math.inf, -math.inf, math.inf, -math.inf)
 """Bounds that meet nothing."""
 
@@ -25,9 +28,9 @@ class Grid(Generic[T]):
 
     def __init__(self, cell_m: float = CELL_M) -> None:
         self._cell_m = cell_m
-        self._entries: dict[str, tuple[Box, T]] = {}
-        self._cells: dict[tuple[int, int], dict[str, None]] = {}
-        self._wide: dict[str, None] = {}
+        self._entries: dict[str, Entry[T]] = {}
+        self._cells: dict[tuple[int, int], dict[str, Entry[T]]] = {}
+        self._wide: dict[str, Entry[T]] = {}
 
     def __len__(self) -> int:
         """Return how many things it holds."""
@@ -35,66 +38,62 @@ class Grid(Generic[T]):
 
     def put(self, key: str, box: Box, thing: T) -> None:
         """Put a thing in, or replace what stands under its key."""
-        old = self._entries.get(key)
-        if old is not None and old[0] == box:
-            self._entries[key] = (box, thing)
-            return
         self.drop(key)
         if box[0] > box[1]:
             return
-        self._entries[key] = (box, thing)
+        entry = self._entries[key] = (*box, thing)
         cells = self._cells_of(box)
         if cells is None:
-            self._wide[key] = None
-        else:
-            for cell in cells:
-                self._cells.setdefault(cell, {})[key] = None
+            self._wide[key] = entry
+            return
+        held_in = self._cells
+        for cell in cells:
+            if cell in held_in:
+                held_in[cell][key] = entry
+            else:
+                held_in[cell] = {key: entry}
 
     def drop(self, key: str) -> None:
         """Take a thing out, if it is in."""
         entry = self._entries.pop(key, None)
-        if entry is None:
+        if entry is None or self._wide.pop(key, None) is not None:
             return
-        self._wide.pop(key, None)
-        for cell in self._cells_of(entry[0]) or ():
-            held = self._cells.get(cell)
-            if held is not None:
-                held.pop(key, None)
-                if not held:
-                    del self._cells[cell]
+        for cell in self._cells_of(entry[:4]) or ():
+            held = self._cells[cell]
+            del held[key]
+            if not held:
+                del self._cells[cell]
 
     def near(self, box: Box) -> list[T]:
         """Return all things whose box meets this one. Sort them before their order may matter."""
         west, east, south, north = box
         if west > east:
             return []
-        cells = self._cells_of(box) if len(self._entries) > FEW else None
-        if cells is None:
-            return [
-                thing
-                for b, thing in self._entries.values()
-                if b[0] <= east and b[1] >= west and b[2] <= north and b[3] >= south
-            ]
-        keys = dict(self._wide)
-        for cell in cells:
-            held = self._cells.get(cell)
-            if held is not None:
-                keys.update(held)
         entries = self._entries
-        found = []
-        for key in keys:
-            b, thing = entries[key]
-            if b[0] <= east and b[1] >= west and b[2] <= north and b[3] >= south:
-                found.append(thing)
-        return found
+        cells = self._cells_of(box) if len(entries) > FEW else None
+        if cells is not None:
+            held_in = self._cells
+            if len(cells) == 1 and not self._wide:
+                entries = held_in.get(cells[0], {})
+            else:
+                entries = self._wide.copy()
+                for cell in cells:
+                    if cell in held_in:
+                        entries.update(held_in[cell])
+        return [
+            thing for w, e, s, n, thing in entries.values() if w <= east and e >= west and s <= north and n >= south
+        ]
 
     def _cells_of(self, box: Box) -> list[tuple[int, int]] | None:
         size = self._cell_m
         west, east = math.floor(box[0] / size), math.floor(box[1] / size)
         south, north = math.floor(box[2] / size), math.floor(box[3] / size)
+        if west == east and south == north:
+            return [(west, south)]
         if (east - west + 1) * (north - south + 1) > FEW:
             return None
-        return [(x, y) for x in range(west, east + 1) for y in range(south, north + 1)]
+        rows = range(south, north + 1)
+        return [(x, y) for x in range(west, east + 1) for y in rows]
 
 
 def box_of(points: "list[tuple[float, float]]") -> Box:

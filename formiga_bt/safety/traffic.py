@@ -182,8 +182,9 @@ def first_in_the_way(
 
 def _too_near(ways: Sequence[Way], area: Area | None, other: Traffic, keep_m: float) -> bool:
     for theirs in other.ways:
-        if any(segment_distance_m(*way, *theirs) < keep_m for way in ways):
-            return True
+        for a, b in ways:
+            if segment_distance_m(a, b, theirs[0], theirs[1]) < keep_m:
+                return True
         if area is not None and way_area_m(theirs, area) < keep_m:
             return True
     if other.column is not None:
