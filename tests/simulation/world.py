@@ -111,6 +111,8 @@ class World:
         self._frozen: set[str] = set()
         self._piloted: set[str] = set()
         self._death = Deed(0.0, "engine")
+        self._deaths: list[int] = []
+        """After how many steps each of the next engines dies."""
         self._acked: list[str] = []
         self._again: tuple[Any, ...] = ()
         self._calm = False
@@ -205,7 +207,7 @@ class World:
 
     def _live_again(self) -> None:
         """The engine is dead: after a while there is another one, which may die again."""
-        deaths = list(self._death.again)
+        deaths = self._deaths
         while True:
             self._die()
             self._be_away(self._death.away_s)
@@ -328,7 +330,7 @@ class World:
                 if target:
                     self.order(inp.Abort(target, deed.how, PERSON))  # type: ignore[arg-type]
             case "engine" if self.alive:
-                self._death = deed
+                self._death, self._deaths = deed, list(deed.again)
                 self.keeper.left, self.keeper.when = round(deed.much), deed.how  # type: ignore[assignment]
             case "disk_full" | "disk_slow" | "disk_ok":
                 self._disk(deed.what)
