@@ -125,12 +125,13 @@ def _forget_steps(journal: Journal, last: int) -> int:
 
 
 def _forget_points(journal: Journal, before: Micros) -> int:
-    """Remove way points of before a moment, but not those after the newest snapshot."""
+    """Remove way points of before a moment, but not those after its snapshot: that moment, and later ones, need them."""
     way, at = schema.telemetry.c, schema.snapshots.c
     with mapped(journal.where), journal.database.engine.connect() as plain, writing(plain) as connection:
         newest = connection.execute(
-            sa.select(at.seq).where(at.site == journal.number).order_by(at.epoch.desc(), at.seq.desc()).limit(1)
-        ).scalar()
+            sa.select(at.seq).where(at.site == journal.number, at.at_us <= before)
+            .order_by(at.epoch.desc(), at.seq.desc()).limit(1)
+        ).scalar()  # fmt: skip
         if newest is None:
             return 0
         old = (way.site == journal.number) & (way.to_us < before) & (way.to_seq <= newest)
