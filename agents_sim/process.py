@@ -16,9 +16,10 @@ import msgspec
 
 from agents_sim.drone import Drone
 from agents_sim.faults import FaultyBody, FaultyLink, Order, obey
+from agents_sim.goalbook import BookedBody, BookedSide, GoalBook
 from agents_sim.ledger import BodyFile, Ledger, MotionNote, Note, NoteTaker, Saved
 from agents_sim.motion import BodyState
-from agents_sim.pacing import PacedScheduler, PacedSide
+from agents_sim.pacing import PacedScheduler
 from agents_sim.person import MINI_FINDER
 from agents_sim.spec import AgentSpec, build_body, build_card, drone_limits
 from formiga_bt.clock import SECOND, Micros
@@ -125,9 +126,12 @@ class AgentProcess:
         self._radar = radar if MINI_FINDER in self.body.actions else None
         self._front, self._faulty = FaultyBody(self.body), FaultyLink(self._link, wall_us)
         boot_id = f"{spec.id}-{calendar_us():x}-{os.getpid()}"
-        self.side = PacedSide(
-            build_card(spec, self.body, boot_id), self._front, self._faulty, self.scheduler, self._follow_jump
+        self._book = GoalBook(state_dir, spec.id, self.scheduler.now) if state_dir is not None else None
+        front = self._front if self._book is None else BookedBody(self._front, self._book)
+        self.side = BookedSide(
+            build_card(spec, self.body, boot_id), front, self._faulty, self.scheduler, self._follow_jump
         )
+        self.side.book = self._book
         self.body.attach(self.side)
 
     def run(self, is_stopping: Callable[[], bool], orders: Callable[[], list[Order]] = list) -> None:
@@ -168,6 +172,8 @@ class AgentProcess:
             self._link.close()
             if self._ledger is not None:
                 self._ledger.close()
+            if self._book is not None:
+                self._book.close()
 
     def _obey(self, order: Order) -> None:
         if order.kind == "link_loss":

@@ -1,5 +1,6 @@
 """`formiga up`: start the engine of a site as a service, and keep it until it is told to end."""
 
+import os
 import signal
 from contextlib import suppress
 from enum import StrEnum
@@ -96,6 +97,7 @@ def command(
     served, refused = _library(tasks, beside, world, texts)
     _warn(served, world)
     people = _people(desk or [], world)
+    from formiga_bt.engine.drivers.failpoints import named
     from formiga_bt.services.host import EngineHost
     from formiga_bt.services.journaling import SITE_FILES, JournalAt
 
@@ -105,7 +107,7 @@ def command(
     host = EngineHost(
         world.site, world.catalogue, served,
         beside=beside, speed=speed, http=http, desk=people, listen=listen, refused=refused, needs_token=token,
-        journal=kept, texts=texts,
+        journal=kept, texts=texts, failpoint=named(os.environ, world.site.mode),
     )  # fmt: skip
     with host, _fleet(host, world, people, sim) as agents:
         _banner(host, people, sim)

@@ -65,6 +65,8 @@ class Journal(Readable):
     ) -> None:
         super().__init__(where, site, durability, read_only=read_only)
         self.epoch = 0
+        self.in_snapshot: Callable[[], None] = lambda: None
+        """Called when a snapshot is written and not yet committed; tests kill the engine there."""
         self._release: Callable[[], None] | None = None
         self._write: Connection | None = None
         self._hot = _Hot(self.database)
@@ -236,6 +238,7 @@ class Journal(Readable):
         at = (schema.snapshots.c.site == self.number) & (schema.snapshots.c.epoch == self.epoch)
         connection.execute(sa.delete(schema.snapshots).where(at, schema.snapshots.c.seq == state.seq))
         connection.execute(sa.insert(schema.snapshots), {**row, "blob": self.codec.encode_state(state)})
+        self.in_snapshot()
 
     def end(self, wall: Micros) -> None:
         """Note the clean end of this start."""

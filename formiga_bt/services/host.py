@@ -13,6 +13,7 @@ from typing import Any
 
 from formiga_bt import __version__
 from formiga_bt.engine import changes as ch
+from formiga_bt.engine.drivers.failpoints import Failpoint
 from formiga_bt.engine.drivers.realtime import Listener, RealtimeDriver, stop_words
 from formiga_bt.engine.engine import Engine
 from formiga_bt.engine.inputs import Abort, Step
@@ -58,6 +59,7 @@ class EngineHost:
         listeners: called in the driver's thread after each step; they must only enqueue.
         journal: which journal is kept; None = none.
         texts: the files that the tasks were read from, by task; under `SITE_FILES` those of the site: path -> text.
+        failpoint: where this engine kills itself, to test what follows a crash.
 
     Raises:
         JournalError: the journal cannot be used.
@@ -82,6 +84,7 @@ class EngineHost:
         listeners: Sequence[Listener] = (),
         journal: JournalAt | None = None,
         texts: Mapping[str, Mapping[str, str]] | None = None,
+        failpoint: Failpoint | None = None,
     ) -> None:
         self.site = site
         self.refused = tuple(refused)
@@ -99,6 +102,7 @@ class EngineHost:
         self._folder = SiteFolder(beside, site.name)
         self.journaling = Journaling(self._folder, site.name, journal, self._keep)
         self._texts = dict(texts or {})
+        self._failpoint = failpoint
         self._server: server.HttpServer | None = None
         self._stop = threading.Event()
         self._opened: list[Any] = []
@@ -142,18 +146,21 @@ class EngineHost:
             self.site, self._catalogue, self._tasks, state=state, resumes=back is not None,
             without=back.without if back is not None else (), look=back.blame.look if back is not None else None,
         )  # fmt: skip
+        fails, wires = self._failpoint, [self._desk, *self._wires]
         self.driver = RealtimeDriver(
             engine,
-            [self._desk, *self._wires],
+            wires if fails is None else [fails.wire(wire) for wire in wires],
             speed=self._speed,
             epoch=self.epoch,
             listeners=[
                 self.view.feed_step, flights.feed_step, *([back.blame.take] if back is not None else []), *self._listeners,
             ],
-            persist=self.journaling,
+            persist=self.journaling if fails is None else fails.persist(self.journaling, lambda: engine.state),
             first=back.first(self.epoch, engine.unbuilt) if back is not None else None,
             start_at=back.begins_at if back is not None else 0,
         )  # fmt: skip
+        if fails is not None and self.journaling.journal is not None:
+            self.journaling.journal.in_snapshot = lambda: fails.passing("in_snapshot")
         self.journaling.begin(lambda: engine.state, self.driver.now)
         self.journaling.keep_read(served, self._texts)
         self.orders = Orders(self.driver, self.view, self._desk, self.site, self._tasks, self._catalogue)
