@@ -154,8 +154,7 @@ class Allocation:
                 continue
             verdicts = decision.verdicts.get(request.task, ())
             verdicts = aside.told(request, verdicts)
-            if core.state.explanations.get(request.task) != verdicts:
-                core.emit(ch.Explained(request.task, core.now, verdicts))
+            self._explain(request.task, verdicts)
         for grant in decision.grants:
             request = core.state.requests[grant.task]
             if late := self._authority.blocked(request):  # a grant before this one took the pilot's room
@@ -213,8 +212,20 @@ class Allocation:
     def _explain_blocked(self, request: Request, code: str, detail: str, agents: list[Candidate]) -> None:
         """Say what keeps a request waiting whoever is free, and how the agents look meanwhile."""
         verdicts = (Verdict("", "", code, None, detail), *looked(request, agents))
-        if self._core.state.explanations.get(request.task) != verdicts:
-            self._core.emit(ch.Explained(request.task, self._core.now, verdicts))
+        self._explain(request.task, verdicts)
+
+    def _explain(self, task: str, verdicts: tuple[Verdict, ...]) -> None:
+        """Note what is thought of each agent for a request, as a difference where little is new."""
+        core = self._core
+        was = core.state.explanations.get(task)
+        if was == verdicts:
+            return
+        if was is not None and len(was) == len(verdicts):
+            changed = tuple((n, now) for n, (old, now) in enumerate(zip(was, verdicts, strict=True)) if now != old)
+            if 2 * len(changed) <= len(verdicts):
+                core.emit(ch.Reexplained(task, core.now, changed))
+                return
+        core.emit(ch.Explained(task, core.now, verdicts))
 
     def _aged(self, request: Request) -> Request:
         """Return a request as it ranks now.

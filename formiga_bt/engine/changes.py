@@ -181,11 +181,20 @@ class Granted(Struct, frozen=True, tag=True):
 
 
 class Explained(Struct, frozen=True, tag=True):
-    """Why the allocator did what it did for a task; only when it differs from the last time."""
+    """Why the allocator did what it did for a task; only when much of it differs from the last time."""
 
     task: str
     at: Micros
     verdicts: tuple[Verdict, ...]
+
+
+class Reexplained(Struct, frozen=True, tag=True):
+    """Of some agents the allocator thinks otherwise than the last time; the rest of the task's explanation stands."""
+
+    task: str
+    at: Micros
+    changed: tuple[tuple[int, Verdict], ...]
+    """Place in the explanation, and the verdict that stands there now."""
 
 
 class CounterSet(Struct, frozen=True, tag=True):
@@ -216,5 +225,5 @@ class ResumePut(Struct, frozen=True, tag=True):
 Change = (
     TaskPut | AgentPut | GoalPut | GoalDrop | QuestionPut | QuestionDrop | ClearancePut | ScopePut | VarPut | NodeMem
     | DeadlineSet | WallTimerSet | RequestPut | Granted | Explained | CounterSet | TaskForget | OrderPut | LockdownPut
-    | ApprovalPut | DutyPut | Happened | NodesEnded | LibraryPut | DraftedPut | TaskGone | ResumePut
+    | ApprovalPut | DutyPut | Happened | NodesEnded | LibraryPut | DraftedPut | TaskGone | ResumePut | Reexplained
 )  # fmt: skip

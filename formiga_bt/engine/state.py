@@ -203,6 +203,15 @@ def _explained(state: EngineState, _: Blackboard, change: ch.Explained) -> None:
     state.explanations[change.task] = change.verdicts
 
 
+def _reexplained(state: EngineState, _: Blackboard, change: ch.Reexplained) -> None:
+    was = state.explanations.get(change.task)
+    if was is not None:  # None: a reader folds without what was explained before
+        now = list(was)
+        for place, verdict in change.changed:
+            now[place] = verdict
+        state.explanations[change.task] = tuple(now)
+
+
 def _counter(state: EngineState, _: Blackboard, change: ch.CounterSet) -> None:
     if change.name == "epoch":
         state.epoch = change.value
@@ -249,6 +258,7 @@ APPLY: Final[Mapping[type, Callable[[EngineState, Blackboard, Any], None]]] = Ma
         ch.RequestPut: _request,
         ch.Granted: _granted,
         ch.Explained: _explained,
+        ch.Reexplained: _reexplained,
         ch.CounterSet: _counter,
         ch.TaskForget: _forget,
         ch.TaskGone: _gone,

@@ -4,7 +4,7 @@ from typing import Any
 
 import pytest
 
-from formiga_bt.engine.changes import Explained
+from formiga_bt.engine.changes import Explained, Reexplained
 from formiga_bt.engine.inputs import Alarm
 from formiga_bt.geo import Place, Position
 from formiga_bt.lang.types import AgentRef
@@ -221,6 +221,21 @@ def test_an_explanation_is_written_only_when_it_differs(make: Make) -> None:
 
     changes = [c for step in yard.steps for c in step.changes if isinstance(c, Explained)]
     assert len([c for c in changes if c.task == waiting]) == 1
+
+
+def test_where_little_is_new_only_that_is_written(make: Make) -> None:
+    yard = make(CART + HOLD, task(BUSY, name="Busy"))
+    busy = yard.start("Busy")
+    waiting = yard.start()
+    yard.abort(busy)
+    yard.run_for(60)
+
+    changes = [c for step in yard.steps for c in step.changes if isinstance(c, Explained | Reexplained)]
+    first, then = [c for c in changes if c.task == waiting]
+    assert [(v.agent, v.code) for v in first.verdicts] == [("c1", "busy"), ("ann", "wrong_type")]
+    ((place, verdict),) = then.changed
+    assert (place, verdict.agent, verdict.code) == (0, "c1", "chosen")
+    assert codes(yard, waiting) == {"c1": "chosen", "ann": "wrong_type"}
 
 
 # -- ports ---------------------------------------------------------------------------------------------------------------
