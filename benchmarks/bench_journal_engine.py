@@ -298,7 +298,9 @@ def main() -> int:
     parser.add_argument("--missions", type=int, default=200)
     parser.add_argument("--rounds", type=int, default=2)
     parser.add_argument("--speed", type=float, default=100.0, help="virtual seconds that are done in one")
-    parser.add_argument("--tasks", type=int, default=10_000, help="active in the engine whose reaction is measured; 0 = not")
+    parser.add_argument(
+        "--tasks", type=int, default=10_000, help="active in the engine whose reaction is measured; 0 = not"
+    )
     parser.add_argument("--goals", type=int, default=1000)
     parser.add_argument("--gap-ms", type=float, default=1.0, help="between a goal and the next result")
     parser.add_argument("--folder", type=Path, default=None, help="on the disk that is to be measured")

@@ -129,7 +129,9 @@ def _lower(kind: Any) -> Lower | None:
 
     def items(values: Any) -> Any:
         made = [inner(item) for item in values]
-        return values if all(map(is_, made, values)) else made  # the type says whether it comes back as a list or a tuple
+        return (
+            values if all(map(is_, made, values)) else made
+        )  # the type says whether it comes back as a list or a tuple
 
     return items
 
