@@ -39,6 +39,11 @@ REFUSED_FOR_NOW: Final = ("journal_full", "lockdown", "busy")
 BACKLOG: Final = 60_000
 
 
+def _unheard(given: inp.Input) -> inp.Step:
+    """An engine that is dead hears nothing."""
+    return inp.Step(0, 0, given, (), ())
+
+
 class Sign(Struct, frozen=True):
     """A sign of life, as an engine gives one each second."""
 
@@ -229,6 +234,7 @@ class World:
             self.invariants.counts["killed with unkept steps"] += 1
         del state
         self.alive = False
+        self.flight.driver.feed = _unheard  # type: ignore[method-assign]  # nothing that it meant to do comes about
         self.flight.driver.close()
         disk.close()
 
