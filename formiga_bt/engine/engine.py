@@ -111,6 +111,14 @@ class Engine:
         """Return when the next TimerDue must be given, and its key; None = nothing is waited for."""
         return self.core.next_deadline()
 
+    def put_off(self, key: str, wall: Micros) -> Micros | None:
+        """Return by how much a wall-time deadline that has come up at `wall` is put off; None = WallDue must be given.
+
+        The look whether an agent is still heard of is put off while it is: nothing happens, so there is no step.
+        """
+        word, _, agent = key.partition("|")
+        return self.fleet.heard_for(agent, wall) if word == "live" and not self.core.stands_by else None
+
     def statuses(self, task_id: str) -> dict[str, str]:
         """Return the running nodes of a task, by key."""
         run = self.tasks.runs.get(task_id)

@@ -293,6 +293,13 @@ class Fleet:
         if goals:
             self._core.effect(QueryGoal(agent_id, goals))
 
+    def heard_for(self, agent_id: str, wall: int) -> int | None:
+        """Return for how much longer an agent counts as heard of; None: it must be judged now (`on_live_due`)."""
+        agent = self._core.state.agents.get(agent_id)
+        kind = self._core.catalogue.types.get(agent.type) if agent is not None and agent.present else None
+        left = 0 if agent is None or kind is None else kind.suspect_after_us - (wall - agent.heard_wall)
+        return left if left > 0 else None
+
     def on_live_due(self, agent_id: str, wall: int) -> None:
         """Judge by the age of the newest status, then look again when it would next be too old."""
         core = self._core

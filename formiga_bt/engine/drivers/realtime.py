@@ -302,7 +302,10 @@ class RealtimeDriver:
                 break
             at, seq, key = heapq.heappop(self._wall)
             if self._wall_live.get(key) == seq:
-                del self._wall_live[key]
+                later = self.engine.put_off(key, self._wall_now())
+                self._set_wall(key, later)
+                if later is not None:
+                    continue
                 self._timers(self.now(), including=False)
                 self._handle(self._stamp(self.now()), inp.WallDue(key, max(at, self._wall_now())))
                 worked = True

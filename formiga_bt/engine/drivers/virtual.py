@@ -126,8 +126,10 @@ class VirtualDriver:
         elif at == wall:
             self.scheduler.advance_to(wall)
             _, _, key = heapq.heappop(self._wall)
-            self._wall_live.pop(key, None)
-            self.feed(inp.WallDue(key, wall))
+            later = self.engine.put_off(key, wall)
+            self._set_wall(key, later)
+            if later is None:
+                self.feed(inp.WallDue(key, wall))
         else:
             assert due is not None
             self.scheduler.advance_to(max(due[0], self.scheduler.now()))

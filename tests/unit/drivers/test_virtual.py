@@ -113,3 +113,23 @@ def test_it_ends_when_nothing_is_left_to_happen(driver: VirtualDriver) -> None:
     assert driver.next_time() is None
     assert driver.scheduler.now() < START + SECOND
     assert not driver.run_one()
+
+
+def test_the_look_whether_an_agent_is_heard_of_is_no_step_while_it_is_and_on_time_when_it_is_not(
+    engine: WatchedEngine, wire: FakeTransport, driver: VirtualDriver
+) -> None:
+    wire.put(AgentSeen(card()), StatusArrived(status()))
+    driver.drain()
+    for second in range(1, 61):
+        driver.scheduler.call_at(START + second * SECOND, lambda n=second: wire.put(StatusArrived(status(seq=100 + n))))  # type: ignore[misc]
+    silent = START + 60 * SECOND
+    driver.run_until(lambda: False, silent + SECOND)
+    assert not engine.seen(inp.WallDue)
+    assert engine.state.agents["lwd_1"].liveness == "ALIVE"
+
+    assert driver.run_until(lambda: engine.state.agents["lwd_1"].liveness == "SUSPECT", silent + 10 * SECOND)
+
+    assert driver.scheduler.now() == silent + 3 * SECOND
+    assert engine.seen(inp.WallDue) == [inp.WallDue("live|lwd_1", silent + 3 * SECOND)]
+    assert driver.run_until(lambda: engine.state.agents["lwd_1"].liveness == "LOST", silent + 60 * SECOND)
+    assert driver.scheduler.now() == silent + 30 * SECOND
