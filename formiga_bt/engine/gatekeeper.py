@@ -92,7 +92,8 @@ class Gatekeeper:
         if not agent.human:
             moves = go.leg is not None or go.area is not None
             core.put_agent(
-                agent.id, goal=goal.id, action=goal.action, pool="EXECUTING ACTION",
+                agent.id, goal=goal.id, action=goal.action,
+                pool="QUARANTINED" if agent.pool == "QUARANTINED" else "EXECUTING ACTION",
                 lost_leg=None if moves else agent.lost_leg, lost_area=None if moves else agent.lost_area,
             )  # fmt: skip
         if not goal.repeatable and goal.section == "steps" and goal.task in core.state.tasks:

@@ -490,7 +490,7 @@ class ClearanceRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
     task: str
     goal: str
     n: int
-    state: Literal["asked", "waiting", "given", "refused", "expired"]
+    state: Literal["asked", "waiting", "given"]
     opened_at: Micros
     by: str = ""
     given_at: Micros | None = None

@@ -497,8 +497,11 @@ class Tasks:
 
     def _done(self, task_id: str) -> None:
         core = self._core
+        run = core.task(task_id).run
         self.orders.ended_by_word(task_id)
         task = core.task(task_id)
+        if task.section == "done" or task.run != run:
+            return  # an order that ended with it was the last that it waited for: it has ended by that
         for agent_id in task.granted:
             if core.state.agents[agent_id].task == task_id:
                 self._fleet.release(agent_id)

@@ -60,3 +60,34 @@ def test_a_task_stays_held_for_the_machine_that_nobody_continued(fly: Fly) -> No
     assert order(rehearsal, "restart", task) == "ok"
     assert rehearsal.run_until_ended(task, limit_s=1800)
     assert rehearsal.task(task).status == "SUCCEEDED"
+
+
+def test_a_restarted_task_whose_machine_was_told_to_land_begins_anew(fly: Fly) -> None:
+    rehearsal = fly()
+    task = crossing(rehearsal)
+    order(rehearsal, "restart", task)
+    rehearsal.run_for(3)
+    order(rehearsal, "land", task)
+
+    assert rehearsal.run_until(lambda: rehearsal.task(task).run == 2, 300)
+
+    assert rehearsal.task(task).status == "PENDING"
+    assert task in rehearsal.engine.state.requests
+    assert [c.code for c in causes_of(rehearsal.engine.state, rehearsal.task(task))] == ["agents"]
+    rehearsal.abort(task)
+
+
+def test_a_quarantined_machine_that_lockdown_brings_home_stays_quarantined(fly: Fly) -> None:
+    rehearsal = fly()
+    task = crossing(rehearsal)
+    rehearsal.abort(task, how="abandon")
+    rehearsal.ask(LockdownOrder("return", "ann"))
+
+    assert rehearsal.run_until(lambda: pool(rehearsal)[1] == "grounded", 600)
+    rehearsal.run_for(5)
+    rehearsal.ask(LockdownOrder("release", "ann"))
+
+    assert pool(rehearsal) == ("QUARANTINED", "grounded")
+    order(rehearsal, "clear", "hwd_1")
+    rehearsal.run_for(2)
+    assert pool(rehearsal) == ("STANDBY", "grounded")
