@@ -255,5 +255,7 @@ def _way(ask: Ask, traffic: Sequence[Traffic], separation_m: float) -> Verdict:
         ways = ways_into(ask.position, area)
     if not ways and area is None:
         return Go()
-    blocker = first_in_the_way(ask.agent, ask.task, ways, area, traffic, separation_m, climbs_on=ask.climbs_on)
+    blocker = first_in_the_way(
+        ask.agent, ask.task, ways, area, traffic, separation_m, climbs_on=ask.climbs_on, leaves=ask.landed == "airborne"
+    )
     return Hold("leg_busy", blocker) if blocker else Go(leg, area)

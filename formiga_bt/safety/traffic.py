@@ -150,12 +150,14 @@ def first_in_the_way(
     separation_m: float,
     *,
     climbs_on: bool = False,
+    leaves: bool = False,
 ) -> str:
     """Return the machine that takes up something within the separation of `ways` and `area`, or "".
 
     Machines of the same task are the author's business, those on the ground are no traffic. A take-off or landing straight up
     or down keeps half the separation: ports and spots may lie closer together than legs may pass. Where it ends in the air it
     stays, and there it keeps all of it. `climbs_on`: what is left of a take-off that was broken off in the air counts as one.
+    `leaves`: who is nearer to another than that already may go a way that leads only away from it, and ends clear of it.
     """
     keep_m = separation_m
     stays: tuple[Way, ...] = ()
@@ -176,8 +178,29 @@ def first_in_the_way(
         if other.agent == agent or (other.task and other.task == task):
             continue
         if _too_near(ways, area, other, keep_m) or (stays and _too_near(stays, None, other, separation_m)):
+            if leaves and area is None and not stays and _leads_away(ways, other, keep_m):
+                continue
             return other.agent
     return ""
+
+
+def _leads_away(ways: Sequence[Way], other: Traffic, keep_m: float) -> bool:
+    """Return whether ways that begin too near to a machine come no nearer to what it takes up, and end clear of it.
+
+    Machines of one task may fly as near to each other as they like; once they are no longer of one task (one was lost, or each
+    is ordered home) neither could go, if the separation that they have not were asked of them.
+    """
+    if other.area is not None or other.column is not None:
+        return False
+    start, end = ways[0][0], ways[-1][1]
+    for theirs in other.ways:
+        now_m = segment_distance_m(start, start, *theirs)
+        least_m = min(segment_distance_m(a, b, *theirs) for a, b in ways)
+        if least_m >= keep_m:
+            continue
+        if now_m >= keep_m or least_m < now_m - LEVEL_M or segment_distance_m(end, end, *theirs) < keep_m:
+            return False
+    return True
 
 
 def _too_near(ways: Sequence[Way], area: Area | None, other: Traffic, keep_m: float) -> bool:

@@ -153,3 +153,27 @@ def test_distances_are_those_of_segments() -> None:
     a, b = (at(0, 0), at(100, 0)), (at(50, 20), at(50, 90, 80))
     assert first_in_the_way("d1", "T-1", (a,), None, [traffic_of("d2", "T-2", "airborne", b[0], b)], 20.0) == ""
     assert segment_distance_m(*a, *b) == 20.0
+
+
+@pytest.mark.parametrize(
+    ("way", "in_the_way"),
+    [
+        ((at(0, 0, 20), at(0, 0, 60)), ""),  # straight up, from beside it
+        ((at(0, 0, 20), at(-40, 0, 20)), ""),  # away at its height
+        ((at(0, 0, 20), at(0, 0, 25)), "b"),  # does not end clear of it
+        ((at(0, 0, 20), at(40, 0, 20)), "b"),  # past it
+        ((at(0, 0, 20), at(8, 0, 40)), "b"),  # comes nearer first
+        ((at(-20, 0, 20), at(0, 0, 30)), "b"),  # was clear of it, and would not stay so
+    ],
+)
+def test_who_is_too_near_already_may_leave(way: tuple[Position, Position], in_the_way: str) -> None:
+    beside = traffic_of("b", "", "airborne", at(10, 0, 20))
+
+    assert first_in_the_way("a", "Return-1", [way], None, [beside], 15.0, leaves=True) == in_the_way
+    assert first_in_the_way("a", "Return-1", [way], None, [beside], 15.0) == "b"
+
+
+def test_who_leaves_keeps_clear_of_all_others() -> None:
+    beside, above = traffic_of("b", "", "airborne", at(10, 0, 20)), traffic_of("c", "", "airborne", at(0, 0, 55))
+
+    assert first_in_the_way("a", "", [(at(0, 0, 20), at(0, 0, 60))], None, [beside, above], 15.0, leaves=True) == "c"
