@@ -1,21 +1,46 @@
-"""What a task may wait for."""
+"""What open tasks wait for: the product's closed list (`show.why.causes`), and whether who waits would be woken.
 
+Two looks. `waits` goes by the state alone and finds a wait whose cause has gone. `unwoken` asks the nodes of a live engine: one
+that would go on if it were visited now has missed its wake.
+"""
+
+from collections.abc import Iterator
+from typing import Final
+
+from formiga_bt.engine.engine import Engine
 from formiga_bt.engine.records import TaskRecord
 from formiga_bt.engine.state import EngineState
+from formiga_bt.engine.treerun import CompiledTrees
+from formiga_bt.nodes.base import RUNNING
+from formiga_bt.show.why.causes import CAUSES, causes_of
+
+LEAVES: Final = ("do", "ask", "wait", "wait_until", "release", "request", "guard")
+"""Kinds whose nodes tell exactly whether a visit would change nothing."""
+
+
+def waits(state: EngineState, task: TaskRecord) -> tuple[frozenset[str], tuple[str, ...]]:
+    """Return the causes that an open task waits for, and each wait that has none, in words."""
+    found = causes_of(state, task)
+    none = tuple(f"{one.at or task.status} waits for {one.of or 'nothing'}" for one in found if one.code not in CAUSES)
+    if not found:
+        none = (f"{task.status} in {task.section or 'no section'} waits for nothing",)
+    return frozenset(one.code for one in found if one.code in CAUSES), none
 
 
 def cause_of(state: EngineState, task: TaskRecord) -> str:
-    """Return the cause of a task's wait, "" if there is none."""
-    if task.held:
-        return "held"
-    if any(request.holder == task.id for request in state.requests.values()):
-        return "agents"
-    if any(g.task == task.id and not g.ended for g in state.goals.values()):
-        return "goal"
-    if any(q.task == task.id for q in state.questions.values()):
-        return "question"
-    if any(d.task == task.id for d in state.deadlines.values()):
-        return "time"
-    if any(state.agents[o.agent].task == task.id for o in state.orders.values()):
-        return "order"
-    return ""
+    """Return the first cause that an open task waits for, "" if one of its waits has none."""
+    found = causes_of(state, task)
+    return found[0].code if found and all(one.code in CAUSES for one in found) else ""
+
+
+def unwoken(engine: Engine) -> Iterator[tuple[str, str]]:
+    """Iterate over (task, node) of who missed a wake, or a visit: asked between two steps, nobody has anything to do."""
+    for task_id, run in engine.tasks.runs.items():
+        trees = run.trees
+        if not isinstance(trees, CompiledTrees):
+            continue
+        for key, node in list(trees._nodes.items()):
+            if node.status is not RUNNING or node.kind not in LEAVES:
+                continue
+            if node.dirty or not node.is_quiet(run):
+                yield task_id, f"{node.kind} at {key}"

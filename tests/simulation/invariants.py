@@ -13,10 +13,11 @@ from formiga_bt.blackboard import Blackboard
 from formiga_bt.clock import SECOND, Micros
 from formiga_bt.engine import changes as ch
 from formiga_bt.engine import inputs as inp
-from formiga_bt.engine.records import AgentRecord, GoalRecord, TaskRecord
+from formiga_bt.engine.records import AgentRecord, TaskRecord
 from formiga_bt.engine.state import APPLY, EngineState, snapshot
 from formiga_bt.transport.messages import GoalRequest
-from tests.simulation.causes import cause_of
+from tests.simulation.causes import cause_of, unwoken, waits
+from tests.simulation.lifecycle import Recorder
 
 if TYPE_CHECKING:
     from tests.simulation.world import World
@@ -24,7 +25,9 @@ if TYPE_CHECKING:
 RULES: Final = {
     "two_tasks": "no machine is held by two tasks, none belongs to a task that has ended",
     "ended": "a task that has ended stays as it ended",
-    "hang": "every task ends, or waits for a cause of the closed list",
+    "wait": "whatever a task waits for is of the closed list, and still stands",
+    "wake": "who has something to do is woken in that very step",
+    "life": "each transition stands in the tables of life cycles",
     "twice": "no goal id is begun twice by a machine",
     "left": "no machine stays in the air without a task, an order, an errand, or a quarantine with an alarm",
     "fold": "the folded steps give the live state",
@@ -38,8 +41,6 @@ RULES: Final = {
 FOLD_EVERY: Final = 500
 LOOK_US: Final[Micros] = 2 * SECOND
 LEFT_US: Final[Micros] = 12 * SECOND
-HANG_LOOKS: Final = 3
-"""So many looks one after another that find no cause of a task's wait."""
 TERMINAL: Final = frozenset({"SUCCEEDED", "FAILED", "CANCELED"})
 Watcher = Callable[[ch.Change, Any], None]
 """Told of each change, with the record that it replaces (None: there was none, or it has none)."""
@@ -79,7 +80,7 @@ class Invariants:
         self.state = EngineState()
         self.violations: list[Violation] = []
         self.counts: Counter[str] = Counter()
-        self.transitions: set[tuple[str, ...]] = set()
+        self.life = Recorder()
         self.causes: set[str] = set()
         self.watchers: list[Watcher] = []
         self.steps = 0
@@ -90,10 +91,14 @@ class Invariants:
         self._alarmed: set[str] = set()
         self._looked: Micros = 0
         self._since: dict[str, Micros] = {}
-        self._silent: dict[str, int] = {}
         self._begun: Counter[tuple[str, str]] = Counter()
         self._kept_goals: set[str] = set()
         self._open: dict[str, None] = {}
+
+    @property
+    def transitions(self) -> frozenset[tuple[str, str, str]]:
+        """Return the transitions of life cycles that were taken."""
+        return frozenset(self.life.seen)
 
     def tell(self, rule: str, text: str, once: str = "") -> None:
         """Note a violation; of one kind on one thing (`once`) only the first."""
@@ -106,6 +111,7 @@ class Invariants:
     def begin(self, state: EngineState) -> None:
         """An engine begins with a state: that of a start, or what was read from the journal."""
         self.state = state
+        self.life.load(state)
         self._holders.clear()
         self._since.clear()
         self._open = {task.id: None for task in state.tasks.values() if task.section != "done"}
@@ -127,6 +133,10 @@ class Invariants:
             self._change(change, before)
             for watch in self.watchers:
                 watch(change, before)
+        for row in self.life.look(step):
+            self.tell("life", f"step {step.seq} ({type(step.input).__name__}): {row}", str(row))
+        for task_id in _touched(step):
+            self._look_for_cause(task_id)
         for effect in step.effects:
             if isinstance(effect, inp.Alarm):
                 self.counts[f"alarm {effect.code}"] += 1
@@ -172,42 +182,28 @@ class Invariants:
         match change:
             case ch.AgentPut(agent):
                 self._agent(agent, before)
-            case ch.GoalPut(goal):
-                self._goal(goal, before)
             case ch.TaskPut(task):
                 self._task(task, before)
 
     def _agent(self, agent: AgentRecord, before: AgentRecord | None) -> None:
-        if before is None or before.liveness != agent.liveness:
-            self.transitions.add(("liveness", before.liveness if before else "", agent.liveness))
-        if before is None or before.pool != agent.pool:
-            self.transitions.add(("pool", before.pool if before else "", agent.pool))
-            if agent.pool != "QUARANTINED":
-                self._alarmed.discard(agent.id)
+        if agent.pool != "QUARANTINED" and (before is None or before.pool != agent.pool):
+            self._alarmed.discard(agent.id)
         if agent.task and (before is None or before.task != agent.task):
             task = self.state.tasks.get(agent.task)
             if task is None or task.section == "done":
                 self.tell("two_tasks", f"{agent.id} belongs to {agent.task}, which has ended", agent.id)
 
-    def _goal(self, goal: GoalRecord, before: GoalRecord | None) -> None:
-        if before is None or before.state != goal.state:
-            self.transitions.add(("goal", before.state if before else "", goal.state))
-
     def _task(self, task: TaskRecord, before: TaskRecord | None) -> None:
         if before is None:
             self._open[task.id] = None
             self.counts["system tasks" if task.system_agent else "tasks"] += 1
-        if before is None or before.status != task.status:
-            self.transitions.add(("task", before.status if before else "", task.status))
-            if before is not None and before.status in TERMINAL:
-                self.tell("ended", f"{task.id} was {before.status} and is {task.status}")
-        if before is None or before.section != task.section:
-            self.transitions.add(("section", before.section if before else "", task.section))
-            if task.section == "done":
-                self._open.pop(task.id, None)
-                self.counts[f"{task.status} {task.code}".strip()] += not task.system_agent
-                if task.code in ("exception", "runaway"):
-                    self.tell("exception", f"{task.id} ({task.name}) ends {task.code}: {task.reason}", task.id)
+        if before is not None and before.status in TERMINAL and before.status != task.status:
+            self.tell("ended", f"{task.id} was {before.status} and is {task.status}")
+        if task.section == "done" and (before is None or before.section != task.section):
+            self._open.pop(task.id, None)
+            self.counts[f"{task.status} {task.code}".strip()] += not task.system_agent
+            if task.code in ("exception", "runaway"):
+                self.tell("exception", f"{task.id} ({task.name}) ends {task.code}: {task.reason}", task.id)
         if before is None or before.roles is not task.roles or before.section != task.section:
             self._hold(task, before)
 
@@ -232,13 +228,15 @@ class Invariants:
             self.tell("fold", "the folded steps give another state than the live one", "fold")
 
     def look(self) -> None:
-        """Look for machines that are left, and for tasks that wait for nothing."""
+        """Look for machines that are left, for tasks that wait for nothing, and for who missed a wake."""
+        for task_id in list(self._open):
+            self._look_for_cause(task_id)
+        for task_id, node in unwoken(self.world.engine):
+            self.tell("wake", f"{task_id}: {node} has something to do and was not visited", task_id)
         if self.state.resume is not None and self.state.resume.phase != "watching":
             return
         for name, drone in self.world.drones.items():
             self._look_at(self.state.agents.get(name), drone.is_airborne)
-        for task_id in list(self._open):
-            self._look_for_cause(task_id)
 
     def _look_at(self, agent: AgentRecord | None, airborne: bool) -> None:
         if agent is None:
@@ -256,16 +254,13 @@ class Invariants:
             self.tell("left", f"{agent.id} flies, and nobody cares for it: {how}", agent.id)
 
     def _look_for_cause(self, task_id: str) -> None:
-        cause = cause_of(self.state, self.state.tasks[task_id])
-        if cause:
-            self.causes.add(cause)
-            self._silent.pop(task_id, None)
+        task = self.state.tasks.get(task_id)
+        if task is None or task.ended:
             return
-        looks = self._silent[task_id] = self._silent.get(task_id, 0) + 1
-        if looks >= HANG_LOOKS:
-            task = self.state.tasks[task_id]
-            text = f"{task_id} ({task.name}) is {task.status} in {task.section or 'no section'} and waits for nothing"
-            self.tell("hang", text, task_id)
+        causes, none = waits(self.state, task)
+        self.causes |= causes
+        for text in none:
+            self.tell("wait", f"{task_id} ({task.name}): {text}", task_id)
 
     # -- agents and clients --------------------------------------------------------------------------------------------
     def begins(self, request: GoalRequest) -> None:
@@ -294,3 +289,16 @@ class Invariants:
 
 def _machines(task: TaskRecord) -> list[str]:
     return [agent for group in task.roles.values() for agent in group] if task.section != "done" else []
+
+
+def _touched(step: inp.Step) -> dict[str, None]:
+    """Return the tasks whose record, or whose tree, a step changed."""
+    found: dict[str, None] = {}
+    for change in step.changes:
+        if isinstance(change, ch.TaskPut):
+            found[change.task.id] = None
+        elif isinstance(change, ch.NodeMem):
+            found[change.task] = None
+        elif isinstance(change, ch.GoalPut) and change.goal.task:
+            found[change.goal.task] = None
+    return found
