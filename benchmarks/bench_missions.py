@@ -36,18 +36,18 @@ from formiga_bt.packaged import files, folder
 from formiga_bt.simulation import fleet_site
 from formiga_bt.transport import messages as msg
 
-N_DRONES, N_LIGHT, N_PICKERS, N_WATCHERS = 90, 20, 85, 5
+N_DRONES, N_LIGHT, N_PICKERS, N_WATCHERS = 110, 25, 60, 5
 START: Micros = 1_000_000 * SECOND
 STATUSES = 5
-EVERY_US: Micros = 2_400_000
-"""Between two statuses of a goal, so that a goal lasts 12 s."""
-IDLE_US: Micros = 2_500_000
+EVERY_US: Micros = 2_900_000
+"""Between two statuses of a goal: a machine that is silent for 3 s counts as suspect, and one that jumps is not believed."""
+IDLE_US: Micros = 2_900_000
 """A machine without a goal reports so often; a person ten times less."""
 LIMIT_US: Micros = 24 * 3600 * SECOND
 
 
 class Agent:
-    """One agent that does whatever it is told in twelve seconds."""
+    """One agent that does whatever it is told within five statuses."""
 
     def __init__(self, wire: "Wire", spec: AgentSpec) -> None:
         self.wire = wire
@@ -178,7 +178,7 @@ class Run:
     def __init__(self, count: int, log: TextIO | None) -> None:
         catalogue, problems, _ = load_catalogue(files("actions"))
         assert not problems, problems
-        specs = grid_fleet(N_LIGHT, N_DRONES, N_PICKERS, N_WATCHERS, spacing_m=20.0, field_spacing_m=30.0)
+        specs = grid_fleet(N_LIGHT, N_DRONES, N_PICKERS, N_WATCHERS, field_spacing_m=45.0)
         site = fleet_site(specs)
         loaded = load_task(folder("trees") / "pick_up.yaml", catalogue=catalogue, site=site)
         assert loaded.task is not None, loaded.diagnostics
@@ -223,7 +223,7 @@ class Run:
         """Fly all; return whether everything ended in time."""
         self.driver.run_until(lambda: False, START + 3 * SECOND)
         for number, picker in enumerate(self.pickers[: self.left]):
-            self.scheduler.call_at(START + 4 * SECOND + number * 1_400_000, partial(self._submit, picker))
+            self.scheduler.call_at(START + 4 * SECOND + number * 2_300_000, partial(self._submit, picker))
         total = self.left
         return self.driver.run_until(lambda: self.outcomes.total() == total, START + LIMIT_US)
 
