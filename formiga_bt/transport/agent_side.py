@@ -32,6 +32,9 @@ from formiga_bt.transport.messages import (
 REMEMBERED_GOALS: Final = 1000
 """Ids and results an agent remembers. Goals that still run are never forgotten."""
 
+REMEMBERED_EVENTS: Final = 100
+"""Events of its own that an agent tells the next engine again; an engine keeps as many of each agent."""
+
 CONFIRM: Final = "Confirm"
 """The action by which people are asked. A person may hold several such goals at once."""
 
@@ -98,7 +101,8 @@ class AgentSide:
         self._silence_us: Micros | None = None
         self._untold: list[str] = []
         self._events = 0
-        self._untold_events: list[AgentEvent] = []
+        self._unsure: tuple[list[AgentEvent], list[AgentEvent]] = ([], [])
+        """Events told since the newest beat, and between that and the one before: an engine may have died with them."""
 
     # What the owner may look at.
 
@@ -169,7 +173,7 @@ class AgentSide:
             # Not remembered: the engine that replaced the sender may send this very id again.
             return GoalEvent(goal_id=request.goal_id, agent=self.card.id, state="rejected", n=1, code="epoch_old")
         if request.epoch > self._epoch:
-            self._epoch, self._beat = request.epoch, request.beat
+            self._begin_epoch(request.epoch, request.beat)
         rivals = self._rivals(request)
         code = self._refusal(request, rivals)
         state: GoalState = "rejected" if code else "accepted"
@@ -230,13 +234,17 @@ class AgentSide:
         """Take the engine's clock. Beats of an older engine, and late ones, are ignored."""
         if beat.epoch < self._epoch:
             return
+        was_cut_off = self.is_cut_off
         if beat.epoch > self._epoch:
-            self._epoch, self._beat = beat.epoch, beat.beat
+            self._begin_epoch(beat.epoch, beat.beat)
         elif beat.beat < self._beat and self._clock is not None and self._clock[1].epoch == beat.epoch:
             return
+        elif was_cut_off:
+            self._tell_events_again()
         self._beat = max(self._beat, beat.beat)
-        was_cut_off, self._heard_at = self.is_cut_off, self._now()
+        self._heard_at = self._now()
         self._clock = (self._heard_at, beat)
+        self._unsure = ([], self._unsure[0])
         if was_cut_off:
             self._tell_what_was_not_heard()
 
@@ -296,14 +304,17 @@ class AgentSide:
         self._link.publish_status(self._make_status())
 
     def tell_event(self, event: str, **fields: Any) -> None:
-        """Publish an event of the agent's own, with its fields as wire values. What is told while cut off is told again."""
+        """Publish an event of the agent's own, with its fields as wire values.
+
+        What was told while no engine was heard, or just before, is told again to the next one that is.
+        """
         self._events += 1
         made = AgentEvent(
             agent=self.card.id, event=event, boot_id=self.card.boot_id, n=self._events, stamp=self.engine_now(),
             fields=fields,
         )  # fmt: skip
-        if self.is_cut_off:
-            self._untold_events.append(made)
+        self._unsure[0].append(made)
+        del self._unsure[0][:-REMEMBERED_EVENTS]
         self._link.publish_agent_event(made)
 
     def take_control(self, control: Control) -> None:
@@ -324,10 +335,17 @@ class AgentSide:
         for goal in untold:
             if goal in self._goals:
                 self._link.publish_event(self._answer(self._goals[goal].event))
-        events, self._untold_events = self._untold_events, []
-        for event in events:
-            self._link.publish_agent_event(event)
         self.publish_status()
+
+    def _begin_epoch(self, epoch: int, beat: int) -> None:
+        """Another engine is there: it may not know what was told to the one before, or to nobody."""
+        self._epoch, self._beat = epoch, beat
+        self._tell_events_again()
+
+    def _tell_events_again(self) -> None:
+        newest, older = self._unsure
+        for event in (*older, *newest):
+            self._link.publish_agent_event(event)
 
     def _refusal(self, request: GoalRequest, rivals: tuple[str, ...]) -> str:
         if request.agent != self.card.id:

@@ -615,3 +615,31 @@ def why(flown: Crashing, of: str) -> list[tuple[str, str]]:
     engine = flown.flight.engine
     _, lines = explain(engine.state, engine.core.models, of, flown.flight.now, catalogue=CATALOGUE)
     return [(line.text, line.hint) for line in lines]
+
+
+WAITS = """\
+agents:
+  picker: {type: picker, id: picker_1}
+steps:
+  - wait_for: picker.sos
+    timeout: 1 h
+"""
+
+
+@pytest.mark.parametrize("away_s", [3.0, 300.0])
+def test_an_event_that_was_told_while_no_engine_was_there_is_told_to_the_next(away_s: float) -> None:
+    flown, id_ = begin(WAITS)
+    flown.flight.run_for(5)
+    flown.die()
+    flown.away(1.0)
+    flown.flight.sim.agents["picker_1"].body.tell("sos")
+    flown.resume(away_s=away_s)
+    settled(flown)
+    flown.flight.run_for(5)
+    if "resume" in task(flown, id_).held:
+        flown.flight.ask(inp.Operator("continue", id_, "watcher_1"))
+    flown.flight.run_for(5)
+    ended = task(flown, id_)
+    assert ended.status == "SUCCEEDED", flown.story()
+    assert len(flown.flight.engine.state.happenings["picker_1"]) == 1
+    flown.flight.close()
