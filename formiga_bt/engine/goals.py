@@ -233,7 +233,7 @@ class Goals:
             return
         result: dict[str, Any] = {}
         if event.state == "succeeded":
-            if spec.effect and not core.state.agents[goal.agent].human:
+            if spec.effect and not core.state.agents[goal.agent].human and not _is_past(event):
                 core.put_agent(goal.agent, landed=spec.effect)
             try:
                 result = read_result(spec.result, event.result)
@@ -384,3 +384,12 @@ def _read(kind: Type, raw: Any) -> Any:
             return raw
         case _:
             return msgspec.convert(raw, float)
+
+
+def _is_past(event: GoalEvent) -> bool:
+    """Return whether its machine has done, or does, something else since a goal ended: what it says of itself holds then.
+
+    A result is told again when an engine that forgot it (its journal was full when it ended) sends the goal anew.
+    """
+    status = event.status
+    return status is not None and (bool(status.action_name) or status.last_goal not in ("", event.goal_id))

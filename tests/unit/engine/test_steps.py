@@ -2,10 +2,12 @@
 
 from itertools import pairwise
 
+import msgspec
 import pytest
 
-from formiga_bt.engine.inputs import CancelGoal, Notify, PublishState, SendGoal
+from formiga_bt.engine.inputs import CancelGoal, GoalEventInput, Notify, PublishState, SendGoal
 from formiga_bt.testing import effects
+from formiga_bt.transport.messages import GoalEvent
 from tests.unit.engine.conftest import Make
 from tests.unit.engine.yard import CART, Yard
 from tests.unit.engine.yard import task as task_text
@@ -127,6 +129,26 @@ def test_expect_sees_the_result_and_a_false_one_fails(make: Make) -> None:
 
     assert yard.end(task) == ("FAILED", "expect")
     assert notes(yard) == ["n 2"]
+
+
+@pytest.mark.parametrize(
+    ("since", "stands"),
+    [({}, "grounded"), ({"last_goal": "Else-9/1/steps/steps[0]"}, "airborne"), ({"action_name": "Move"}, "airborne")],
+    ids=["nothing", "another goal has ended", "another goal runs"],
+)
+def test_a_result_that_is_told_again_changes_nothing_of_a_machine_that_did_more_since(
+    make: Make, since: dict[str, str], stands: str
+) -> None:
+    yard = make(CART + "steps: [{do: cart.Home}, {wait: 1 s}]")
+    yard.start()
+    yard.run_for(0.2)
+    goal = yard.cart.goal.goal_id
+    told = {"seq": 900, "stamp": yard.now, "landed": "airborne", "last_goal": goal, "action_name": "", **since}
+    status = msgspec.structs.replace(yard.cart.side.status, **told)
+
+    yard.driver.feed(GoalEventInput(GoalEvent(goal_id=goal, agent="c1", state="succeeded", n=9, status=status)))
+
+    assert yard.record("c1").landed == stands
 
 
 def test_a_result_that_cannot_be_read_fails_the_step_and_is_counted(make: Make) -> None:
