@@ -57,9 +57,19 @@ class MemoryJournal:
 
     def append(self, rows: Sequence[Row], blocks: Sequence[Block] = ()) -> None:
         """Keep steps and way points."""
+        self.stage(rows, blocks)()
+
+    def stage(self, rows: Sequence[Row], blocks: Sequence[Block] = ()) -> Callable[[], None]:
+        """Write steps and way points; return what makes them durable."""
         self._write()
-        self.rows += [(row.seq, row.at, row.wall, row.kind, row.blob) for row in rows]
-        self._points += [(block.agent, pack(block.points)) for block in blocks]
+        kept = [(row.seq, row.at, row.wall, row.kind, row.blob) for row in rows]
+        points = [(block.agent, pack(block.points)) for block in blocks]
+
+        def commit() -> None:
+            self.rows += kept
+            self._points += points
+
+        return commit
 
     def snapshot(self, state: EngineState, at: Micros, gap: Gap | None = None) -> None:
         """Keep the whole state."""
@@ -188,14 +198,15 @@ class Disk:
     def expected(self, state: EngineState) -> EngineState:
         """Return the engine's present state as it is to be found on it."""
         assert self.writer is not None
-        return self.writer._thinner.view(state)
+        return self.writer.view(state) if hasattr(self.writer, "view") else self.writer._thinner.view(state)
 
 
 def bare(state: EngineState) -> bytes:
-    """Return a state as bytes without what is thinned of telemetry."""
+    """Return a state as bytes without what is thinned: telemetry, and why tasks that have ended got their agents."""
     none = dict.fromkeys(("position", "stood_at", "battery", "wind")) | dict.fromkeys(
         ("seq", "stamp", "heard_at", "heard_wall"), 0
     )
     assert set(none) == set(THINNED)
     agents = {name: msgspec.structs.replace(agent, **none) for name, agent in state.agents.items()}
-    return msgspec.json.encode(msgspec.structs.replace(state, agents=agents, now=0), order="sorted")
+    same = msgspec.structs.replace(state, agents=agents, now=0, explanations={})
+    return msgspec.json.encode(same, order="sorted")
