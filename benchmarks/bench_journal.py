@@ -155,7 +155,7 @@ def main() -> int:
             past.state(first + (last - first) * n // 20)
             took.append(time.perf_counter() - began)
         print(f"seek: {sorted(took)[10] * 1e3:.0f} ms median, {max(took) * 1e3:.0f} ms worst of 20")
-        same = snapshot(past.state()) == snapshot(writer._thinner.view(state))
+        same = snapshot(past.state()) == snapshot(writer.view(state))
         journal.close()
         with Journal(path / "empty.db", "bench") as nothing:
             nothing.take()

@@ -164,7 +164,7 @@ def fly(way: Durability | None, missions: int, group_us: Micros, path: Path, pro
             fleet.driver._group_ends()
         writer.end()
         found |= {"commits": writer.commits, "kept": writer.kept, "bytes": file.stat().st_size}
-        found["fold_is_state"] = same(Past(journal).state(), writer._thinner.view(state))
+        found["fold_is_state"] = same(Past(journal).state(), writer.view(state))
         journal.close()
         for one in path.glob(f"{way}.db*"):
             one.unlink()

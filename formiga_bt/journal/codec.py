@@ -11,6 +11,7 @@ import types
 import typing
 import zlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from itertools import islice
 from operator import is_
 from typing import Any, Final
 
@@ -45,6 +46,8 @@ _SMALLEST, _LARGEST = -(2**63), 2**64 - 1
 _AS_THEY_ARE: Final = frozenset((bool, str, float, bytes))
 
 Lower = Callable[[Any], Any]
+SLICE: Final = 32
+"""Entries of a table that are encoded at once."""
 
 
 # -- values of type Any ------------------------------------------------------------------------------------------------
@@ -209,6 +212,39 @@ def learned(steps: Sequence[Step]) -> bytes:
     return b"".join(_ENCODER.encode(_lowered(group[-1])) for group in usual)[-24_000:]
 
 
+# -- the whole state, in slices -----------------------------------------------------------------------------------------
+def _sliced(state: EngineState, pause: Callable[[], None]) -> Iterator[bytes]:
+    """Return the bytes that the encoder would make of the state, slice by slice."""
+    lower = dict(_PLANS.of(EngineState))
+    names = EngineState.__struct_fields__
+    yield _map_head(len(names))
+    for name in names:
+        value, ready = getattr(state, name), lower.get(name, _as_it_is)
+        yield _ENCODER.encode(name)
+        if not isinstance(value, dict):
+            yield _ENCODER.encode(ready(value))
+            continue
+        yield _map_head(len(value))
+        items = iter(value.items())
+        while part := dict(islice(items, SLICE)):
+            yield _ENCODER.encode(ready(part))[len(_map_head(len(part))) :]
+            pause()
+
+
+def _map_head(count: int) -> bytes:
+    if count < 16:
+        return bytes((0x80 | count,))
+    return b"\xde" + count.to_bytes(2, "big") if count < 65_536 else b"\xdf" + count.to_bytes(4, "big")
+
+
+def _as_it_is(value: Any) -> Any:
+    return value
+
+
+def _go_on() -> None:
+    """Nobody waits."""
+
+
 class _Light(EngineState):
     """A state whose explanations are passed over: of thousands of ended tasks they are most of a snapshot."""
 
@@ -237,9 +273,14 @@ class Codec:
         """Return a step as bytes."""
         return self._wrap(_ENCODER.encode(_lowered(step)))
 
-    def encode_state(self, state: EngineState) -> bytes:
-        """Return the whole state as bytes."""
-        return self._wrap(_ENCODER.encode(_lowered(state)))
+    def encode_state(self, state: EngineState, pause: Callable[[], None] | None = None) -> bytes:
+        """Return the whole state as bytes.
+
+        Args:
+            state: nobody may change it meanwhile.
+            pause: called after each slice, so that other threads have their turn.
+        """
+        return self._wrap(b"".join(_sliced(state, pause or _go_on)))
 
     def _wrap(self, data: bytes) -> bytes:
         if self._current:

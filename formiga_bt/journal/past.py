@@ -1,11 +1,14 @@
 """Any moment of a site's past, from its journal: the state, and the blackboard that shows it."""
 
-from typing import Any
+from typing import Any, Final
+
+from msgspec.structs import replace
 
 from formiga_bt.blackboard import Blackboard
 from formiga_bt.clock import Micros
 from formiga_bt.engine import changes as ch
-from formiga_bt.engine.state import EngineState, board_of, fold
+from formiga_bt.engine.inputs import Step
+from formiga_bt.engine.state import EngineState, apply, board_of
 from formiga_bt.errors import JournalError
 from formiga_bt.journal.reading import Readable
 from formiga_bt.journal.thin import lay_over
@@ -24,7 +27,8 @@ class Past:
     def state(self, at: Micros | None = None) -> EngineState:
         """Return the state as it stood at a moment, or (None) after the last step.
 
-        Steps at that very moment count. Positions and charge come from the newest way point.
+        Steps at that very moment count. Positions and charge come from the newest way point. Explanations are those of tasks
+        that had not ended.
 
         Raises:
             JournalError: it was not written yet then, is no longer kept, or could not be written.
@@ -35,15 +39,14 @@ class Past:
         if state is None:
             raise JournalError(self._nothing(at))
         begun = state.seq
-        board = _NoBoard()
         put: dict[str, int] = {}
         for kept in self.journal.read(state.seq, until=at):
-            fold(state, board, kept.step)
+            follow(state, kept.step)
             for change in kept.step.changes:
-                if isinstance(change, ch.AgentPut):
+                if type(change) is ch.AgentPut:
                     put[change.agent.id] = kept.seq
         lay_over(state, self.journal.points_at(state.agents, begun, at), put)
-        return state
+        return without_ended(state)
 
     def board(self, at: Micros | None = None) -> Blackboard:
         """Return the blackboard as it stood at a moment; see `state`."""
@@ -70,6 +73,23 @@ class Past:
         )
 
 
+def follow(state: EngineState, step: Step) -> None:
+    """Bring a state that nobody watches from before a step to after it."""
+    state.seq, state.now = step.seq, step.at
+    for change in step.changes:
+        if type(change) is ch.AgentPut:
+            state.agents[change.agent.id] = change.agent  # most changes are of this kind, and no blackboard shows it
+        else:
+            apply(state, _NOBODY, change)
+
+
+def without_ended(state: EngineState) -> EngineState:
+    """Return a state without the explanations of tasks that have ended: thousands of them, and the steps tell each."""
+    done = {task.id for task in state.tasks.values() if task.section == "done"}
+    kept = {of: why for of, why in state.explanations.items() if of.partition("|")[0] not in done}
+    return replace(state, explanations=kept) if len(kept) < len(state.explanations) else state
+
+
 class _NoBoard(Blackboard):
     """While steps are folded nobody reads the blackboard."""
 
@@ -81,3 +101,6 @@ class _NoBoard(Blackboard):
 
     def drop(self, key: str) -> None:
         pass
+
+
+_NOBODY: Final = _NoBoard()

@@ -29,11 +29,10 @@ from formiga_bt.journal.database import Database, Durability, Prepared, mapped, 
 from formiga_bt.journal.reading import Readable
 from formiga_bt.journal.records import SITE_FILES, BundleRow, Gap, Kept, Row, Start
 from formiga_bt.journal.thin import Block, pack
+from formiga_bt.nodes.memory import NODE_STATE_VERSION
 
 __all__ = ["SITE_FILES", "BundleRow", "Gap", "Journal", "Kept", "Overtaken", "Row", "Start", "Unwritable"]
 
-NODE_STATE_VERSION: Final = 1
-"""Of what nodes remember; a start with another one cannot go on with running trees."""
 CHECK_BYTES: Final = 256 * 1024 * 1024
 """A smaller SQLite file is looked through after an end that was not clean."""
 DICTIONARIES: Final = 255
@@ -194,14 +193,29 @@ class Journal(Readable):
             Unwritable: they cannot be written now.
             Overtaken: another engine has the site.
         """
-        with self._transaction(rows[-1].seq if rows else None, rows[-1].at if rows else None) as connection:
+        self.stage(rows, blocks)()
+
+    def stage(self, rows: Sequence[Row], blocks: Sequence[Block] = ()) -> Callable[[], None]:
+        """Write steps and way points, and return what commits them: it may be called in another thread, before anything else.
+
+        Raises:
+            Unwritable: they cannot be written now; what commits may raise it too.
+            Overtaken: another engine has the site.
+        """
+        transaction = self._transaction(rows[-1].seq if rows else None, rows[-1].at if rows else None)
+        connection = transaction.__enter__()
+        try:
             if rows:
                 self._hot.steps.run(connection, *(self._step_row(row) for row in rows))
                 touched = [{"site": self.number, "task": task, "seq": row.seq} for row in rows for task in row.tasks]
                 if touched:
                     self._hot.step_tasks.run(connection, *touched)
             if blocks:
-                connection.execute(sa.insert(schema.telemetry), [self._block_row(block) for block in blocks])
+                self._hot.telemetry.run(connection, *(self._block_row(block) for block in blocks))
+        except BaseException as error:
+            transaction.__exit__(type(error), error, None)
+            raise
+        return transaction.commit
 
     def _step_row(self, row: Row) -> dict[str, Any]:
         return {
@@ -233,11 +247,42 @@ class Journal(Readable):
                 row = {"site": self.number, "seq": gap.seq, "to_seq": gap.to_seq, "at_us": gap.at, "to_us": gap.to_at}
                 connection.execute(sa.insert(schema.gaps), {**row, "why": gap.why})
 
+    def snapshot_beside(self, state: EngineState, at: Micros, pause: Callable[[], None]) -> None:
+        """Keep the whole state from another thread than the one that appends steps.
+
+        Args:
+            state: nobody changes it meanwhile; its `seq` is not after the last step that was written.
+            at: engine time, as in `snapshot`.
+            pause: called now and then, so that the engine has its turn.
+
+        Raises:
+            Unwritable: it cannot be written now.
+            Overtaken: another engine has the site.
+        """
+        blob = self.codec.encode_state(state, pause)
+        try:
+            with self.database.engine.connect() as plain, writing(plain) as connection:
+                if self._hot.still_mine.run(connection, {"the_site": self.number, "the_epoch": self.epoch}) != 1:
+                    raise Overtaken(f"another engine has taken the site '{self.site}' in {self.where}; this one ends")
+                self._put_blob(connection, blob, state.seq, at)
+        except SQLAlchemyError as error:
+            raise Unwritable(told(self.where, error)) from error
+
+    def checkpoint(self) -> None:
+        """Bring what was committed from the write-ahead log into the file, beside who writes; on SQLite."""
+        if self.database.is_sqlite:
+            with suppress(SQLAlchemyError), self.database.engine.connect() as connection:  # tried again later
+                raw: Any = connection.connection.dbapi_connection
+                raw.execute("PRAGMA wal_checkpoint(PASSIVE)").fetchall()
+
     def _put_snapshot(self, connection: Connection, state: EngineState, when: Micros) -> None:
-        row = {"site": self.number, "epoch": self.epoch, "seq": state.seq, "at_us": when}
+        self._put_blob(connection, self.codec.encode_state(state), state.seq, when)
+
+    def _put_blob(self, connection: Connection, blob: bytes, seq: int, when: Micros) -> None:
+        row = {"site": self.number, "epoch": self.epoch, "seq": seq, "at_us": when}
         at = (schema.snapshots.c.site == self.number) & (schema.snapshots.c.epoch == self.epoch)
-        connection.execute(sa.delete(schema.snapshots).where(at, schema.snapshots.c.seq == state.seq))
-        connection.execute(sa.insert(schema.snapshots), {**row, "blob": self.codec.encode_state(state)})
+        connection.execute(sa.delete(schema.snapshots).where(at, schema.snapshots.c.seq == seq))
+        connection.execute(sa.insert(schema.snapshots), {**row, "blob": blob})
         self.in_snapshot()
 
     def end(self, wall: Micros) -> None:
@@ -309,6 +354,7 @@ class _Hot:
         self.still_mine = Prepared(held.values(seq=sites.c.seq), database.engine)
         self.steps = Prepared(sa.insert(schema.steps).inline(), database.engine)
         self.step_tasks = Prepared(sa.insert(schema.step_tasks).inline(), database.engine)
+        self.telemetry = Prepared(sa.insert(schema.telemetry).inline(), database.engine)
 
 
 class _Transaction:
@@ -347,6 +393,10 @@ class _Transaction:
         self._undo()
         if isinstance(error, SQLAlchemyError):
             raise Unwritable(told(self._journal.where, error)) from error
+
+    def commit(self) -> None:
+        """End it, and make what it wrote durable."""
+        self.__exit__(None, None, None)
 
     def _undo(self) -> None:
         try:

@@ -13,7 +13,7 @@ a request was looked at), its step is kept. So the fold of what is kept equals t
 | the count of a goal's news, its progress to a tenth | of the last news that is kept |
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from itertools import pairwise
 from operator import attrgetter
 from typing import Any, Final
@@ -125,6 +125,8 @@ class Thinner:
         """As the fold of what is kept has them."""
         self._wall: dict[str, Micros] = dict(state.wall)
         self._goals: dict[str, GoalRecord] = dict(state.goals)
+        self.on_point: Callable[[str, Point], None] | None = None
+        """Told of each way point."""
         self._points: dict[str, list[Point]] = {}
         self._last: dict[str, Point] = {}
         self._look_at: Micros = 0
@@ -206,6 +208,8 @@ class Thinner:
             self._last[agent.id] = point
             self._kept[agent.id] = point.on(self._kept[agent.id])
             self._points.setdefault(agent.id, []).append(point)
+            if self.on_point is not None:
+                self.on_point(agent.id, point)
 
     # -- what is to be written -------------------------------------------------------------------------------------
     def blocks(self, now: Micros, *, all_: bool = False) -> list[Block]:

@@ -1,4 +1,4 @@
-"""The driver's seam: steps become rows and way points, and are durable when `keep` returns.
+"""The driver's seam: steps become rows and way points, and are durable when `keep` returns, or after `commit`.
 
 When the disk is full (or the server away) steps wait in memory, and the engine is told; each second they are tried again. Those
 that no longer fit are a gap: history is lost, but what is open is not, for a snapshot of the state follows it.
@@ -10,17 +10,17 @@ from typing import Any, Final, Literal
 import msgspec
 from msgspec import Struct
 
-from formiga_bt.clock import SECOND, Micros
+from formiga_bt.clock import Micros
 from formiga_bt.engine import inputs as inp
 from formiga_bt.engine.drivers.persist import DURABLE, Outcome
 from formiga_bt.engine.inputs import JournalState, Step
+from formiga_bt.engine.resume import copy_of
 from formiga_bt.engine.state import EngineState
+from formiga_bt.journal.past import without_ended
+from formiga_bt.journal.shadow import SNAPSHOT_STEPS, Cadence, Item, Shadow
 from formiga_bt.journal.store import Gap, Journal, Overtaken, Row, Unwritable
 from formiga_bt.journal.thin import Thinner
 
-SNAPSHOT_STEPS: Final = 2000
-SNAPSHOT_US: Final[Micros] = 3600 * SECOND
-"""A snapshot comes after so many kept steps, or so long with any."""
 LESSON: Final = 256
 """Steps that a journal learns from how to keep the next ones in less room."""
 SLOW_S: Final = 0.5
@@ -34,7 +34,7 @@ Level = Literal["ok", "slow", "full"]
 
 
 class Writer:
-    """A `Persist` over a journal that was taken.
+    """A `PersistAhead` over a journal that was taken.
 
     Args:
         journal: this engine has it.
@@ -44,6 +44,7 @@ class Writer:
         thin: False: every step is kept, for replaying inputs.
         snapshot_steps: a snapshot after so many.
         backlog_bytes: so much waits in memory.
+        beside: write snapshots in a thread of its own, so that the engine does not wait for them.
     """
 
     def __init__(
@@ -56,6 +57,7 @@ class Writer:
         thin: bool = True,
         snapshot_steps: int = SNAPSHOT_STEPS,
         backlog_bytes: int = BACKLOG_BYTES,
+        beside: bool = False,
     ) -> None:
         self.journal = journal
         self.kept = 0
@@ -70,9 +72,16 @@ class Writer:
         self._retry_at = 0.0
         self._slow_at = 0.0
         self._lesson: list[Step] = []
-        self._snapshot_steps, self._backlog_bytes = snapshot_steps, backlog_bytes
-        self._since_snapshot = 0
-        self._snapshot_at: Micros | None = None
+        self._backlog_bytes = backlog_bytes
+        self._cadence = Cadence(snapshot_steps)
+        self._beside = beside
+        self._shadow: Shadow | None = None
+        self._items: list[Item] = []
+        """For the shadow, once they are on disk."""
+        self._began = 0.0
+        self._commit: Callable[[], None] | None = None
+        self._outcome: Outcome | None = None
+        self._error: Unwritable | None = None
 
     def begin(self, versions: dict[str, str] | None = None, at: Micros | None = None) -> None:
         """Note the start of the engine, at this engine time.
@@ -80,10 +89,20 @@ class Writer:
         Raises:
             JournalError: the journal cannot be written.
         """
-        self.journal.begin(self._state(), self._wall(), versions, at)
+        state = self._state()
+        self.journal.begin(without_ended(state), self._wall(), versions, at)
+        if self._beside:
+            self._thinner.on_point = lambda agent, point: self._items.append((agent, point))
+            self._shadow = Shadow(self.journal, copy_of(state), self._cadence)
 
     def keep(self, steps: Sequence[Step]) -> Outcome:
         """Keep steps; see `Persist.keep`."""
+        if self.start(steps):
+            self.commit()
+        return self.finish()
+
+    def start(self, steps: Sequence[Step]) -> bool:
+        """Write steps; see `PersistAhead.start`."""
         wall = self._wall()
         for step in steps:
             if self._thinner.keeps(step):
@@ -91,28 +110,54 @@ class Writer:
         blocks = self._thinner.blocks(self._state().now)
         if self._level == "full":
             blocks = []  # where machines were meanwhile is not kept
+            self._items.clear()
         if not (self._rows or blocks or self._gap):
-            return DURABLE
-        began = self._clock()
-        if self._level == "full" and began < self._retry_at:
+            self._outcome = DURABLE
+            return False
+        self._began = self._clock()
+        if self._level == "full" and self._began < self._retry_at:
             self._bound()
-            return Outcome(False)
+            self._outcome = Outcome(False)
+            return False
         try:
             if self._gap is not None:
                 self._bound(all_=True)
                 self._put_snapshot(self._gap)
-            self.journal.append(self._rows, blocks)
+            self._commit = self.journal.stage(self._rows, blocks)
         except Unwritable as error:
-            return self._failed(error, began)
+            self._outcome = self._failed(error)
+            return False
+        self._outcome = None
+        return True
+
+    def commit(self) -> None:
+        """Make durable what `start` wrote; see `PersistAhead.commit`."""
+        assert self._commit is not None
+        try:
+            self._commit()
+        except Unwritable as error:
+            self._error = error
+
+    def finish(self) -> Outcome:
+        """Return what became of it; see `PersistAhead.finish`."""
+        if self._outcome is not None:
+            return self._outcome
+        error, self._error, self._commit = self._error, None, None
+        if error is not None:
+            return self._failed(error)
         self.commits += 1
-        self.kept += len(self._rows)
-        self._since_snapshot += len(self._rows)
+        kept = len(self._rows)
+        self.kept += kept
         self._rows, self._rows_bytes, self._gap = [], 0, None
-        self._tidy()
-        return Outcome(True, self._level_after(began, self._clock()))
+        was_full = self._level == "full"
+        news = self._level_after(self._began, self._clock())
+        self._tidy(kept, was_full=was_full)
+        return Outcome(True, news)
 
     def end(self) -> None:
         """Note a clean end; what cannot be written any more is left."""
+        if self._shadow is not None:
+            self._shadow.stop()
         try:
             if self._gap is None:
                 self.journal.append(self._rows, self._thinner.blocks(0, all_=True))
@@ -123,6 +168,10 @@ class Writer:
         except (Unwritable, Overtaken):
             return
 
+    def view(self, state: EngineState) -> EngineState:
+        """Return the engine's present state as the fold of what is kept has it."""
+        return without_ended(self._thinner.view(state))
+
     # -- one step ----------------------------------------------------------------------------------------------------
     def _take(self, step: Step, wall: Micros) -> None:
         if not self.journal.is_taught:
@@ -130,19 +179,24 @@ class Writer:
         blob = self.journal.codec.encode(step)
         self._rows.append(Row(step.seq, step.at, wall, kind_of(step.input), tasks_of(step), blob))
         self._rows_bytes += len(blob)
+        if self._beside:
+            self._items.append(step)
 
     # -- after a commit ------------------------------------------------------------------------------------------------
-    def _tidy(self) -> None:
+    def _tidy(self, kept: int, *, was_full: bool) -> None:
         """Write a snapshot, or teach the codec, when it is time; whatever fails here is tried again later."""
         try:
             if len(self._lesson) >= LESSON:
                 lesson, self._lesson = self._lesson, []
                 self.journal.teach(lesson)
-            state = self._state()
-            if self._snapshot_at is None:
-                self._snapshot_at = state.now
-            old = state.now - self._snapshot_at >= SNAPSHOT_US and self._since_snapshot > 0
-            if self._since_snapshot >= self._snapshot_steps or old:
+            if self._shadow is not None:
+                now = self._state().now
+                if was_full:
+                    self._shadow.reset(copy_of(self._thinner.view(self._state())), now)
+                elif self._items:
+                    self._shadow.take(self._items, now)
+                self._items = []
+            elif self._cadence.count(kept, self._state().now):
                 self.journal.append((), self._thinner.blocks(0, all_=True))
                 self._put_snapshot(None)
         except Unwritable:
@@ -164,15 +218,16 @@ class Writer:
         self._level = level
         return JournalState(level, text)
 
-    def _failed(self, error: Unwritable, began: float) -> Outcome:
-        self._retry_at = began + RETRY_S
+    def _failed(self, error: Unwritable) -> Outcome:
+        self._retry_at = self._began + RETRY_S
         self._bound()
         return Outcome(False, self._turn("full", str(error).replace("\n  help: ", "; ")))
 
     def _put_snapshot(self, gap: Gap | None) -> None:
         state = self._state()
-        self.journal.snapshot(self._thinner.view(state), state.now, gap)
-        self._since_snapshot, self._snapshot_at = 0, state.now
+        self.journal.snapshot(self.view(state), state.now, gap)
+        if self._shadow is None:
+            self._cadence.begin(state.now)
 
     def _bound(self, *, all_: bool = False) -> None:
         """Give up what waits, if it is too much (or all of it): a gap."""

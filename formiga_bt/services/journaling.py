@@ -140,7 +140,9 @@ class Journaling:
         from formiga_bt.journal.keep import Housekeeper
         from formiga_bt.journal.writer import Writer
 
-        self._writer = Writer(self.journal, state, wall=lambda: time.time_ns() // 1000, clock=time.monotonic)
+        self._writer = Writer(
+            self.journal, state, wall=lambda: time.time_ns() // 1000, clock=time.monotonic, beside=True
+        )
         self._writer.begin({name: metadata.version(name) for name in LIBRARIES}, now())
         self._housekeeper = Housekeeper(self.journal, now)
         self._housekeeper.start()
@@ -150,6 +152,21 @@ class Journaling:
         for step in steps:
             self._also(step)
         return DURABLE if self._writer is None else self._writer.keep(steps)
+
+    def start(self, steps: Sequence[Step]) -> bool:
+        """Write steps; see `PersistAhead.start`."""
+        for step in steps:
+            self._also(step)
+        return self._writer is not None and self._writer.start(steps)
+
+    def commit(self) -> None:
+        """Make them durable; see `PersistAhead.commit`."""
+        if self._writer is not None:
+            self._writer.commit()
+
+    def finish(self) -> Outcome:
+        """Return what became of them; see `PersistAhead.finish`."""
+        return DURABLE if self._writer is None else self._writer.finish()
 
     # -- files -------------------------------------------------------------------------------------------------------
     def keep_files(self, name: str, bundle: str, file: str, texts: Mapping[str, str], *, loaded: bool = False) -> None:

@@ -4,7 +4,8 @@ Engine time starts at max(wall clock, what was journaled last) and then follows 
 goes back. Liveness, cancels and heartbeats are wall time and do not scale with the speed.
 
 Steps that come within a few milliseconds are one batch: they are persisted together, then their effects leave in order, and
-only then listeners and callers are told. A batch never waits for a step that is not there yet.
+only then listeners and callers are told. A batch never waits for a step that is not there yet. While the disk is waited for, a
+busy engine goes on with the next batch (`persist.Ahead`).
 """
 
 import heapq
@@ -20,9 +21,10 @@ from formiga_bt.clock import SECOND, Micros
 from formiga_bt.engine import changes as ch
 from formiga_bt.engine import inputs as inp
 from formiga_bt.engine.drivers.inbox import MOST_REQUESTS, Inbox, InboxLoad
-from formiga_bt.engine.drivers.persist import DURABLE, Persist
+from formiga_bt.engine.drivers.persist import DURABLE, Ahead, Outcome, Persist, PersistAhead
 from formiga_bt.engine.drivers.wiring import Switchboard, to_input
 from formiga_bt.engine.engine import Engine
+from formiga_bt.engine.turns import REST
 from formiga_bt.errors import FormigaError, TaskError
 from formiga_bt.transport.base import AgentTransport
 from formiga_bt.transport.messages import ClockBeat
@@ -39,6 +41,8 @@ BEHIND_US = 1_000_000
 """An engine whose deadlines are given so late is overloaded, which is told."""
 
 Listener = Callable[[inp.Step], None]
+Batch = list[tuple[inp.Step, "Future[str] | None"]]
+"""Steps, each with whoever waits for its reply."""
 log = logging.getLogger("formiga.driver")
 
 
@@ -98,7 +102,8 @@ class RealtimeDriver:
         self.listeners = list(listeners)
         self.error: BaseException | None = None
         self._persist = persist
-        self._batch: list[tuple[inp.Step, Future[str] | None]] = []
+        self._ahead: Ahead[Batch] | None = Ahead(persist) if isinstance(persist, PersistAhead) else None
+        self._batch: Batch = []
         self._batch_from: Micros = 0
         self._epoch = epoch
         self._first = first
@@ -212,8 +217,7 @@ class RealtimeDriver:
                 self._publish_clock()
                 self._collect()
                 if self._one():
-                    if self._wall_now() - self._batch_from >= BATCH_US:
-                        self._flush()
+                    self._hand_over()
                 elif not self._flush():
                     self._inbox.wait(self._idle_s())
             self._flush()
@@ -224,6 +228,8 @@ class RealtimeDriver:
             self._flush_after_error()
         finally:
             self._refuse_waiting()
+            if self._ahead is not None:
+                self._ahead.close()
 
     def _flush_after_error(self) -> None:
         """Steps before the one that failed are as good as any."""
@@ -278,6 +284,8 @@ class RealtimeDriver:
                 break
             self._handle(max(due[0], self.engine.state.now), inp.TimerDue(due[1]))
             worked = True
+            if due[1] == REST:  # thousands are woken: the inbox has its turn after each part of them
+                break
         return worked
 
     def _stamp(self, now: Micros) -> Micros:
@@ -323,18 +331,50 @@ class RealtimeDriver:
             if isinstance(change, ch.WallTimerSet):
                 self._set_wall(change.key, change.after_us)
 
+    def _hand_over(self) -> None:
+        """Let a batch that is old enough be persisted while the engine goes on."""
+        ahead = self._ahead
+        if ahead is not None and ahead.is_done:
+            self._release_ahead(ahead)
+        if not self._batch or self._wall_now() - self._batch_from < BATCH_US:
+            return
+        if ahead is None:
+            self._flush()
+            return
+        if ahead.is_under_way:
+            self._release_ahead(ahead)
+        batch, self._batch = self._batch, []
+        try:
+            ahead.begin(batch, [step for step, _ in batch])
+        except BaseException as error:
+            _refuse(batch, error)
+            raise
+
+    def _release_ahead(self, ahead: Ahead[Batch]) -> None:
+        """Wait for the batch that is under way, and release it."""
+        batch, kept = ahead.end()
+        if isinstance(kept, BaseException):
+            _refuse(batch, kept)
+            raise kept
+        self._release(batch, kept)
+
     def _flush(self) -> bool:
-        """Persist the batch, then let its effects leave and answer who waits; return whether that led to another step."""
+        """Persist the batch and release it; return whether that led to another step."""
+        if self._ahead is not None and self._ahead.is_under_way:
+            self._release_ahead(self._ahead)
         batch, self._batch = self._batch, []
         if not batch:
             return False
         try:
             kept = DURABLE if self._persist is None else self._persist.keep([step for step, _ in batch])
         except BaseException as error:
-            for _, waiter in batch:
-                if waiter is not None:
-                    waiter.set_exception(EngineStopped(stop_words(error)))
+            _refuse(batch, error)
             raise
+        self._release(batch, kept)
+        return bool(self._batch)
+
+    def _release(self, batch: Batch, kept: Outcome) -> None:
+        """Let the effects of a batch leave, and answer who waits."""
         for step, waiter in batch:
             for effect in step.effects:
                 failed = self.switchboard.carry_out(effect, self._beat)
@@ -346,7 +386,6 @@ class RealtimeDriver:
                 waiter.set_result(step.reply if kept.durable else self._not_kept(step))
         if kept.news is not None:
             self._handle(max(self.now(), self.engine.state.now), kept.news)
-        return bool(self._batch)
 
     def _not_kept(self, step: inp.Step) -> str:
         """Return the answer to a caller whose step is not durable: a request is taken back, orders stand."""
@@ -383,3 +422,10 @@ class RealtimeDriver:
         if due is not None:
             waits.append(round((due[0] - self.now()) / self.speed) + 1)
         return max(0.0, min(waits) / SECOND)
+
+
+def _refuse(batch: Batch, error: BaseException) -> None:
+    """Tell whoever waits that the engine stopped."""
+    for _, waiter in batch:
+        if waiter is not None and not waiter.done():
+            waiter.set_exception(EngineStopped(stop_words(error)))

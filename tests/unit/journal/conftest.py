@@ -10,8 +10,9 @@ import sqlalchemy as sa
 
 from formiga_bt.blackboard import Blackboard
 from formiga_bt.engine.inputs import Step
-from formiga_bt.engine.state import EngineState, fold
+from formiga_bt.engine.state import EngineState, fold, snapshot
 from formiga_bt.journal import schema
+from formiga_bt.journal.past import without_ended
 from formiga_bt.journal.store import Journal
 from formiga_bt.journal.writer import Writer
 from tests.replay.missions import MISSIONS, rehearsal
@@ -53,6 +54,11 @@ def folded(steps: Sequence[Step]) -> EngineState:
     for step in steps:
         fold(state, board, step)
     return state
+
+
+def as_told(state: EngineState) -> bytes:
+    """Return a state as a journal tells it."""
+    return snapshot(without_ended(state))
 
 
 Opener = Callable[..., Journal]

@@ -9,14 +9,13 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from formiga_bt.clock import SECOND
-from formiga_bt.engine.state import snapshot
 from formiga_bt.errors import JournalError
 from formiga_bt.journal import export as exporting
 from formiga_bt.journal.export import COLUMNS, export
 from formiga_bt.journal.keep import DAY_US, Removed, Retention, compact, stats
 from formiga_bt.journal.past import Past
 from formiga_bt.journal.store import Journal
-from tests.unit.journal.conftest import Opener, Recording, steps_of
+from tests.unit.journal.conftest import Opener, Recording, as_told, steps_of
 
 LONG = "pick_up"
 
@@ -43,11 +42,11 @@ def test_what_is_left_after_a_compaction_tells_the_same(
         for cut in cuts:
             before = round(first + cut * (last - first))
             moments = [before + 2, (before + last) // 2, last]
-            was = [snapshot(past.state(at)) for at in moments]
-            resume = snapshot(past.state())
+            was = [as_told(past.state(at)) for at in moments]
+            resume = as_told(past.state())
             compact(journal, last + SECOND, keep((last + SECOND - before) / SECOND))
-            assert snapshot(past.state()) == resume
-            assert [snapshot(past.state(at)) for at in moments] == was
+            assert as_told(past.state()) == resume
+            assert [as_told(past.state(at)) for at in moments] == was
             assert all(kept.at >= before for kept in journal.read())
             earliest = past.first()
             assert earliest is not None
@@ -64,7 +63,7 @@ def test_however_old_it_is_what_resume_needs_stays(taken: Journal) -> None:
     before = stats(taken)
     removed = compact(taken, steps[-1].at + 400 * DAY_US)
     assert removed == Removed(150, 1, 0)
-    assert snapshot(Past(taken).state()) == snapshot(live)
+    assert as_told(Past(taken).state()) == as_told(live)
     assert compact(taken, steps[-1].at + 400 * DAY_US) == Removed()
     after = stats(taken)
     assert (before.steps, after.steps, after.snapshots) == (150, 0, 1)
@@ -86,7 +85,7 @@ def test_compaction_while_an_engine_writes(taken: Journal, opened: Opener) -> No
     for first in range(0, len(steps), 60):
         recording.feed(steps[first : first + 60], 6)
         compact(other, recording.state.now, keep(20))
-    assert snapshot(Past(other).state()) == snapshot(recording.state)
+    assert as_told(Past(other).state()) == as_told(recording.state)
     assert stats(other).steps < len(steps) / 2
 
 

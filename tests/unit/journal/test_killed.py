@@ -7,10 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from formiga_bt.engine.state import snapshot
 from formiga_bt.journal.past import Past
 from formiga_bt.journal.store import Journal
-from tests.unit.journal.conftest import Recording, folded, steps_of
+from tests.unit.journal.conftest import Recording, as_told, folded, steps_of
 from tests.unit.journal.killed import BATCH, BATCHES
 
 ROOT = Path(__file__).parents[3]
@@ -38,7 +37,7 @@ def test_a_killed_writer_leaves_a_journal_of_whole_commits(tmp_path: Path) -> No
             assert journal.last()[0] == len(kept)
             if journal.starts():
                 assert epoch == 2
-                assert snapshot(Past(journal).state()) == snapshot(folded(kept))
+                assert as_told(Past(journal).state()) == as_told(folded(kept))
             seq, at = journal.last()
             state = Past(journal).state() if journal.starts() else folded([])
             state.seq, state.now = seq, at + 1

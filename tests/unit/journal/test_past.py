@@ -9,12 +9,12 @@ from hypothesis import strategies as st
 from formiga_bt.blackboard import Blackboard
 from formiga_bt.clock import SECOND
 from formiga_bt.engine.inputs import Started, Step
-from formiga_bt.engine.state import EngineState, board_of, fold, snapshot
+from formiga_bt.engine.state import EngineState, board_of, fold
 from formiga_bt.errors import JournalError
-from formiga_bt.journal.past import Past
+from formiga_bt.journal.past import Past, without_ended
 from formiga_bt.journal.store import Journal
 from tests.replay.missions import MISSIONS
-from tests.unit.journal.conftest import Opener, Recording, folded, steps_of
+from tests.unit.journal.conftest import Opener, Recording, as_told, folded, steps_of
 from tests.unit.journal.test_thin import near, without_thinned
 
 LONG = "watch_dogs"
@@ -25,8 +25,8 @@ def test_the_end_of_each_mission_is_the_live_state(name: str, taken: Journal, op
     recording = Recording(taken, thin=False, snapshot_steps=100)
     recording.feed(steps_of(name), 20)
     state = Past(opened(read_only=True)).state()
-    assert snapshot(state) == snapshot(recording.state)
-    assert state == recording.state
+    assert as_told(state) == as_told(recording.state)
+    assert state == without_ended(recording.state)
     assert board_of(state).mirror() == board_of(recording.state).mirror()
 
 
@@ -54,7 +54,7 @@ def moments() -> st.SearchStrategy[int]:
 def test_seeking_a_moment_is_folding_to_it(seekable: Journal, data: st.DataObject) -> None:
     at = data.draw(moments())
     state = Past(seekable).state(at)
-    assert snapshot(state) == snapshot(prefix(at))
+    assert as_told(state) == as_told(prefix(at))
 
 
 @pytest.fixture
@@ -71,10 +71,10 @@ def test_seeking_a_thinned_moment_is_folding_to_it_but_for_what_is_thinned(
     many, one = thinned
     at = data.draw(moments())
     state = Past(many).state(at)
-    assert snapshot(state) == snapshot(Past(one).state(at)), "snapshots change nothing"
+    assert as_told(state) == as_told(Past(one).state(at)), "snapshots change nothing"
     whole = prefix(at)
     kept = [kept.step for kept in one.read(until=at)]
-    assert without_thinned(state) == without_thinned(folded(kept))
+    assert without_thinned(state) == without_thinned(without_ended(folded(kept)))
     for name, agent in whole.agents.items():
         if agent.position is not None:
             near(state.agents[name], agent)
@@ -109,7 +109,7 @@ def test_two_starts_are_two_stories_of_one_site(opened: Opener) -> None:
     new = Recording(second, begins, thin=False)
     new.feed([Step(seq + 1, at + 5 * SECOND, Started(2), (), ())])
     past = Past(opened(read_only=True))
-    assert snapshot(past.state(at)) == snapshot(old.state)
+    assert as_told(past.state(at)) == as_told(old.state)
     assert past.state(at + 1).agents == {}
     assert (past.state().seq, past.state().now) == (seq + 1, at + 5 * SECOND)
     assert past.first() == 0

@@ -1,19 +1,19 @@
 """The driver's seam: what it does when the disk is slow, full, and well again."""
 
 import sqlite3
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import pytest
 
 from formiga_bt.engine.drivers.persist import DURABLE, Outcome
 from formiga_bt.engine.inputs import JournalState, Step
-from formiga_bt.engine.state import EngineState, fold, snapshot
+from formiga_bt.engine.state import EngineState, fold
 from formiga_bt.errors import JournalError
 from formiga_bt.journal.past import Past
 from formiga_bt.journal.store import Journal, Unwritable
 from formiga_bt.journal.writer import tasks_of
-from tests.unit.journal.conftest import Recording, steps_of
+from tests.unit.journal.conftest import Recording, as_told, steps_of
 
 LONG = steps_of("pick_up")
 
@@ -74,7 +74,7 @@ def test_a_full_disk_is_told_once_and_steps_wait_until_there_is_room(rig: Rig) -
     rig.clock += 1.1
     assert rig.give(LONG[230:240]) == Outcome(True, JournalState("ok"))
     assert [kept.step for kept in rig.journal.read()] == list(LONG[:240])
-    assert snapshot(Past(rig.journal).state()) == snapshot(rig.state)
+    assert as_told(Past(rig.journal).state()) == as_told(rig.state)
 
 
 def test_what_no_longer_fits_into_memory_is_a_gap_and_a_snapshot_follows(taken: Journal) -> None:
@@ -94,20 +94,20 @@ def test_what_no_longer_fits_into_memory_is_a_gap_and_a_snapshot_follows(taken: 
     assert 100 < len(lost) <= 390
     assert {gap.why for gap in gaps} == {"the journal could not be written for too long"}
     past = Past(taken)
-    assert snapshot(past.state()) == snapshot(rig.state)
+    assert as_told(past.state()) == as_told(rig.state)
     assert past.state(LONG[10].at).seq >= 11
     with pytest.raises(JournalError, match="the journal could not be written for too long"):
         past.state(gaps[-1].at)
 
 
 def test_a_slow_disk_is_told_and_calm_again_after_ten_seconds(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
-    append, takes = rig.journal.append, 0.0
+    stage, takes = rig.journal.stage, 0.0
 
-    def slowly(*rows: object) -> None:
-        append(*rows)  # type: ignore[arg-type]
+    def slowly(*rows: object) -> Callable[[], None]:
         rig.clock += takes
+        return stage(*rows)  # type: ignore[arg-type]
 
-    monkeypatch.setattr(rig.journal, "append", slowly)
+    monkeypatch.setattr(rig.journal, "stage", slowly)
     takes = 0.4
     assert rig.give(LONG[:5]) == DURABLE
     takes = 0.7

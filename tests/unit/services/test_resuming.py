@@ -20,9 +20,7 @@ from formiga_bt.engine.reconcile import Reconcile
 from formiga_bt.engine.records import AgentRecord, GoalRecord
 from formiga_bt.engine.state import EngineState
 from formiga_bt.errors import FormigaError, SiteError
-from formiga_bt.journal import store
 from formiga_bt.lang.model import Catalogue
-from formiga_bt.nodes import memory
 from formiga_bt.services.host import EngineHost
 from formiga_bt.services.journaling import JournalAt
 from formiga_bt.services.resuming import ALIVE, RESUMING, Blame, Sign, _check_catalogue, last_sign
@@ -317,7 +315,3 @@ def test_a_sign_of_life_that_cannot_be_read_is_none(tmp_path: Path) -> None:
     assert last_sign(tmp_path) is None
     (tmp_path / ALIVE).write_text('{"wall": 5, "at": 7}', encoding="utf-8")
     assert last_sign(tmp_path) == Sign(5, 7)
-
-
-def test_the_journal_notes_the_version_of_node_memory_that_the_engine_has() -> None:
-    assert store.NODE_STATE_VERSION == memory.NODE_STATE_VERSION
