@@ -91,8 +91,8 @@ class Core:
         self.index = Index(state)
         self.open: dict[str, None] = {task.id: None for task in state.tasks.values() if task.section != "done"}
         """Tasks that have not ended: an index of the state."""
-        self.touched: dict[str, None] = {}
-        """Tasks whose ending or sections must be looked at."""
+        self.touched: dict[str, bool] = {}
+        """Tasks that are looked at -> whether that must be in this step (`engine.turns`)."""
         self._deadlines = DeadlineHeap(state)
         index = self.index
         self._notes: dict[type, Callable[[Any], None]] = {
@@ -125,7 +125,7 @@ class Core:
         self.due.clear()
         if self.instants.at and not self.timers_stand:
             for task_id, key in self.instants.until(now):
-                self.wake(task_id, key)
+                self.wake(task_id, key, may_wait=True)
 
     def emit(self, change: ch.Change) -> None:
         """Record a change and apply it."""
@@ -138,7 +138,7 @@ class Core:
         if self.board.hits:
             for reader in self.board.take_hits():
                 task_id, _, key = reader.partition("|")
-                self.wake(task_id, key)
+                self.wake(task_id, key, may_wait=True)
 
     def _note_agent(self, change: ch.AgentPut) -> None:
         new = change.agent
@@ -264,17 +264,24 @@ class Core:
         return known[1]
 
     # -- waking ------------------------------------------------------------------------------------------------------
-    def wake(self, task_id: str, key: str) -> None:
-        """Make a node of a task due for a visit in this step."""
+    def wake(self, task_id: str, key: str, *, may_wait: bool = False) -> None:
+        """Make a node of a task due for a visit in this step; `may_wait`: or soon after, where very many are."""
         if task_id == self.running and self.wake_now is not None:
             self.wake_now(key)  # in the pass under way: readers ahead of it are visited still, those behind in the next
             return
-        self.woken.setdefault(task_id, {})[key] = None
-        self.touched[task_id] = None
+        woken = self.woken.get(task_id)
+        if woken is None:
+            self.woken[task_id] = {key: None}
+        else:
+            woken[key] = None
+        if may_wait:
+            self.touched.setdefault(task_id, False)
+        else:
+            self.touched[task_id] = True
 
     def touch(self, task_id: str) -> None:
         """Have a task's sections and ending looked at in this step."""
-        self.touched[task_id] = None
+        self.touched[task_id] = True
 
     # -- time ----------------------------------------------------------------------------------------------------------
     def set_deadline(self, key: str, at: Micros, task: str = "", *, pausable: bool = False) -> None:

@@ -32,6 +32,7 @@ from formiga_bt.engine.resume import restore_trees
 from formiga_bt.engine.state import EngineState
 from formiga_bt.engine.tasks import Tasks
 from formiga_bt.engine.treerun import CompiledTrees, TreesFactory
+from formiga_bt.engine.turns import Turns
 from formiga_bt.errors import TaskError
 from formiga_bt.lang.model import Catalogue, Site, Task
 from formiga_bt.transport.messages import GoalEvent
@@ -78,6 +79,7 @@ class Engine:
         self.happenings = Happenings(core, self.fleet)
         self.goals = Goals(core, self.fleet, self.gatekeeper)
         self.tasks = Tasks(core, self.goals, self.people, self.fleet, trees)
+        self.turns = Turns(core, self.tasks)
         self.orders = Orders(core, self.fleet, self.goals, self.clearances, self.tasks)
         self.command = Command(core, self.fleet, self.goals, self.tasks, self.orders)
         self.lockdowns = Lockdowns(core, self.orders, self.tasks)
@@ -224,6 +226,8 @@ class Engine:
                 core.wake(task, node)
             case "alloc":
                 self.allocation.look()
+            case "rest":
+                self.turns.go_on()
             case "task":
                 task, _, what = rest.partition("|")
                 self.tasks.on_deadline(task, what)
@@ -265,7 +269,7 @@ class Engine:
                 self._answers()
             elif core.touched:
                 touched, core.touched = core.touched, {}
-                for task_id in touched if len(touched) == 1 else sorted(touched, key=self._order_of):
+                for task_id in self.turns.of(touched):
                     core.at_work = task_id
                     self.tasks.settle(task_id)
             elif core.stale:
@@ -276,10 +280,6 @@ class Engine:
                 self.people.pump()
                 return
         raise AssertionError("the step does not settle")
-
-    def _order_of(self, task_id: str) -> int:
-        task = self.core.state.tasks.get(task_id)
-        return task.order if task is not None else 0
 
     def _answers(self) -> None:
         core = self.core

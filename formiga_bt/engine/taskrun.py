@@ -205,6 +205,11 @@ class TaskRun:
             if self.deadline(path) != coming:  # what depends on `now` never stands still
                 self._core.set_deadline(node_deadline(self.task_id, path), coming, self.task_id)
 
+    def wake_watchers(self) -> None:
+        """Have each live condition looked at."""
+        for path in self._watched:
+            self._core.wake(self.task_id, path, may_wait=True)
+
     def watch_event(self, path: str, agent: str, event: str) -> None:
         """Wake a node at each event of that name that an agent tells."""
         key = event_key(agent, event)
