@@ -313,6 +313,22 @@ def test_a_flood_of_deadlines_keeps_no_order_waiting(
     until(lambda: driver.statistics().behind_s == 0.0)
 
 
+def test_the_inbox_has_its_turn_after_each_part_of_those_that_one_status_woke(
+    engine: WatchedEngine, wire: FakeTransport, driver: RealtimeDriver
+) -> None:
+    core, left = engine.core, iter(range(100))
+    engine.turns.go_on = lambda: core.set_deadline("rest", core.now) if next(left, None) is not None else None  # type: ignore[method-assign]
+    core.set_deadline("rest", driver.now())
+    answers = [driver.post(inp.LockdownOrder("release")) for _ in range(3)]
+    driver.start()
+    assert [answer.result(5.0) for answer in answers] == ["ok"] * 3
+    until(lambda: len(engine.seen(inp.TimerDue)) == 101)
+
+    kinds = [type(given).__name__ for _, given in engine.inputs]
+    orders = [place for place, kind in enumerate(kinds) if kind == "LockdownOrder"]
+    assert orders[-1] <= 8  # Started, then one or two parts before each
+
+
 def test_who_sends_more_requests_than_can_wait_is_told_busy(
     monkeypatch: pytest.MonkeyPatch, driver: RealtimeDriver
 ) -> None:
