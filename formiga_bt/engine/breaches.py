@@ -108,6 +108,9 @@ class Breaches:
         goal, power = core.state.goals.get(agent.goal), core.power(agent)
         if goal is None or power is None or goal.leg is None or goal.sent_at is None or goal.state != "running":
             return ()
+        resume = core.state.resume
+        if resume is not None and agent.id in resume.waits:
+            return ()  # it may have ended while the engine was away
         (start, end), speed = goal.leg, goal.fields.get("speed")
         pace = min(power.speed_m_s, float(speed)) if isinstance(speed, int | float) else power.speed_m_s
         typical_s = horizontal_m(start, end) / max(pace, 0.5) + abs(end.up_m - start.up_m) / max(power.climb_m_s, 0.2)

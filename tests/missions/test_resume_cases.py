@@ -8,7 +8,7 @@ import pytest
 from formiga_bt.engine import inputs as inp
 from formiga_bt.engine.records import GoalRecord, TaskRecord
 from formiga_bt.errors import TaskError
-from formiga_bt.lang.model import Site
+from formiga_bt.lang.model import Catalogue, Site
 from formiga_bt.rehearsal import Rehearsal, fleet_of
 from formiga_bt.show.why.front import explain
 from formiga_bt.testing import check_rehearsal, packaged_world, task_of
@@ -41,10 +41,15 @@ finally:
 """
 
 
-def begin(text: str = LONG_LEG, answers: list[dict[str, Any]] | None = None, site: Site = SITE) -> tuple[Crashing, str]:
-    task = task_of(text, site, CATALOGUE)
+def begin(
+    text: str = LONG_LEG,
+    answers: list[dict[str, Any]] | None = None,
+    site: Site = SITE,
+    catalogue: Catalogue = CATALOGUE,
+) -> tuple[Crashing, str]:
+    task = task_of(text, site, catalogue)
     said = answers or [{"match": "Seen", "options": ["yes"], "after": "5 s"}]
-    flight = Rehearsal(site, CATALOGUE, [task], fleet_of(site, CATALOGUE, scripts={"watcher_1": said}))
+    flight = Rehearsal(site, catalogue, [task], fleet_of(site, catalogue, scripts={"watcher_1": said}))
     flight.run_for(1)
     crashing = Crashing(flight)
     return crashing, flight.submit(task.name)
@@ -615,6 +620,19 @@ def why(flown: Crashing, of: str) -> list[tuple[str, str]]:
     engine = flown.flight.engine
     _, lines = explain(engine.state, engine.core.models, of, flown.flight.now, catalogue=CATALOGUE)
     return [(line.text, line.hint) for line in lines]
+
+
+def test_a_way_that_ended_while_no_engine_was_there_is_no_way_that_does_not_get_on() -> None:
+    types = {
+        name: replace(kind, limits={**kind.limits, "link_silence_s": 600.0}) for name, kind in CATALOGUE.types.items()
+    }
+    site = replace(SITE, resume_hold_after_us=600_000_000)
+    flown, id_ = begin(site=site, catalogue=replace(CATALOGUE, types=types))
+    in_flight(flown)
+    flown.die()
+    flown.resume(away_s=200)
+    ends(flown, id_)
+    assert not [text for text in flown.alarms() if "does not get on" in text]
 
 
 WAITS = """\
