@@ -226,8 +226,9 @@ class Goals:
             self.interrupt(goal.id, "taken_over")
             self._fleet.on_taken_over(goal)
             return
+        ordered = goal.agent in core.state.orders  # else a goal replaced it that this engine knows nothing of any more
         if (stopped and event.state != "succeeded") or (
-            event.state == "superseded" and goal.task and not goal.cancel_asked
+            event.state == "superseded" and goal.task and ordered and not goal.cancel_asked
         ):
             self._stopped(goal)
             return

@@ -244,6 +244,7 @@ class Orders:
                 for goal in self.waiting(agent):
                     if goal.section != "steps" and goal.state == "interrupted" and self.cannot(goal, agent):
                         self._goals.end(goal.id, "canceled", "cannot_continue", self.cannot(goal, agent))
+            self._tasks.errands.ordered_home(agent.task)
 
     def carried_out(self, task: TaskRecord) -> None:
         """A system task that carried out an order ended, well or not."""
