@@ -1,8 +1,9 @@
 """What an order stopped waits for a word that somebody can say, or goes on: nothing waits for nobody."""
 
-from formiga_bt.engine.inputs import LockdownOrder
+from formiga_bt.engine.inputs import GoalEventInput, LockdownOrder
 from formiga_bt.show.why.causes import causes_of
 from formiga_bt.testing import packaged_world, task_of
+from formiga_bt.transport.messages import GoalEvent
 from tests.missions.conftest import Fly
 from tests.missions.test_faults import crossing, pool
 from tests.missions.test_orders import order, refused, standing
@@ -91,3 +92,15 @@ def test_a_quarantined_machine_that_lockdown_brings_home_stays_quarantined(fly: 
     order(rehearsal, "clear", "hwd_1")
     rehearsal.run_for(2)
     assert pool(rehearsal) == ("STANDBY", "grounded")
+
+
+def test_a_goal_that_no_order_replaced_fails_its_step(fly: Fly) -> None:
+    rehearsal = fly()
+    task = crossing(rehearsal)
+    goal = rehearsal.engine.state.agents["hwd_1"].goal
+
+    rehearsal.driver.feed(GoalEventInput(GoalEvent(goal_id=goal, agent="hwd_1", state="superseded", n=99)))
+
+    assert goal not in rehearsal.engine.state.goals
+    assert rehearsal.task(task).code == "failed:superseded"
+    assert rehearsal.run_until_ended(task, limit_s=600)

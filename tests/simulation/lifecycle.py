@@ -181,387 +181,187 @@ def _level(value: int) -> str:
     return next(name for name, level in LEVELS.items() if level == value)
 
 
-TABLES: Final[Mapping[str, Mapping[str, tuple[str, ...]]]] = MappingProxyType(
-    {
-        "again": {
-            "-": ("no",),
-            "agent_lost": ("no",),
-            "no": (
-                "agent_lost",
-                "preempted",
-                "restart",
-            ),
-            "preempted": ("no",),
-            "restart": ("no",),
-        },
-        "block's request": {
-            "-": ("waits",),
-            "others step aside": ("-",),
-            "waits": (
-                "-",
-                "others step aside",
-            ),
-        },
-        "clearance": {
-            "-": (
-                "asked",
-                "given",
-            ),
-            "asked": (
-                "-",
-                "waiting",
-            ),
-            "given": (
-                "-",
-                "asked",
-            ),
-            "waiting": (
-                "-",
-                "asked",
-            ),
-        },
-        "finally": {
-            "-": ("waiting",),
-            "ended": ("-",),
-            "running": ("ended",),
-            "waiting": ("running",),
-        },
-        "goal": {
-            "-": (
-                "canceling",
-                "gated",
-            ),
-            "accepted": (
-                "canceling",
-                "failed",
-                "in_doubt",
-                "interrupted",
-                "lost",
-                "running",
-                "succeeded",
-            ),
-            "again": ("-",),
-            "canceled": ("-",),
-            "canceling": (
-                "canceled",
-                "failed",
-                "in_doubt",
-                "interrupted",
-                "lost",
-                "succeeded",
-                "superseded",
-                "taken_over",
-            ),
-            "failed": ("-",),
-            "gate_refused": ("-",),
-            "gated": (
-                "-",
-                "again",
-                "canceled",
-                "gate_refused",
-                "lost",
-                "sent",
-            ),
-            "in_doubt": ("-",),
-            "interrupted": (
-                "-",
-                "again",
-                "canceled",
-                "lost",
-                "succeeded",
-                "taken_over",
-            ),
-            "lost": ("-",),
-            "rejected": ("-",),
-            "running": (
-                "canceling",
-                "failed",
-                "in_doubt",
-                "interrupted",
-                "lost",
-                "succeeded",
-            ),
-            "sent": (
-                "-",
-                "accepted",
-                "canceling",
-                "gated",
-                "in_doubt",
-                "interrupted",
-                "lost",
-                "rejected",
-                "running",
-                "succeeded",
-                "taken_over",
-            ),
-            "succeeded": ("-",),
-            "superseded": ("-",),
-            "taken_over": ("-",),
-        },
-        "held.clearance": {
-            "-": ("on",),
-            "on": ("-",),
-        },
-        "held.lockdown": {
-            "-": ("on",),
-            "on": ("-",),
-        },
-        "held.operator": {
-            "-": ("on",),
-            "on": ("-",),
-        },
-        "held.resume": {
-            "-": ("on",),
-            "on": ("-",),
-        },
-        "held.take-over": {
-            "-": ("on",),
-            "on": ("-",),
-        },
-        "journal": {
-            "ok": ("slow", "full"),
-            "slow": ("ok", "full"),
-            "full": ("ok", "slow"),
-        },
-        "lockdown": {
-            "-": (
-                "hold",
-                "land",
-                "return",
-            ),
-            "hold": (
-                "-",
-                "land",
-                "return",
-            ),
-            "land": (
-                "-",
-                "hold",
-                "return",
-            ),
-            "return": (
-                "-",
-                "hold",
-                "land",
-            ),
-        },
-        "machine liveness": {
-            "-": ("ALIVE",),
-            "ALIVE": ("SUSPECT",),
-            "LOST": ("ALIVE",),
-            "SUSPECT": (
-                "ALIVE",
-                "LOST",
-            ),
-        },
-        "machine pool": {
-            "-": ("STANDBY",),
-            "ASSIGNED": (
-                "EXECUTING ACTION",
-                "QUARANTINED",
-                "STANDBY",
-            ),
-            "EXECUTING ACTION": (
-                "ASSIGNED",
-                "STANDBY",
-            ),
-            "PARKED_AWAY": (
-                "ASSIGNED",
-                "EXECUTING ACTION",
-                "QUARANTINED",
-                "STANDBY",
-            ),
-            "QUARANTINED": ("STANDBY",),
-            "STANDBY": (
-                "ASSIGNED",
-                "EXECUTING ACTION",
-                "PARKED_AWAY",
-                "QUARANTINED",
-            ),
-        },
-        "order": {
-            "-": (
-                "cut open",
-                "hold open",
-                "land open",
-                "return open",
-            ),
-            "cut open": ("-",),
-            "hold done": ("-",),
-            "hold open": (
-                "-",
-                "hold done",
-            ),
-            "land done": ("-",),
-            "land failed": ("-",),
-            "land open": (
-                "-",
-                "land done",
-                "land failed",
-            ),
-            "return done": ("-",),
-            "return open": (
-                "-",
-                "return done",
-            ),
-        },
-        "person liveness": {
-            "-": ("ALIVE",),
-            "ALIVE": ("SUSPECT",),
-            "SUSPECT": ("ALIVE",),
-        },
-        "person pool": {
-            "-": ("STANDBY",),
-        },
-        "quarantine": {
-            "-": ("no",),
-            "abandoned": ("asked",),
-            "asked": (
-                "lost",
-                "no",
-            ),
-            "bad_status": ("asked",),
-            "cancel_unconfirmed": ("asked",),
-            "cut": ("asked",),
-            "lost": ("asked",),
-            "no": (
-                "abandoned",
-                "bad_status",
-                "cancel_unconfirmed",
-                "cut",
-                "lost",
-                "recover_failed",
-            ),
-            "recover_failed": ("asked",),
-        },
-        "question": {
-            "-": ("open",),
-            "answered": ("-",),
-            "escalated": (
-                "-",
-                "answered",
-            ),
-            "open": (
-                "-",
-                "answered",
-                "escalated",
-            ),
-        },
-        "resume": {
-            "-": ("asking",),
-            "asking": ("overdue",),
-            "overdue": ("watching",),
-            "watching": (
-                "-",
-                "asking",
-            ),
-        },
-        "section": {
-            "-": (
-                "finally",
-                "waits",
-            ),
-            "finally": ("recover",),
-            "on_abort": (
-                "finally",
-                "recover",
-            ),
-            "on_failure": (
-                "finally",
-                "recover",
-            ),
-            "recover": (
-                "done",
-                "finally",
-                "waits",
-            ),
-            "steps": (
-                "finally",
-                "on_abort",
-                "on_failure",
-                "recover",
-            ),
-            "waits": (
-                "done",
-                "steps",
-            ),
-        },
-        "shown": {
-            "-": ("sent",),
-            "accepted": (
-                "-",
-                "failed",
-                "in_doubt",
-                "succeeded",
-            ),
-            "failed": ("-",),
-            "in_doubt": ("-",),
-            "rejected": ("-",),
-            "sent": (
-                "-",
-                "accepted",
-                "rejected",
-                "succeeded",
-            ),
-            "succeeded": ("-",),
-        },
-        "taken over": {
-            "-": ("no",),
-            "no": ("yes",),
-            "yes": ("no",),
-        },
-        "task": {
-            "-": (
-                "ACTIVE",
-                "PENDING",
-            ),
-            "ACTIVE": ("ENDING",),
-            "ASSIGNED": ("ACTIVE",),
-            "ENDING": (
-                "CANCELED",
-                "FAILED",
-                "PENDING",
-                "SUCCEEDED",
-            ),
-            "PENDING": (
-                "ASSIGNED",
-                "CANCELED",
-                "FAILED",
-            ),
-        },
-        "task's request": {
-            "-": ("waits",),
-            "others step aside": (
-                "-",
-                "waits",
-            ),
-            "waits": (
-                "-",
-                "others step aside",
-            ),
-        },
-        "way home": {
-            "-": ("running",),
-            "done": (
-                "-",
-                "running",
-            ),
-            "failed": (
-                "-",
-                "running",
-            ),
-            "running": (
-                "done",
-                "failed",
-                "waiting",
-            ),
-            "waiting": (
-                "failed",
-                "running",
-            ),
-        },
-    }
-)
+TABLES: Final[Mapping[str, Mapping[str, tuple[str, ...]]]] = MappingProxyType({
+    "again": {
+        "-": ("no",),
+        "agent_lost": ("no",),
+        "no": ("agent_lost", "preempted", "restart"),
+        "preempted": ("no",),
+        "restart": ("no",),
+    },
+    "block's request": {
+        "-": ("waits",),
+        "others step aside": ("-", "waits"),
+        "waits": ("-", "others step aside"),
+    },
+    "clearance": {
+        "-": ("asked", "given"),
+        "asked": ("-", "waiting"),
+        "given": ("-", "asked"),
+        "waiting": ("-", "asked"),
+    },
+    "finally": {
+        "-": ("running", "waiting"),
+        "ended": ("-",),
+        "running": ("ended", "stopping"),
+        "stopping": ("ended",),
+        "waiting": ("ended", "running"),
+    },
+    "goal": {
+        "-": ("canceling", "gated"),
+        "accepted": ("canceling", "failed", "in_doubt", "interrupted", "lost", "running", "succeeded"),
+        "again": ("-",),
+        "canceled": ("-",),
+        "canceling": (
+            "canceled", "failed", "in_doubt", "interrupted",
+            "lost", "succeeded", "superseded", "taken_over",
+        ),
+        "failed": ("-",),
+        "gate_refused": ("-",),
+        "gated": ("-", "again", "canceled", "gate_refused", "lost", "sent"),
+        "in_doubt": ("-",),
+        "interrupted": ("-", "again", "canceled", "lost", "succeeded", "taken_over"),
+        "lost": ("-",),
+        "rejected": ("-",),
+        "running": ("canceling", "failed", "in_doubt", "interrupted", "lost", "succeeded"),
+        "sent": (
+            "-", "accepted", "canceling", "gated", "in_doubt", "interrupted",
+            "lost", "rejected", "running", "succeeded", "superseded", "taken_over",
+        ),
+        "succeeded": ("-",),
+        "superseded": ("-",),
+        "taken_over": ("-",),
+    },
+    "held.clearance": {
+        "-": ("on",),
+        "on": ("-",),
+    },
+    "held.lockdown": {
+        "-": ("on",),
+        "on": ("-",),
+    },
+    "held.operator": {
+        "-": ("on",),
+        "on": ("-",),
+    },
+    "held.resume": {
+        "-": ("on",),
+        "on": ("-",),
+    },
+    "held.take-over": {
+        "-": ("on",),
+        "on": ("-",),
+    },
+    "journal": {
+        "full": ("ok", "slow"),
+        "ok": ("full", "slow"),
+        "slow": ("full", "ok"),
+    },
+    "lockdown": {
+        "-": ("hold", "land", "return"),
+        "hold": ("-", "land", "return"),
+        "land": ("-", "hold", "return"),
+        "return": ("-", "hold", "land"),
+    },
+    "machine liveness": {
+        "-": ("ALIVE",),
+        "ALIVE": ("SUSPECT",),
+        "LOST": ("ALIVE",),
+        "SUSPECT": ("ALIVE", "LOST"),
+    },
+    "machine pool": {
+        "-": ("STANDBY",),
+        "ASSIGNED": ("EXECUTING ACTION", "QUARANTINED", "STANDBY"),
+        "EXECUTING ACTION": ("ASSIGNED", "STANDBY"),
+        "PARKED_AWAY": ("ASSIGNED", "EXECUTING ACTION", "QUARANTINED", "STANDBY"),
+        "QUARANTINED": ("STANDBY",),
+        "STANDBY": ("ASSIGNED", "EXECUTING ACTION", "PARKED_AWAY", "QUARANTINED"),
+    },
+    "order": {
+        "-": ("cut open", "hold open", "land open", "return open"),
+        "cut open": ("-",),
+        "hold done": ("-",),
+        "hold open": ("-", "hold done"),
+        "land done": ("-",),
+        "land failed": ("-",),
+        "land open": ("-", "land done", "land failed"),
+        "return done": ("-",),
+        "return open": ("-", "return done"),
+    },
+    "person liveness": {
+        "-": ("ALIVE",),
+        "ALIVE": ("SUSPECT",),
+        "SUSPECT": ("ALIVE",),
+    },
+    "person pool": {
+        "-": ("STANDBY",),
+    },
+    "quarantine": {
+        "-": ("no",),
+        "abandoned": ("asked",),
+        "asked": ("lost", "no"),
+        "bad_status": ("asked",),
+        "cancel_unconfirmed": ("asked",),
+        "cut": ("asked",),
+        "lost": ("asked",),
+        "no": ("abandoned", "bad_status", "cancel_unconfirmed", "cut", "lost", "recover_failed"),
+        "recover_failed": ("asked",),
+    },
+    "question": {
+        "-": ("open",),
+        "answered": ("-",),
+        "escalated": ("-", "answered"),
+        "open": ("-", "answered", "escalated"),
+    },
+    "resume": {
+        "-": ("asking",),
+        "asking": ("overdue",),
+        "overdue": ("asking", "watching"),
+        "watching": ("-", "asking"),
+    },
+    "section": {
+        "-": ("finally", "waits"),
+        "finally": ("recover",),
+        "on_abort": ("finally", "recover"),
+        "on_failure": ("finally", "recover"),
+        "recover": ("done", "finally", "waits"),
+        "steps": ("finally", "on_abort", "on_failure", "recover"),
+        "waits": ("done", "steps"),
+    },
+    "shown": {
+        "-": ("sent",),
+        "accepted": ("-", "failed", "in_doubt", "succeeded"),
+        "failed": ("-",),
+        "in_doubt": ("-",),
+        "rejected": ("-",),
+        "sent": ("-", "accepted", "rejected", "succeeded"),
+        "succeeded": ("-",),
+    },
+    "taken over": {
+        "-": ("no",),
+        "no": ("yes",),
+        "yes": ("no",),
+    },
+    "task": {
+        "-": ("ACTIVE", "PENDING"),
+        "ACTIVE": ("ENDING",),
+        "ASSIGNED": ("ACTIVE",),
+        "ENDING": ("CANCELED", "FAILED", "PENDING", "SUCCEEDED"),
+        "PENDING": ("ASSIGNED", "CANCELED", "FAILED"),
+    },
+    "task's request": {
+        "-": ("waits",),
+        "others step aside": ("-", "waits"),
+        "waits": ("-", "others step aside"),
+    },
+    "way home": {
+        "-": ("running",),
+        "done": ("-", "running"),
+        "failed": ("-", "running"),
+        "running": ("done", "failed", "waiting"),
+        "waiting": ("failed", "running"),
+    },
+})  # fmt: skip
 """Machine -> from -> to."""
 
 LIFE: Final[frozenset[Row]] = frozenset(
