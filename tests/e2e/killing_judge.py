@@ -22,6 +22,7 @@ from agents_sim.ledger import judge as tell_referee
 from agents_sim.referee import Referee
 from formiga_bt.cli.inputs import read_task, read_world, shipped_tasks
 from formiga_bt.engine import changes as ch
+from formiga_bt.engine.gatekeeper import TTL_BEATS
 from formiga_bt.engine.inputs import GoalEventInput
 from formiga_bt.engine.state import EngineState
 from formiga_bt.journal.past import Past
@@ -48,6 +49,9 @@ class Finding(Struct, frozen=True):
     """All else that is not as it should be, in sentences."""
     back_s: dict[str, list[float]]
     """Kind of death -> from each to the end of what the next engine asks."""
+    expired: list[str] = []
+    """Tasks that ended FAILED `goal_expired`, as they should: an order had not left, and the engine was away for longer than an
+    order lives."""
 
     @property
     def is_good(self) -> bool:
@@ -75,7 +79,7 @@ def judge(folder: Path, accepted: Mapping[str, Accepted], deaths: Sequence[Death
     wrong = [f"{task} came back HELD after a short outage" for task in held]
     with Journal(folder / f".formiga/{SITE}/journal.db", SITE, read_only=True) as journal:
         state = Past(journal).state()
-        back = _back(journal, deaths)
+        back, away_s = _back(journal, deaths)
     stats = subprocess.run(
         [sys.executable, "-m", "formiga_bt", "journal", "stats"],
         cwd=folder,
@@ -87,6 +91,8 @@ def judge(folder: Path, accepted: Mapping[str, Accepted], deaths: Sequence[Death
         wrong.append(f"formiga journal stats: {stats.stdout}{stats.stderr}")
     lost = [f"{task} was accepted and is not in the journal" for task in accepted if task not in state.tasks]
     bad = {task: why for task in state.tasks if (why := _bad_end(folder, task, state, accepted, notes))}
+    expired = [task for task in bad if away_s > TTL_BEATS and state.tasks[task].code == "goal_expired"]
+    bad = {task: why for task, why in bad.items() if task not in expired}
     verdict = Referee()
     crashes = verdict.verdict(tell_referee(folder / "sim", verdict)).crashes
     wrong += [*lost, *bad.values(), *(f"crash: {crash}" for crash in crashes)]
@@ -100,6 +106,7 @@ def judge(folder: Path, accepted: Mapping[str, Accepted], deaths: Sequence[Death
         asked_twice=_asked_twice(notes),
         wrong=wrong,
         back_s=back,
+        expired=expired,
     )
 
 
@@ -199,23 +206,27 @@ def _ought(folder: Path, name: str) -> frozenset[str]:
     return frozenset(found)
 
 
-def _back(journal: Journal, deaths: Sequence[Death]) -> dict[str, list[float]]:
-    """Return how long it took from each death until the next engine had asked all; one that died before it had, not."""
-    ends = [
-        kept.wall
-        for kept in journal.read()
-        if any(
-            isinstance(c, ch.ResumePut) and (c.resume is None or c.resume.phase == "watching")
-            for c in kept.step.changes
-        )
-    ]
+def _back(journal: Journal, deaths: Sequence[Death]) -> tuple[dict[str, list[float]], float]:
+    """Return how long it took from each death until the next engine had asked all, and the longest outage.
+
+    An engine that died before it had asked all is not told of.
+    """
+    ends, away_s = [], 0.0
+    for kept in journal.read():
+        for change in kept.step.changes:
+            if not isinstance(change, ch.ResumePut):
+                continue
+            if change.resume is None or change.resume.phase == "watching":
+                ends.append(kept.wall)
+            else:
+                away_s = max(away_s, change.resume.outage_us / 1e6)
     found: dict[str, list[float]] = defaultdict(list)
     for i, death in enumerate(deaths):
         until = deaths[i + 1].wall_us if i + 1 < len(deaths) else 1 << 62
         first = next((end for end in ends if death.wall_us < end < until), None)
         if first is not None:
             found[death.point].append(round((first - death.wall_us) / 1e6, 2))
-    return dict(found)
+    return dict(found), away_s
 
 
 def middle(times: Sequence[float]) -> str:

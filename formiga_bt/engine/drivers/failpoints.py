@@ -13,7 +13,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Final
 
 from formiga_bt.engine import inputs as inp
-from formiga_bt.engine.drivers.persist import Outcome, Persist
+from formiga_bt.engine.drivers.persist import Outcome, Persist, PersistAhead
 from formiga_bt.engine.state import EngineState
 from formiga_bt.errors import SiteError
 from formiga_bt.transport.base import AgentTransport
@@ -66,7 +66,9 @@ class Failpoint:
                 self._die(f"{point}:{self.at}")
 
     def persist(self, inner: Persist, state: Callable[[], EngineState]) -> "FailingPersist":
-        """Stand around what keeps steps."""
+        """Stand around what keeps steps; what keeps them ahead goes on doing so."""
+        if isinstance(inner, PersistAhead):
+            return FailingAhead(self, inner, state)
         return FailingPersist(self, inner, state)
 
     def wire(self, inner: AgentTransport) -> "FailingWire":
@@ -109,20 +111,54 @@ class FailingPersist:
 
     def keep(self, steps: Sequence[inp.Step]) -> Outcome:
         """Keep steps; see `Persist.keep`."""
-        orders = any(isinstance(effect, _ORDERS) for step in steps for effect in step.effects)
-        if orders:
+        self._before(steps)
+        kept = self._inner.keep(steps)
+        self._after(steps)
+        return kept
+
+    def _before(self, steps: Sequence[inp.Step]) -> None:
+        if _has_orders(steps):
             self._failpoint.passing("before_commit")
         if any(_is_end(step.input) for step in steps):
             self._failpoint.passing("after_result")
-        kept = self._inner.keep(steps)
-        if orders:
+
+    def _after(self, steps: Sequence[inp.Step]) -> None:
+        if _has_orders(steps):
             self._failpoint.passing("after_commit")
         if any(_is_cleanup(goal) for step in steps for goal in _goals(step)):
             self._failpoint.passing("in_cleanup")
         resume = self._state().resume
         if resume is not None and resume.phase != "watching":
             self._failpoint.passing("in_reconcile")
+
+
+class FailingAhead(FailingPersist):
+    """As `FailingPersist`, around what keeps steps in three parts (`PersistAhead`)."""
+
+    def __init__(self, failpoint: Failpoint, inner: PersistAhead, state: Callable[[], EngineState]) -> None:
+        super().__init__(failpoint, inner, state)
+        self._ahead = inner
+        self._steps: Sequence[inp.Step] = ()
+
+    def start(self, steps: Sequence[inp.Step]) -> bool:
+        """Write steps; see `PersistAhead.start`."""
+        self._before(steps)
+        self._steps = steps
+        return self._ahead.start(steps)
+
+    def commit(self) -> None:
+        """Make them durable."""
+        self._ahead.commit()
+
+    def finish(self) -> Outcome:
+        """Return what became of them."""
+        kept = self._ahead.finish()
+        self._after(self._steps)
         return kept
+
+
+def _has_orders(steps: Sequence[inp.Step]) -> bool:
+    return any(isinstance(effect, _ORDERS) for step in steps for effect in step.effects)
 
 
 def _is_end(given: inp.Input) -> bool:

@@ -9,7 +9,7 @@ import pytest
 from formiga_bt.engine import inputs as inp
 from formiga_bt.engine.drivers import failpoints
 from formiga_bt.engine.drivers.failpoints import POINTS, Failpoint, named
-from formiga_bt.engine.drivers.persist import DURABLE, Outcome
+from formiga_bt.engine.drivers.persist import DURABLE, Outcome, PersistAhead
 from formiga_bt.engine.state import EngineState
 from formiga_bt.errors import SiteError
 from formiga_bt.journal.store import Journal
@@ -88,6 +88,43 @@ def test_an_order_is_kept_before_it_leaves(point: str, kept: int, left: int) -> 
     one = Flight(point, 2)
     assert one.until_death() == f"{point}:2"
     assert (len(one.ordered), len(one.left)) == (kept, left)
+
+
+class Parts:
+    """Keeps steps in three parts."""
+
+    def __init__(self) -> None:
+        self.done: list[str] = []
+
+    def keep(self, steps: Sequence[inp.Step]) -> Outcome:
+        raise AssertionError("it is kept in parts")
+
+    def start(self, steps: Sequence[inp.Step]) -> bool:
+        self.done.append("start")
+        return True
+
+    def commit(self) -> None:
+        self.done.append("commit")
+
+    def finish(self) -> Outcome:
+        self.done.append("finish")
+        return DURABLE
+
+
+@pytest.mark.parametrize(("point", "done"), [("before_commit", []), ("after_commit", ["start", "commit", "finish"])])
+def test_what_is_kept_in_parts_has_the_same_points(point: str, done: list[str]) -> None:
+    parts, order = Parts(), inp.CancelGoal("MoveTask-1/1/steps/steps[0]", "lwd_1")
+    failing = Failpoint(point, 1, die).persist(parts, EngineState)
+    assert isinstance(failing, PersistAhead)
+    with pytest.raises(Died):
+        keep_in_parts(failing, inp.Step(1, 0, inp.TimerDue("t"), (), (order,)))
+    assert parts.done == done
+
+
+def keep_in_parts(persist: PersistAhead, step: inp.Step) -> None:
+    persist.start([step])
+    persist.commit()
+    persist.finish()
 
 
 def test_a_result_that_was_taken_is_not_on_disk() -> None:
