@@ -22,10 +22,13 @@ from formiga_bt.engine.records import AgentRecord, Deadline, GoalRecord, TaskRec
 from formiga_bt.engine.state import APPLY, EngineState, board_of
 from formiga_bt.geo import Frame
 from formiga_bt.lang.model import ActionSpec, AgentType, Catalogue, Site, Task
+from formiga_bt.nodes.memory import Mem
 from formiga_bt.safety.airspace import Airspace
 from formiga_bt.safety.rules import Rules, rules_of
 
 NO_ENVELOPE: Final[Mapping[str, float]] = MappingProxyType({})
+
+NO_MEMORY: Final[Mapping[str, Mem]] = MappingProxyType({})
 
 EVERYTHING: Final = ""
 """In `Core.stale`: look at all waiting goals."""
@@ -337,6 +340,23 @@ class Core:
         if after_us is None and key not in self.state.wall:
             return
         self.emit(ch.WallTimerSet(key, after_us))
+
+    def clear_walls(self, goal_id: str) -> None:
+        """Ask for no wall time on account of a goal any more."""
+        wall = self.state.wall
+        for key in (f"accept|{goal_id}", f"cancel|{goal_id}", f"grace|{goal_id}"):
+            if key in wall:
+                self.emit(ch.WallTimerSet(key, None))
+
+    def keep_memory(self, task_id: str, fresh: Mapping[str, Mem | None]) -> None:
+        """Record what nodes of a task remember now, as far as it differs: as `emit` does, for very many."""
+        state, board, changes, put = self.state, self.board, self.changes, APPLY[ch.NodeMem]
+        old = state.memory.get(task_id, NO_MEMORY)
+        for path, mem in fresh.items():
+            if old.get(path) != mem:
+                change = ch.NodeMem(task_id, path, mem)
+                changes.append(change)
+                put(state, board, change)
 
 
 def clock_stands(task: TaskRecord) -> bool:

@@ -273,11 +273,14 @@ class Engine:
                     core.at_work = task_id
                     self.tasks.settle(task_id)
             elif core.stale:
-                self.lockdowns.review(core.stale)
-                self.orders.review(core.stale)
+                if core.state.lockdown is not None:
+                    self.lockdowns.review(core.stale)
+                if core.state.orders:
+                    self.orders.review(core.stale)
                 self.gatekeeper.review()
             else:
-                self.people.pump()
+                if core.index.free_people:
+                    self.people.pump()
                 return
         raise AssertionError("the step does not settle")
 

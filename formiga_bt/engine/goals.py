@@ -146,8 +146,7 @@ class Goals:
     def interrupt(self, goal_id: str, code: str) -> None:
         """A goal ended before its work was done, and not by its step's doing: the step waits."""
         core = self._core
-        for word in ("accept", "cancel", "grace"):
-            core.set_wall(f"{word}|{goal_id}", None)
+        core.clear_walls(goal_id)
         if core.state.goals[goal_id].owner == "!none":
             self.end(goal_id, "taken_over" if code == "taken_over" else "canceled")
             return
@@ -186,8 +185,7 @@ class Goals:
 
     def _drop(self, goal: GoalRecord) -> None:
         core = self._core
-        for word in ("accept", "cancel", "grace"):
-            core.set_wall(f"{word}|{goal.id}", None)
+        core.clear_walls(goal.id)
         core.emit(ch.GoalDrop(goal.id))
 
     # -- from the agents -----------------------------------------------------------------------------------------
@@ -211,7 +209,8 @@ class Goals:
             core.put_goal(goal.id, phase=event.phase or goal.phase)
         else:
             state = "running" if event.state in ("running", "canceling") else "accepted"
-            core.put_goal(goal.id, state=state, phase=event.phase or goal.phase)
+            if state != goal.state or (event.phase and event.phase != goal.phase):  # mostly it just goes on
+                core.put_goal(goal.id, state=state, phase=event.phase or goal.phase)
             core.set_wall(f"accept|{goal.id}", None)
 
     def _on_end(self, goal: GoalRecord, event: GoalEvent) -> None:
@@ -247,8 +246,7 @@ class Goals:
     def _deposed(self, goal: GoalRecord) -> None:
         # Another engine of a later epoch commands this site: nothing leaves this one any more.
         core = self._core
-        for word in ("accept", "cancel", "grace"):
-            core.set_wall(f"{word}|{goal.id}", None)
+        core.clear_walls(goal.id)
         core.put_goal(goal.id, state="gated", code="epoch", leg=None)
         self._free_agent(goal)
         if not core.state.counters.get("deposed"):
@@ -288,8 +286,7 @@ class Goals:
         """Give a goal its end: the agent is free, who waits for the goal is woken."""
         core = self._core
         goal = core.put_goal(goal_id, state=state, code=code, text=text, result=result or {})
-        for word in ("accept", "cancel", "grace"):
-            core.set_wall(f"{word}|{goal_id}", None)
+        core.clear_walls(goal_id)
         self._free_agent(goal)
         if goal.owner == "!none":
             self._drop(goal)

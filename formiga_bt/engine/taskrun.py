@@ -132,17 +132,12 @@ class TaskRun:
 
     def flush(self) -> None:
         """Write what changed in a pass: which steps ended, then the memory of those that run."""
-        emit = self._core.emit
-        if not self._fresh and not self._ended:
-            return
         if self._ended:
-            emit(ch.NodesEnded(self.task_id, tuple(self._ended)))
+            self._core.emit(ch.NodesEnded(self.task_id, tuple(self._ended)))
             self._ended.clear()
-        old = self._core.state.memory.get(self.task_id) or {}
-        for path, mem in self._fresh.items():
-            if old.get(path) != mem:
-                emit(ch.NodeMem(self.task_id, path, mem))
-        self._fresh.clear()
+        if self._fresh:
+            self._core.keep_memory(self.task_id, self._fresh)
+            self._fresh.clear()
 
     def register(self, path: str, node: Any) -> None:
         """Let wakes reach a node of compiled trees."""
