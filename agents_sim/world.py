@@ -212,6 +212,8 @@ class SimFleet:
         wire.serve(side)
         agent.body.resume()
         self._report_later(agent, agent.boots)
+        if isinstance(agent.body, Drone) and agent.body.is_alone:
+            self._watch_link(agent)  # its process was away while it came home by itself: somebody must give it back
 
     def _report_later(self, agent: SimAgent, boot: int) -> None:
         def report() -> None:

@@ -348,6 +348,7 @@ class Fleet:
             core.effect(Alarm("quarantined_airborne", text, task_id, agent_id))
         elif why == "cancel_unconfirmed":
             core.effect(Alarm(why, f"{agent_id} never confirmed that it stopped", task_id, agent_id))
+        self.goals.give_up(agent_id)
         if task_id:
             self.tasks.on_agent_left(task_id, agent_id)
 

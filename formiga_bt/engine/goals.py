@@ -357,6 +357,12 @@ class Goals:
                     self._core.put_agent(agent_id, lost_leg=goal.leg, lost_area=goal.area)
                 self.end(goal.id, state, code)
 
+    def give_up(self, agent_id: str) -> None:
+        """End what waits for a machine that leaves its task: nothing of that is sent any more."""
+        for goal in [g for g in self._core.index.goals_of(agent_id) if g.state in ("gated", "interrupted")]:
+            self._gate.forget(goal)
+            self.end(goal.id, "lost")
+
 
 def read_result(types: "dict[str, Type] | Any", raw: dict[str, Any]) -> dict[str, Any]:
     """Return a result's fields as runtime values of the catalogue's types; unknown fields are left out."""

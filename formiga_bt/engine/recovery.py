@@ -211,10 +211,22 @@ class Recovery:
         ]  # people, and machines in the air: nobody lands through one
         legs = [goal.leg for goal in core.state.goals.values() if goal.leg is not None and goal.agent != agent.id]
         clear_of = [a.position.ground for a in keep_clear if a.position] + [end.ground for _, end in legs]
+        clear_of += self._spots(agent.id)
         taken = [a.position.ground for a in standing if a.position is not None]
         return safe_landing_spot(
             agent.position.ground, clear_of, taken, core.airspace, core.rules(agent, agent.task), min(reach, SHIFT_M)
         )
+
+    def _spots(self, but: str) -> list[Place]:
+        """Return where other machines are about to land: those that are ordered down at one instant choose one by one."""
+        state = self._core.state
+        found: list[Place] = []
+        for task_id in self._core.open:
+            for one in state.tasks[task_id].recovering:
+                if one.way == "land" and one.state == "running" and one.agent != but:
+                    scope = state.scopes.get(task_id, {}).get(f"recover:{one.agent}#{one.attempt}", {})
+                    found += [value for value in scope.values() if isinstance(value, Place)]
+        return found
 
     def abandon(self, task_id: str, one: Recovering) -> None:
         """A way home was stopped by another order."""
@@ -251,9 +263,14 @@ class Recovery:
         self._tasks.recovered(task_id)
 
     def overdue(self, task_id: str, agent_id: str) -> None:
-        """The estimate is over: an alarm each minute."""
+        """The estimate is over: an alarm each minute. Who waits for a spot on which another stands looks for another spot."""
         self._tasks.alarm("recover_slow", f"{agent_id} is not home yet", task_id, agent_id)
         core = self._core
+        if any(r.agent == agent_id and r.way == "land" for r in core.task(task_id).recovering):
+            for goal in core.index.goals_of(agent_id):
+                if goal.task == task_id and goal.state == "gated" and goal.code == "spot_busy":
+                    core.put_goal(goal.id, state="gate_refused")
+                    core.wake(task_id, goal.owner)
         core.set_deadline(f"recover|{task_id}|{agent_id}", core.now + ALARM_EVERY_US, task_id)
 
     def _set(self, task_id: str, recovering: Recovering) -> None:

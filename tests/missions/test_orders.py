@@ -4,7 +4,7 @@ import pytest
 
 from formiga_bt.engine.inputs import LockdownOrder, Operator, SendGoal, Submit
 from formiga_bt.errors import TaskError
-from formiga_bt.geo import horizontal_m
+from formiga_bt.geo import Position, horizontal_m
 from formiga_bt.rehearsal import Rehearsal
 from formiga_bt.testing import alarms, effects, packaged_world, task_of
 from tests.missions.conftest import Fly
@@ -415,3 +415,17 @@ def test_a_landing_at_its_own_port_is_finished(fly: Fly) -> None:
 
     assert len(sent(rehearsal)) == before
     order(rehearsal, "continue", "hwd_1")
+
+
+def test_machines_that_are_ordered_down_at_one_instant_land_on_spots_of_their_own(fly: Fly) -> None:
+    site, _ = packaged_world()
+    over = site.places["north_field"]
+    up = {f"lwd_{n}": {"at": Position(over.east_m, over.north_m, 50.0 + 20.0 * n)} for n in (1, 2)}
+    rehearsal = fly(change={**up, "picker_1": {"at": over}})
+
+    order(rehearsal, "land")
+    rehearsal.run_for(240)
+
+    spots = [rehearsal.sim[name].body.position() for name in up]
+    assert [spot.up_m for spot in spots] == [0.0, 0.0]
+    assert horizontal_m(*spots) >= 15.0

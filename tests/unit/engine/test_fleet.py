@@ -312,3 +312,17 @@ def test_a_wall_timer_for_what_is_gone_changes_nothing(make: Make) -> None:
     for key in ("accept|x", "cancel|x", "grace|x", "live|x"):
         step = yard.driver.feed(WallDue(key, yard.now))
         assert (step.changes, step.effects) == ((), ())
+
+
+def test_a_step_whose_goal_was_stopped_fails_when_its_machine_is_quarantined(make: Make) -> None:
+    yard = make(CART + "steps: [{do: cart.Rise}, {do: cart.Move}, {do: cart.Home}]")
+    task = yard.start()
+    yard.cart.auto = {"Rise": 1.0, "Home": 1.0}
+    yard.cart.succeed(landed="airborne")
+    yard.run_for(0.5)
+    yard.cart.ends = ["broken"] * 3
+    yard.ask(Operator("return", "c1", "ann"))
+    yard.run_for(120)
+
+    assert yard.record("c1").quarantine == "recover_failed"
+    assert yard.end(task) == ("FAILED", "agent_lost")
