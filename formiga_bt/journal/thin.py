@@ -129,6 +129,8 @@ class Thinner:
         """Told of each way point."""
         self._points: dict[str, list[Point]] = {}
         self._last: dict[str, Point] = {}
+        self._noted: dict[str, AgentRecord] = {}
+        """Records that were compared with their way points."""
         self._look_at: Micros = 0
         self.seq, self.at = state.seq, state.now
         """Of the last step that is kept."""
@@ -202,7 +204,17 @@ class Thinner:
         )  # fmt: skip
 
     def _note(self, seq: int, agent: AgentRecord) -> None:
-        last = self._last.get(agent.id) or point_of(0, self._kept[agent.id])
+        last = self._last.get(agent.id)
+        was = self._noted.get(agent.id)
+        if (
+            was is not None
+            and last is not None
+            and agent.heard_at - last.at < HEARD_EVERY_US
+            and _SEEN(was) == _SEEN(agent)
+        ):
+            return
+        self._noted[agent.id] = agent
+        last = last or point_of(0, self._kept[agent.id])
         point = point_of(seq, agent)
         if point.seen != last.seen or point.at - last.at >= HEARD_EVERY_US:
             self._last[agent.id] = point
@@ -231,6 +243,7 @@ class Thinner:
         return replace(state, seq=self.seq, now=self.at, agents=agents, goals=goals, wall=dict(self._wall))
 
 
+_SEEN: Final = attrgetter("position", "battery", "wind")
 _REST: Final = attrgetter(*(name for name in AgentRecord.__struct_fields__ if name not in THINNED))
 """What of two records is the same if only what is thinned differs."""
 
