@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from contextlib import AbstractContextManager
 
     from formiga_bt.lang.model import Site, Task
+    from formiga_bt.services.collector import Collector
     from formiga_bt.services.feed import Event
     from formiga_bt.services.host import EngineHost
     from formiga_bt.services.simulated import Simulated
@@ -98,6 +99,7 @@ def command(
     _warn(served, world)
     people = _people(desk or [], world)
     from formiga_bt.engine.drivers.failpoints import named
+    from formiga_bt.services.collector import Collector
     from formiga_bt.services.host import EngineHost
     from formiga_bt.services.journaling import SITE_FILES, JournalAt
 
@@ -109,9 +111,9 @@ def command(
         beside=beside, speed=speed, http=http, desk=people, listen=listen, refused=refused, needs_token=token,
         journal=kept, texts=texts, failpoint=named(os.environ, world.site.mode),
     )  # fmt: skip
-    with host, _fleet(host, world, people, sim) as agents:
+    with host, _fleet(host, world, people, sim) as agents, Collector() as collector:
         _banner(host, people, sim)
-        _serve(host, agents, quiet=quiet)
+        _serve(host, agents, collector, quiet=quiet)
         left = host.open_tasks()
     host.check()
     if left:
@@ -264,7 +266,7 @@ def _banner(host: "EngineHost", people: dict[str, str], sim: bool) -> None:
     _say("\n".join(rows))
 
 
-def _serve(host: "EngineHost", agents: "Simulated | None", *, quiet: bool) -> None:
+def _serve(host: "EngineHost", agents: "Simulated | None", collector: "Collector", *, quiet: bool) -> None:
     asked: list[int] = []
 
     def note(number: int, frame: Any) -> None:  # noqa: ARG001
@@ -289,6 +291,8 @@ def _serve(host: "EngineHost", agents: "Simulated | None", *, quiet: bool) -> No
                     )
                     now = "end now, the simulated agents too" if host.with_simulated else "end now"
                     _say(f"\n{what}; waiting until their machines have landed{host.kept}. Ctrl-C again: {now}")
+            if collector.is_due and not host.open_tasks():
+                collector.thaw()
         if not quiet:
             _print_news(host, seen)
     finally:
