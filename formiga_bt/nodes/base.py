@@ -46,7 +46,9 @@ class Node(Behaviour):
 
     kind: ClassVar[str] = "node"
     watches: ClassVar[bool] = False
-    """Nodes of this class hold a watch while they run."""
+    """Nodes of this class hold a watch while they run, which may set a deadline."""
+    times: ClassVar[bool] = False
+    """Nodes of this class set a deadline of their own."""
     gives_error: ClassVar[bool] = False
     """Nodes of this class may tell their children what `error` is."""
     tells = True
@@ -248,9 +250,11 @@ class Node(Behaviour):
             return
         self.kept = False
         key = self.key
-        run.clear_deadline(key)
         if self.watches:
+            run.clear_deadline(key)
             run.unwatch(key)
+        elif self.times:
+            run.clear_deadline(key)
         run.remember(key, None)
         run.unregister(key)
 

@@ -113,6 +113,8 @@ class TimeoutNode(Modifier):
     Around a `do`, a goal that succeeds while it is being canceled counts: the work was done.
     """
 
+    times: ClassVar[bool] = True
+
     def __init__(self, step: model.Step, child: Node, duration: model.Expr, word: str = "timeout") -> None:
         self.word = word
         super().__init__(step, child)
@@ -221,6 +223,7 @@ class TimeoutNode(Modifier):
 class RetryNode(Modifier):
     """`retry`: try again after a failure that may be retried, up to `attempts` times in all."""
 
+    times: ClassVar[bool] = True
     kind: ClassVar[str] = "retry"
 
     def on_enter(self, run: Run) -> Status:

@@ -21,6 +21,7 @@ from formiga_bt.nodes.run import Run
 class WithAgentsNode(Chain):
     """`with_agents`: extra agents for a block."""
 
+    times: ClassVar[bool] = True
     kind: ClassVar[str] = "with_agents"
 
     def __init__(self, step: model.WithAgents, children: Sequence[Node]) -> None:

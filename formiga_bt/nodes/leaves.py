@@ -213,6 +213,7 @@ class AskNode(Leaf):
 class WaitNode(Leaf):
     """`wait`: a duration."""
 
+    times: ClassVar[bool] = True
     kind: ClassVar[str] = "wait"
 
     def __init__(self, step: model.Wait) -> None:

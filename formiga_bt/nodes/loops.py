@@ -37,6 +37,7 @@ class BreakIfNode(Leaf):
 class Rounds(Chain):
     """Common part of loops."""
 
+    times: ClassVar[bool] = True
     word: ClassVar[str] = "repeat"
     state: LoopMem
 
