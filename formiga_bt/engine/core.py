@@ -101,7 +101,7 @@ class Core:
         self._notes: dict[type, Callable[[Any], None]] = {
             ch.AgentPut: self._note_agent,
             ch.GoalPut: self._note_goal,
-            ch.GoalDrop: lambda change: index.drop_goal(change.goal),
+            ch.GoalDrop: self._note_drop,
             ch.TaskPut: self._note_task,
             ch.ClearancePut: self._note_clearance,
             ch.OrderPut: self._note_order,
@@ -134,12 +134,12 @@ class Core:
         """Record a change and apply it."""
         self.changes.append(change)
         kind = type(change)
-        note = self._notes.get(kind)
-        if note is not None:
-            note(change)
-        APPLY[kind](self.state, self.board, change)
-        if self.board.hits:
-            for reader in self.board.take_hits():
+        if kind in self._notes:
+            self._notes[kind](change)
+        board = self.board
+        APPLY[kind](self.state, board, change)
+        if board.hits:
+            for reader in board.take_hits():
                 task_id, _, key = reader.partition("|")
                 self.wake(task_id, key, may_wait=True)
 
@@ -160,6 +160,9 @@ class Core:
         if goal.state != "gated" and (goal.leg is not None or goal.area is not None):
             self.stale.add(goal.agent)
             self.moved[goal.agent] = None
+
+    def _note_drop(self, change: ch.GoalDrop) -> None:
+        self.index.drop_goal(change.goal)
 
     def _note_task(self, change: ch.TaskPut) -> None:
         task = change.task
