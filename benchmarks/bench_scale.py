@@ -14,6 +14,9 @@ goal of a person (people are shared: many tasks address one). Inputs go straight
     ended     a task is aborted and ends
     request   a task is requested, granted its person and started: two steps
 
+Two sums of them: an even mix of the four kinds of wakes, and the wakes as often as they come in this very world, in which every
+machine reports each second and each report changes the key. Besides, one status that wakes a third of all tasks at once.
+
     python benchmarks/bench_scale.py [--tasks 100000] [--agents 1000] [--json FILE]
 
 Prints one line per figure, then everything as one line of JSON.
@@ -31,7 +34,9 @@ from typing import Any
 from agents_sim.world import grid_fleet
 from formiga_bt.clock import SECOND
 from formiga_bt.engine import inputs as inp
+from formiga_bt.engine.changes import NodesEnded
 from formiga_bt.engine.engine import Engine
+from formiga_bt.engine.turns import REST
 from formiga_bt.geo import Position
 from formiga_bt.lang.loader import load_catalogue, load_task_text
 from formiga_bt.lang.types import AgentRef
@@ -42,6 +47,8 @@ from formiga_bt.transport.messages import AgentCard, AgentStatus, GoalEvent
 PEOPLE = 200
 START = 1_000_000 * SECOND
 SMALL = 100
+WAIT_S = 600.0
+"""No wait is shorter, so a task's deadline comes at most so often; its goal is taken to end as often."""
 WAKES = ("timer", "key", "result", "progress")
 """What counts as one wake; the others do more than that, or wake nobody."""
 
@@ -274,6 +281,59 @@ def one_us(world: World, make: Callable[[], tuple[list[inp.Input], float]]) -> f
     return (time.thread_time_ns() - began) / 1000 / wakes
 
 
+def own_mix(tasks: int, machines: int, us: dict[str, float]) -> dict[str, float]:
+    """Return what the wakes cost that come in this world each second."""
+    third = tasks / 3
+    rates = {"key": third, "timer": third / WAIT_S, "result": third / WAIT_S}
+    cost = sum(rate * us[name] for name, rate in rates.items())
+    wakes = sum(rates.values())
+    return {
+        "scenario_wakes_s": round(wakes),
+        "scenario_wake_us": round(cost / wakes, 2),
+        "scenario_core_percent": round(cost / 1e4, 1),
+        "scenario_core_percent_at_1000_wakes_s": round(cost / wakes / 10, 2),
+        "tasks_a_report": round(third / machines, 1),
+    }
+
+
+def crowd(tasks: int) -> dict[str, float]:
+    """Return how long the steps are when one status wakes so many tasks and lets all of them go on, one of them high."""
+    world = World(SMALL, 1)
+    world.fill()
+    who = {"who": AgentRef(world.machines[0][0])}
+    for number in range(tasks):
+        world.give(inp.Submit("WaitsForKey", who, priority="high" if number == tasks - 1 else None))
+        if number % 1000 == 999:
+            world.let(200_000)
+    world.let(2 * SECOND)
+    name, at = world.machines[0]
+    given: inp.Input = world.a_status(name, "lwd", 10.0, Position(at.east_m, at.north_m, 0.0))
+    times, woken, began = list[float](), list[int](), time.thread_time()
+    high_s = 0.0
+    while True:
+        first = time.thread_time()
+        step = world.give(given)
+        times.append(time.thread_time() - first)
+        ended = [change.task for change in step.changes if isinstance(change, NodesEnded)]
+        woken.append(len(ended))
+        if any(world.engine.state.tasks[task].priority == "high" for task in ended):
+            high_s = sum(times)
+        due = world.engine.next_deadline()
+        if due is None or due[1] != REST:
+            break
+        given = inp.TimerDue(due[1])
+    assert sum(woken) >= tasks, f"{sum(woken)} of {tasks} were woken"
+    times_ms = sorted(1e3 * one for one in times)
+    return {
+        "crowd": tasks,
+        "crowd_steps": len(times),
+        "crowd_s": round(time.thread_time() - began, 2),
+        "crowd_median_ms": round(statistics.median(times_ms), 1),
+        "crowd_longest_ms": round(times_ms[-1], 1),
+        "crowd_high_after_ms": round(1e3 * high_s, 1),
+    }
+
+
 def rss_bytes() -> int:
     """Return the memory that this process has now."""
     with open("/proc/self/statm", encoding="ascii") as file:
@@ -332,6 +392,20 @@ def main() -> None:
     }
     print(f"1,000 wakes a second, a quarter of each kind: {mixed / 10:.1f} % of a core, {mixed:.1f} us each;", end=" ")
     print(f"at most {worst:.2f} times as much as among {SMALL}")
+    found |= own_mix(options.tasks, options.agents, {name: found[name]["us"] for name in WAKES})
+    print(
+        f"the wakes of this world itself, where {options.agents:,} machines report each second: "
+        f"{found['scenario_wake_us']:.1f} us each; {found['scenario_core_percent_at_1000_wakes_s']:.1f} % of a core for 1,000 a second, "
+        f"{found['scenario_core_percent']:.0f} % for all {found['scenario_wakes_s']:,} if each report changes the key"
+    )
+    del small, large
+    gc.collect()
+    found |= crowd(options.tasks // 3)
+    print(
+        f"one status wakes {found['crowd']:,} tasks: {found['crowd_s']:.2f} s in {found['crowd_steps']} steps, "
+        f"median {found['crowd_median_ms']:.1f} ms, the first and longest {found['crowd_longest_ms']:.1f} ms; "
+        f"the one of high priority went on within {found['crowd_high_after_ms']:.1f} ms"
+    )
     print(json.dumps(found))
     if options.json:
         with open(options.json, "w", encoding="utf-8") as out:
