@@ -259,6 +259,7 @@ class Tasks:
             parent=task.parent, parent_node=task.parent_node, depth=task.depth, detached=task.detached,
             notes=task.notes, past=(*task.past, f"run {task.run}: {task.again} {task.reason}".rstrip()),
             held=("lockdown",) if core.state.lockdown is not None else (),
+            stood_since=core.now if core.state.lockdown is not None else None,
         )  # fmt: skip
         core.emit(ch.TaskPut(fresh))
         core.effect(PublishState(task_id, fresh.status))

@@ -18,6 +18,8 @@ from formiga_bt.engine.state import APPLY, EngineState, snapshot
 from formiga_bt.transport.messages import GoalRequest
 from tests.simulation.causes import cause_of, unwoken, waits
 from tests.simulation.lifecycle import Recorder
+from tests.simulation.standing import RULES as STANDING
+from tests.simulation.standing import between, of_effects, of_step
 
 if TYPE_CHECKING:
     from tests.simulation.world import World
@@ -37,6 +39,7 @@ RULES: Final = {
     "forgotten": "what a client or an agent has heard of is known after a restart",
     "rest": "after the calm every task has ended and everything has landed, or is quarantined with an alarm",
     "exception": "the engine raises nothing, no task ends by an exception or runs away",
+    **STANDING,
 }
 FOLD_EVERY: Final = 500
 LOOK_US: Final[Micros] = 2 * SECOND
@@ -126,6 +129,8 @@ class Invariants:
             self.tell("seq", f"step {step.seq} follows {state.seq}")
         if step.at < state.now:
             self.tell("seq", f"step {step.seq} is at {step.at}, before {state.now}")
+        for rule, text in of_step(state, step):
+            self.tell(rule, text, text)
         state.seq, state.now = step.seq, step.at
         for change in step.changes:
             before = self._before(change)
@@ -133,6 +138,8 @@ class Invariants:
             self._change(change, before)
             for watch in self.watchers:
                 watch(change, before)
+        for rule, text in of_effects(state, step):
+            self.tell(rule, text, text)
         for row in self.life.look(step):
             self.tell("life", f"step {step.seq} ({type(step.input).__name__}): {row}", str(row))
         for task_id in _touched(step):
@@ -231,6 +238,8 @@ class Invariants:
         """Look for machines that are left, for tasks that wait for nothing, and for who missed a wake."""
         for task_id in list(self._open):
             self._look_for_cause(task_id)
+        for rule, text in between(self.state, self.world.engine):
+            self.tell(rule, text, text.partition(" ")[0])
         for task_id, node in unwoken(self.world.engine):
             self.tell("wake", f"{task_id}: {node} has something to do and was not visited", task_id)
         if self.state.resume is not None and self.state.resume.phase != "watching":

@@ -102,8 +102,7 @@ class _Waits:
     def all(self) -> Iterator[Cause]:
         """Iterate over everything that the task has under way."""
         task = self.task
-        for held in task.held:
-            yield Cause(f"held.{held.partition(':')[0]}", "", held)
+        yield from map(self._held, task.held)
         if task.status == "PENDING":
             yield self._request(self.state.requests.get(task.id), "")
             return
@@ -121,6 +120,20 @@ class _Waits:
             yield from self._covered(task.section, found)
         elif task.section == "recover":
             yield from self._way_home()
+
+    def _held(self, held: str) -> Cause:
+        state = self.state
+        word, _, agent_id = held.partition(":")
+        stands = True
+        if word == "lockdown":
+            stands = state.lockdown is not None
+        elif word == "clearance":
+            record = state.clearances.get(agent_id)
+            stands = record is not None and record.state in ("asked", "waiting")
+        elif word == "take-over":
+            agent = state.agents[agent_id]
+            stands = agent.taken or agent.control != "engine"
+        return Cause(f"held.{word}" if stands else "", "", held)
 
     # -- nodes ---------------------------------------------------------------------------------------------------------
     def _nodes(self) -> Iterator[Cause]:
