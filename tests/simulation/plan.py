@@ -36,7 +36,7 @@ FAST: Final = {"speed_m_s": 25.0, "climb_m_s": 8.0, "charge_percent_s": 1.0}
 """Machines are quick, so that a seed is short; all else is as in the catalogue."""
 FAULTS: Final = (
     "wire", "wire", "slow", "crash", "crash", "freeze", "cut_off", "engine", "engine", "engine", "disk_full", "disk_slow",
-    "wall", "pilot", "refuse", "lose", "mute", "battery", "silent",
+    "wall", "pilot", "refuse", "lose", "mute", "battery", "silent", "nan", "wire_of_person",
 )  # fmt: skip
 ORDERS: Final = ("stop", "stop", "abort", "abort", "lockdown", "clear", "continue", "restart", "event")
 MIN_TASKS, MIN_AGENTS, MIN_FAULTS = 20, 6, 5
@@ -180,6 +180,11 @@ def _deed(dice: Random, kind: str, at: float, machines: Sequence[str], people: S
         case "wire":
             how = dice.choice(("drop", "duplicate", "reorder", "all"))
             return [Deed(at, "wire", agent, how, dice.choice((0.1, 0.3))), Deed(until + 20.0, "wire_off", agent)]
+        case "wire_of_person":
+            who, how = dice.choice(people), dice.choice(("drop", "duplicate", "reorder", "all"))
+            return [Deed(at, "wire", who, how, 0.3), Deed(until + 20.0, "wire_off", who)]
+        case "nan":
+            return [Deed(at, "nan", agent, much=float(dice.randint(1, 6)))]
         case "slow":
             return [Deed(at, "slow", agent, much=dice.choice((0.3, 1.0, 2.5))), Deed(until, "slow_off", agent)]
         case "crash":

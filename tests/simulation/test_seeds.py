@@ -14,14 +14,8 @@ from tests.simulation.runs import play
 ROOT = Path(__file__).resolve().parents[2]
 BLOCK = 3
 FIRSTS = range(0, 12, BLOCK)
-FOUND = {
-    15: "machines of a formation that are ordered home one by one waited for each other for ever",
-    52: "a result told again after a full journal put a machine on the ground that flew",
-    229: "a step waited for ever for a machine that was quarantined while its goal waited",
-    269: "two machines that were ordered down at one instant chose the same spot",
-    297: "a simulated drone whose process died while it came home by itself never gave the controls back",
-}
-"""Seed -> what it found, at the time when it did."""
+FOUND: dict[int, str] = {}
+"""Seed -> what it found. What a seed draws may not change: new kinds of faults get seeds from another number on."""
 
 
 @pytest.mark.parametrize("first", FIRSTS)

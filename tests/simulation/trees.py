@@ -18,6 +18,8 @@ TEN = (
     "patrol_and_escort", "delivery",
 )  # fmt: skip
 """The ten missions of the paper."""
+CHILDREN = ("move_task", "circle")
+"""What random trees request."""
 TREES = 300
 """So many random trees there are."""
 Step = dict[str, Any]
@@ -58,12 +60,14 @@ class _Drawing:
     def task(self, name: str) -> dict[str, Any]:
         """Return the file of a task."""
         dice = self.dice
-        match dice.choice(("ground", "ground", "air", "air", "block")):
+        match dice.choice(("ground", "ground", "air", "air", "block", "parent")):
             case "ground":
                 steps = [self.still(2) for _ in range(dice.randint(1, 4))]
             case "air":
                 self.agents["drone"] = self.role()
                 steps = self.mission("drone")
+            case "parent":
+                steps = [self.still(1), self.request(), self.still(1)]
             case _:
                 retry: Step = {"retry": {"attempts": 2, "delay": "3 s", **self.maybe(0.5, agent="another")}}
                 block = {"with_agents": {"one": self.role()}, "steps": self.mission("one")}
@@ -80,6 +84,22 @@ class _Drawing:
         if dice.random() < 0.15:
             task["if_preempted"] = "fail"
         return task
+
+    def request(self) -> Step:
+        """Return a step that requests another task."""
+        dice = self.dice
+        child: Step = dice.choice(
+            ({"request": "MoveTask"}, {"request": "Circle", "with": {"center": "${to}", "points": 3}})
+        )
+        if dice.random() < 0.3:
+            return {**child, "wait": False, "detached": dice.random() < 0.5}
+        limit = f"{dice.randint(60, 200)} s"
+        return {
+            **child,
+            "timeout": limit,
+            "ignore_failure": True,
+            **self.maybe(0.4, retry={"attempts": 2, "delay": "3 s"}),
+        }
 
     def maybe(self, chance: float, **entry: Any) -> Step:
         """Return an entry, or nothing."""

@@ -7,6 +7,8 @@ A world outlives its engines. Whoever asks while there is none asks again later,
 
 import tempfile
 from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from typing import Any, Final
 
@@ -19,6 +21,7 @@ from formiga_bt.engine.drivers.persist import Outcome
 from formiga_bt.engine.drivers.virtual import VirtualDriver
 from formiga_bt.engine.engine import Engine
 from formiga_bt.engine.state import EngineState, load_snapshot, snapshot
+from formiga_bt.lang.model import Catalogue
 from formiga_bt.rehearsal import Rehearsal
 from formiga_bt.testing import packaged_world
 from formiga_bt.transport.memory import NO_FAULTS, Faults
@@ -26,17 +29,27 @@ from formiga_bt.transport.messages import GoalRequest
 from tests.simulation.disk import Disk, Killed, When, bare
 from tests.simulation.invariants import Invariants
 from tests.simulation.plan import Ask, Deed, Plan
-from tests.simulation.trees import task_of
+from tests.simulation.trees import CHILDREN, task_of
 
 PERSON: Final = "watcher_1"
-STATUS_EVERY_US: Final[Micros] = 2_500_000
+STATUS_EVERY_US: Final[Micros] = 4 * SECOND
+SUSPECT_US: Final[Micros] = 7 * SECOND
+"""Machines tell their status less often than the shipped catalogue expects: most steps would be statuses."""
 ASK_AGAIN_S: Final = 4.0
-TRIES: Final = 12
 CALM_S: Final = 240.0
 """So long tasks may go on by themselves in the calm; then they are aborted."""
 REST_S: Final = 1200.0
 REFUSED_FOR_NOW: Final = ("journal_full", "lockdown", "busy")
 BACKLOG: Final = 60_000
+
+
+@cache
+def _catalogue() -> Catalogue:
+    _, shipped = packaged_world()
+    types = {
+        name: kind if kind.human else replace(kind, suspect_after_us=SUSPECT_US) for name, kind in shipped.types.items()
+    }
+    return replace(shipped, types=types)
 
 
 def _unheard(given: inp.Input) -> inp.Step:
@@ -93,8 +106,8 @@ class World:
         self.plan = plan
         self.lines: list[str] = []
         self._loud = story
-        _, catalogue = packaged_world()
-        tasks = {task.name: task for task in (task_of(ask.task) for ask in plan.asks)}
+        catalogue = _catalogue()
+        tasks = {task.name: task for task in map(task_of, (*CHILDREN, *(ask.task for ask in plan.asks)))}
         self._names = {ask.task: task_of(ask.task).name for ask in plan.asks}
         self.flight = Rehearsal(
             plan.site, catalogue, tasks.values(), (), seed=plan.seed, status_every_us=STATUS_EVERY_US, keep_steps=False
@@ -297,7 +310,7 @@ class World:
         """Give an order; return the reply, "" if there is no engine."""
         return self.flight.driver.feed(given).reply if self.alive else ""
 
-    def ask(self, ask: Ask, tries: int = TRIES) -> None:
+    def ask(self, ask: Ask) -> None:
         """Request a task; ask again if nobody is there, or not now."""
         self.tell(f"SUBMIT {ask.task} {ask.params} {ask.priority or ''}")
         reply = self.order(inp.Submit(self._names[ask.task], dict(ask.params), ask.priority, PERSON))
@@ -309,9 +322,8 @@ class World:
             return
         code = reply.split(":", 2)[1] if reply else "nobody"
         self.invariants.counts[f"refused {code}"] += 1
-        if tries and (not reply or code in REFUSED_FOR_NOW):
-            later = self.now + round(ASK_AGAIN_S * SECOND)
-            self.scheduler.call_at(later, lambda: self.ask(ask, tries if self._calm else tries - 1))
+        if not reply or code in REFUSED_FOR_NOW:
+            self.scheduler.call_at(self.now + round(ASK_AGAIN_S * SECOND), lambda: self.ask(ask))
 
     def do(self, deed: Deed) -> None:
         """Let one thing happen."""
@@ -377,6 +389,8 @@ class World:
                 sim.refuse_next(who, count=int(deed.much))
             case "lose":
                 sim.lose_next_result(who, int(deed.much))
+            case "nan" if who not in self._down:
+                sim.nan_status(who, int(deed.much))
             case "mute" | "unmute":
                 sim.never_confirm_cancel(who, deed.what == "mute")
             case "battery" if self.drones[who].battery() > deed.much:
