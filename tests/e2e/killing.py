@@ -47,7 +47,7 @@ imports: [lib/flying.yaml]
 params:
   target: {type: place}
 agents:
-  drone: {type: lwd, near: "${target}"}
+  drone: {type: lwd, near: "${target}", wait: 12 h}
 steps:
   - sequence:
       - do: drone.TakeOff
@@ -73,7 +73,7 @@ formiga: 1
 task: Asked
 description: A person is asked on the ground and in the air.
 agents:
-  drone: {type: lwd}
+  drone: {type: lwd, wait: 12 h}
   watcher: {type: watcher}
 steps:
   - ask: May it fly?
@@ -90,6 +90,11 @@ steps:
   - do: drone.LandIn
     with: {at: "${drone.home}"}
 """
+MORE: Final = (
+    "  hwd_1: {type: hwd, home: p5}\n",
+    "  lwd_4: {type: lwd, home: p4}\n  lwd_5: {type: lwd, home: p7}\n  hwd_1: {type: hwd, home: p5}\n",
+)
+"""Drones enough for all that is open: time in which no engine is there counts for a task that waits for one."""
 SCRIPTS: Final[Mapping[str, Sequence[Mapping[str, Any]]]] = {
     "picker_1": [{"match": "loaded", "options": ["loaded"], "after": "30 s"}],
     "picker_2": [{"match": "loaded", "options": ["loaded"], "after": "15 s"}],
@@ -207,8 +212,9 @@ class Killing:
         (trees / "asked.yaml").write_text(ASKED, encoding="utf-8")
         site = (packaged("trees") / "demo-site.yaml").read_text(encoding="utf-8")
         assert ":7447" in site
+        assert MORE[0] in site
         # An engine of many deaths is away for long: neither its people nor its machines shall take that for the end of it.
-        site = site.replace(":7447", ":0") + "resume_hold_after: 10 min\n"
+        site = site.replace(":7447", ":0").replace(*MORE) + "resume_hold_after: 10 min\n"
         (self.folder / "site.yaml").write_text(site, encoding="utf-8")
         actions = (packaged("actions") / "base.yaml").read_text(encoding="utf-8")
         assert "link_silence: 10 s" in actions
@@ -322,7 +328,7 @@ class Killing:
                 said = self._api(f"/v1/tasks/{task['id']}/abort", {})
                 if mine is None or mine.aborted is not True:
                     self.accepted[task["id"]] = Accepted(task["id"], "Tidy", True if said is not None else None)
-        if request and len(tasks) < self._most_open and len(agents["agents"]) >= (len(self._only) or 8):
+        if request and len(tasks) < self._most_open and len(agents["agents"]) >= (len(self._only) or 10):
             name, params = self._work[self._requested % len(self._work)]
             said = self._api("/v1/tasks", {"task": name, "params": dict(params)})
             if said is not None:

@@ -209,3 +209,9 @@ def test_a_real_site_has_none() -> None:
         "FORMIGA_FAILPOINT kills the engine, and this site is in mode real; nothing was started\n"
         "  help: unset FORMIGA_FAILPOINT; failpoints are for sites in mode simulation"
     )
+
+
+def test_every_point_is_in_the_documents() -> None:
+    text = (Path(__file__).parents[3] / "docs" / "reliability.md").read_text(encoding="utf-8")
+    rows = text.partition("### Failpoints")[2].partition("\n## ")[0].splitlines()
+    assert [row.split("`")[1] for row in rows if row.startswith("| `")] == list(POINTS)
