@@ -5,6 +5,9 @@ the same shape from py_trees' own nodes. Both in this process, alternating, medi
 the leaf, so that everything from it to the root is decided and the next step begins, in deep and in wide trees; and what a tree
 costs to make, in time and in memory, beside one of py_trees' nodes.
 
+Beside it, where it is installed (extra `btcpp`), BehaviorTree.CPP's tick of that tree: with its one action in Python, and, to
+know, with an action of its own.
+
     python benchmarks/bench_wake.py [--rounds N] [--json FILE]
 """
 
@@ -21,6 +24,10 @@ import py_trees
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
+from benchmarks.peers.btcpp import BtCpp
+from benchmarks.peers.ours import Ours
+from benchmarks.peers.protocol import Peer
+from benchmarks.peers.trees import twelve
 from formiga_bt.compile import compile_section
 from formiga_bt.lang.loader import load_catalogue, load_site, load_task_text
 from formiga_bt.lang.model import Task
@@ -138,12 +145,45 @@ def theirs() -> Callable[[], None]:
     return once
 
 
+def news(peer: Peer) -> Callable[[], None] | None:
+    """Return a function that tells one tree of a peer that its action goes on; None: the peer is not installed."""
+    try:
+        peer.version()
+        fleet = peer.build(twelve(), "twelve", 1)
+    except ImportError:
+        return None
+    return lambda: fleet.news((0,))
+
+
+def beside_compiled(mine: Callable[[], None], rounds: int) -> dict[str, Any]:
+    """Measure BehaviorTree.CPP's tick of the same tree beside our wake, and beside a goal's news through the whole engine."""
+    ours = news(Ours())
+    found: dict[str, Any] = {}
+    for native, key, what in (
+        (False, "btcpp", "with leaves in Python"),
+        (True, "btcpp_native", "with leaves of its own"),
+    ):
+        theirs = news(BtCpp(native))
+        if ours is None or theirs is None:
+            print("BehaviorTree.CPP is not installed (pip install -e '.[btcpp]')")
+            return found
+        trios = [(batch(mine), batch(ours), batch(theirs)) for _ in range(rounds)]
+        wake, told, tick = (statistics.median(side) for side in zip(*trios, strict=True))
+        by_wake, by_news = (statistics.median(trio[2] / trio[at] for trio in trios) for at in (0, 1))
+        found[key] = {"tick_us": tick, "news_us": told, "by_wake": by_wake, "by_news": by_news}
+        print(
+            f"BehaviorTree.CPP {what}: tick {tick:.2f} us, our wake {wake:.2f} us ({by_wake:.1f} times as much); "
+            f"news of its action through our whole engine {told:.2f} us: {by_news:.2f} times as much"
+        )
+    return found
+
+
 def batch(call: Callable[[], Any], times: int = BATCH) -> float:
-    """Return microseconds a call over one batch."""
-    start = time.perf_counter()
+    """Return microseconds of processor time a call over one batch."""
+    start = time.thread_time()
     for _ in range(times):
         call()
-    return (time.perf_counter() - start) / times * 1e6
+    return (time.thread_time() - start) / times * 1e6
 
 
 def median_us(call: Callable[[], Any], rounds: int = 15) -> float:
@@ -176,6 +216,7 @@ def main() -> None:
     found: dict[str, Any] = {"wake_us": wake, "py_trees_tick_us": tick, "ratio": ratio}
     print(f"wake of the deepest leaf {wake:.2f} us, py_trees {py_trees.version.__version__} tick {tick:.2f} us")
     print(f"py_trees tick / our wake: {ratio:.1f} (median of {options.rounds} pairs of {BATCH})")
+    found |= beside_compiled(mine, options.rounds)
     for depth in (2, 8, 24):
         found[f"ends_at_depth_{depth}_us"] = us = median_us(ending(nested(depth)))
         print(f"a wait ends and the next one begins, {depth + 1} levels below the root: {us:.1f} us")
