@@ -10,6 +10,7 @@
 
 import json
 import logging
+import os
 import threading
 import time
 from collections.abc import Callable, Mapping
@@ -120,6 +121,8 @@ class Blame:
 
     def __init__(self, folder: Path) -> None:
         self._file = folder / RESUMING
+        self._open: int | None = None
+        self._length = 0
         self.tries: dict[str, int] = {}
         said: Any = {}
         with suppress(OSError, ValueError):
@@ -138,7 +141,14 @@ class Blame:
     def look(self, task: str) -> None:
         """A task is about to be rebuilt, or (empty) none is any more."""
         with suppress(OSError):
-            self._file.write_text(json.dumps({"tries": self.tries, "now": task}), encoding="utf-8")
+            if self._open is None:
+                self._open = os.open(self._file, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o644)
+            text = json.dumps({"tries": self.tries, "now": task}).encode()
+            os.pwrite(self._open, text.ljust(self._length), 0)  # once for each of thousands of tasks: nothing else is done
+            self._length = len(text)
+            if not task:
+                os.close(self._open)
+                self._open = None
 
     def count(self, task: str) -> None:
         """A task has stopped the engine."""
