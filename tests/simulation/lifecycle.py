@@ -209,7 +209,7 @@ TABLES: Final[Mapping[str, Mapping[str, tuple[str, ...]]]] = MappingProxyType({
     },
     "goal": {
         "-": ("canceling", "gated"),
-        "accepted": ("canceling", "failed", "in_doubt", "interrupted", "lost", "running", "succeeded"),
+        "accepted": ("canceling", "failed", "in_doubt", "interrupted", "lost", "running", "succeeded", "taken_over"),
         "again": ("-",),
         "canceled": ("-",),
         "canceling": (
@@ -223,7 +223,10 @@ TABLES: Final[Mapping[str, Mapping[str, tuple[str, ...]]]] = MappingProxyType({
         "interrupted": ("-", "again", "canceled", "lost", "succeeded", "taken_over"),
         "lost": ("-",),
         "rejected": ("-",),
-        "running": ("canceling", "failed", "in_doubt", "interrupted", "lost", "succeeded"),
+        "running": (
+            "canceling", "failed", "in_doubt", "interrupted",
+            "lost", "succeeded", "superseded", "taken_over",
+        ),
         "sent": (
             "-", "accepted", "canceling", "gated", "in_doubt", "interrupted",
             "lost", "rejected", "running", "succeeded", "superseded", "taken_over",
