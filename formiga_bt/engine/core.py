@@ -156,6 +156,9 @@ class Core:
 
     def _note_goal(self, change: ch.GoalPut) -> None:
         goal = change.goal
+        old = self.state.goals.get(goal.id)
+        if old is not None and old.state == goal.state != "gated" and old.owner == goal.owner:
+            return  # it goes on: nothing that is found by looking for it, and nobody's way
         self.index.goal(goal)
         if goal.state != "gated" and (goal.leg is not None or goal.area is not None):
             self.stale.add(goal.agent)
