@@ -36,7 +36,7 @@ STATUS_EVERY_US: Final[Micros] = 4 * SECOND
 SUSPECT_US: Final[Micros] = 7 * SECOND
 """Machines tell their status less often than the shipped catalogue expects: most steps would be statuses."""
 ASK_AGAIN_S: Final = 4.0
-CALM_S: Final = 240.0
+CALM_S: Final = 120.0
 """So long tasks may go on by themselves in the calm; then they are aborted."""
 REST_S: Final = 1200.0
 REFUSED_FOR_NOW: Final = ("journal_full", "lockdown", "busy")
