@@ -213,6 +213,8 @@ class WhyOut(BaseModel):
     """Or the agent's pool."""
     held: list[str]
     because: list[BecauseOut]
+    waits: list[str] = []
+    """What an open task waits for, as codes of the closed list of causes."""
 
 
 class PointOut(BaseModel):

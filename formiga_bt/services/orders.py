@@ -32,6 +32,7 @@ from formiga_bt.services.stops import Stops
 from formiga_bt.services.telling import Telling
 from formiga_bt.services.view import View
 from formiga_bt.services.words import hint_for
+from formiga_bt.show.why.causes import causes_of
 from formiga_bt.show.why.front import explain
 from formiga_bt.show.why.near import nearest, shortened
 from formiga_bt.show.why.places import StepPlaces
@@ -240,7 +241,8 @@ class Orders:
         with self._view.reading() as state:
             task = self._known(state, task_id)
             because = self._because(state, task_id, now)
-        return out.WhyOut(task=task.id, status=task.status, held=list(task.held), because=because)
+            waits = list(dict.fromkeys(cause.code for cause in causes_of(state, task) if cause.code))
+        return out.WhyOut(task=task.id, status=task.status, held=list(task.held), because=because, waits=waits)
 
     def why_agent(self, agent: str) -> out.WhyOut:
         """Explain a machine or person: who has it, which order stands on it, what its goals wait for, its task.

@@ -6,6 +6,7 @@ And what a step may not do (`of_step`): looked at with each, before its changes 
 from collections.abc import Iterator
 from typing import Final
 
+from formiga_bt.engine import changes as ch
 from formiga_bt.engine import inputs as inp
 from formiga_bt.engine.core import clock_stands
 from formiga_bt.engine.engine import Engine
@@ -58,7 +59,7 @@ def of_effects(state: EngineState, step: inp.Step) -> Found:
         goal, agent = state.goals.get(effect.goal_id), state.agents.get(effect.agent)
         if goal is None or agent is None or agent.human or effect.safety:
             continue
-        if isinstance(step.input, inp.Resumed | inp.QueryReplyInput | inp.GoalEventInput):
+        if not any(isinstance(c, ch.GoalPut) and c.goal.id == goal.id for c in step.changes):
             continue  # one that never arrived goes again
         task = state.tasks.get(goal.task)
         if state.resume is not None and state.resume.phase == "asking":

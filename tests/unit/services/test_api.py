@@ -190,6 +190,7 @@ def test_a_machine_that_a_pilot_took_is_handed_back(start: Start) -> None:
         service.wait(lambda: service.task(task_id)["held"] == ["take-over:lwd_1"])
         why = service.get(f"/v1/tasks/{task_id}/why")
         assert "held.take-over" in [b["code"] for b in why["because"]]
+        assert why["waits"] == ["held.take-over", "goal.interrupted"]
         early = service.refused("POST", "/v1/agents/lwd_1/handback")
         assert (early["status"], early["code"]) == (409, "not_in_command")
 
@@ -220,6 +221,7 @@ def test_why_tells_whom_a_task_waits_for(service: Service) -> None:
     why = service.get(f"/v1/tasks/{task_id}/why")
 
     assert (why["status"], [b["code"] for b in why["because"]][:1]) == ("PENDING", ["pending"])
+    assert why["waits"] == ["agents"]
     (line,) = [b for b in why["because"] if b["code"] == "control"]
     assert line["text"] == "hwd_1 is not under the engine's control but its pilot's"
     assert (line["agent"], line["role"]) == ("hwd_1", "drone")
