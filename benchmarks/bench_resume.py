@@ -34,7 +34,7 @@ from formiga_bt.transport.messages import AgentCard, AgentStatus, GoalEvent
 PATIENCE_S = 300.0
 
 
-def make(beside: Path, tasks: int) -> tuple[int, int]:
+def make(beside: Path, tasks: int, away_s: float = 0.0) -> tuple[int, int]:
     """Write a site and the journal of an engine that was killed; return how many goals were in flight, and bytes."""
     for name, text in (("catalogue.yaml", CATALOGUE), ("back.yaml", BACK), ("site.yaml", SITE)):
         (beside / name).write_text(text, encoding="utf-8")
@@ -49,7 +49,7 @@ def make(beside: Path, tasks: int) -> tuple[int, int]:
     file.parent.mkdir(parents=True)
     with Journal(file, "bench", durability="normal") as journal:
         journal.take()
-        writer = Writer(journal, lambda: engine.state, wall=lambda: time.time_ns() // 1000, clock=time.monotonic)
+        writer = Writer(journal, lambda: engine.state, wall=lambda: round((time.time() - away_s) * 1e6), clock=time.monotonic)
         writer.begin()
         now, batch = START, list[inp.Step]()
 
@@ -146,13 +146,14 @@ def _count(look: sqlite3.Connection) -> tuple[int, int]:
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--tasks", type=int, default=10_000)
+    parser.add_argument("--away-s", type=float, default=0.0, help="so long the engine was away; from 30 s on all tasks wait")
     parser.add_argument("--profile", action="store_true", help="print where the time goes (and be slower)")
     parser.add_argument("--folder", type=Path, default=None, help="on the disk that is to be measured")
     parser.add_argument("--out", type=Path, default=None)
     options = parser.parse_args()
     with tempfile.TemporaryDirectory(dir=options.folder) as name:
         beside = Path(name)
-        flying, size = make(beside, options.tasks)
+        flying, size = make(beside, options.tasks, options.away_s)
         found: dict[str, Any] = {"tasks": options.tasks, "goals_in_flight": flying, "journal_bytes": size}
         if options.profile:
             import pstats

@@ -9,6 +9,8 @@ next look see everything again, when there is time for it. Used by `formiga up`;
 
 import gc
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any, Final, Literal
 
 from msgspec import Struct
@@ -16,6 +18,18 @@ from msgspec import Struct
 THRESHOLDS: Final = (1000, 10, 5)
 """A full look comes when so many objects more than before are there: some 50,000, looked at within tens of milliseconds."""
 THAW_EVERY_S: Final = 3600.0
+
+
+@contextmanager
+def uncollected() -> Iterator[None]:
+    """Collect nothing inside: where very much is read that all stays, looks at it take twice as long as reading it."""
+    was = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if was:
+            gc.enable()
 
 
 class CollectorLoad(Struct, frozen=True):

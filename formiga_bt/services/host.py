@@ -24,6 +24,7 @@ from formiga_bt.lang.model import Catalogue, Site, Task
 from formiga_bt.services import api, crew, server, shown
 from formiga_bt.services import models as m
 from formiga_bt.services.bundles import BundleStore
+from formiga_bt.services.collector import uncollected
 from formiga_bt.services.door import is_loopback
 from formiga_bt.services.feed import Feed
 from formiga_bt.services.flightlog import FlightLog
@@ -115,7 +116,8 @@ class EngineHost:
 
     def __enter__(self) -> "EngineHost":
         try:
-            self._start()
+            with uncollected():
+                self._start()
         except BaseException:
             self.close()
             raise

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import pytest
 
 from formiga_bt.services import collector as module
-from formiga_bt.services.collector import THRESHOLDS, Collector
+from formiga_bt.services.collector import THRESHOLDS, Collector, uncollected
 
 
 class Thing:
@@ -65,3 +65,12 @@ def test_afterwards_all_is_as_before() -> None:
     assert gc.get_threshold() == before
     assert gc.callbacks == callbacks
     assert gc.get_freeze_count() == 0
+
+
+def test_nothing_is_collected_while_all_that_is_made_stays() -> None:
+    with uncollected():
+        assert not gc.isenabled()
+        with uncollected():
+            pass
+        assert not gc.isenabled(), "as it was before"
+    assert gc.isenabled()
