@@ -362,7 +362,7 @@ TABLES: Final[Mapping[str, Mapping[str, tuple[str, ...]]]] = MappingProxyType({
         "done": ("-", "running"),
         "failed": ("-", "running"),
         "running": ("done", "failed", "waiting"),
-        "waiting": ("failed", "running"),
+        "waiting": ("done", "failed", "running"),
     },
 })  # fmt: skip
 """Machine -> from -> to."""
