@@ -22,7 +22,8 @@ RULES: Final = {
     "tree": "the nodes that run are those that the state remembers",
     "epoch": "each engine has an epoch above the one before",
     "reconcile": "until it is known what happened meanwhile no timer fires, and nothing but safety goals leaves",
-    "held_back": "nothing of a HELD task's steps, and nothing of any task in lockdown, is sent to a machine",
+    "again": "no step sends a goal twice",
+    "held_back": "nothing of a HELD task's steps is sent to a machine, and no machine is granted in lockdown",
 }
 Found = Iterator[tuple[str, str]]
 """Rule, and what is wrong."""
@@ -50,7 +51,13 @@ def of_step(state: EngineState, step: inp.Step) -> Found:
 
 
 def of_effects(state: EngineState, step: inp.Step) -> Found:
-    """Look at what a step sends; `state` is that after it."""
+    """Look at what a step sends and grants; `state` is that after it."""
+    for change in step.changes:
+        if isinstance(change, ch.Granted) and state.lockdown is not None and not state.tasks[change.task].system_agent:
+            yield "held_back", f"{change.task} gets machines in lockdown"
+    sent = [effect.goal_id for effect in step.effects if isinstance(effect, inp.SendGoal)]
+    if len(sent) != len(set(sent)):
+        yield "again", f"a goal is sent twice in one step: {', '.join(sent)}"
     for effect in step.effects:
         if not isinstance(effect, inp.SendGoal):
             continue
