@@ -71,8 +71,10 @@ def of_effects(state: EngineState, step: inp.Step) -> Found:
         task = state.tasks.get(goal.task)
         if state.resume is not None and state.resume.phase == "asking":
             yield "reconcile", f"{effect.goal_id} leaves while machines are asked what they did"
-        if goal.section == "steps" and task is not None and task.held and task.status == "ACTIVE":
-            yield "held_back", f"{effect.goal_id} leaves, its task is HELD: {', '.join(task.held)}"
+        held = [cause for cause in task.held if not cause.startswith("clearance:")] if task is not None else []
+        # Of two that land at once one goes when the word for it is given, and in the same step the other is asked for.
+        if goal.section == "steps" and task is not None and held and task.status == "ACTIVE":
+            yield "held_back", f"{effect.goal_id} leaves, its task is HELD: {', '.join(held)}"
 
 
 def _clocks(state: EngineState) -> Found:
