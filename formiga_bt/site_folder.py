@@ -10,6 +10,7 @@
 | `approvals.jsonl` | who approved what, and took it back: a line each, never changed |
 | `bundles/` | tasks that were loaded into the engine while it ran (`services.bundles`) |
 | `journal.db` | the journal: every step of the engine (`formiga_bt.journal`) |
+| `journal.at` | where the journal is instead, if it was told to be elsewhere: a path or a URL without password |
 | `flights.jsonl` | the flight log: a line for each flight that has ended |
 | `flying.json` | flights that have not ended |
 
@@ -32,6 +33,8 @@ FOLDER: Final = ".formiga"
 RESERVE: Final = 100
 """So many ids of each kind are set aside at once; after a crash the rest of them is passed over."""
 APPROVALS: Final = "approvals.jsonl"
+JOURNAL: Final = "journal.db"
+JOURNAL_AT: Final = "journal.at"
 FLIGHTS: Final = "flights.jsonl"
 FLYING: Final = "flying.json"
 COUNTERS: Final = ("task", "question", "clearance")
@@ -143,6 +146,21 @@ class SiteFolder:
             SiteError: it cannot be written.
         """
         write_durably(self.path / "epoch", f"{epoch}\n")
+
+    def keep_journal_at(self, where: str) -> None:
+        """Note where the journal is, for whoever looks for it; that of the folder itself is found without.
+
+        Args:
+            where: an absolute path, or a URL without password.
+
+        Raises:
+            SiteError: it cannot be written.
+        """
+        file = self.path / JOURNAL_AT
+        if where == str((self.path / JOURNAL).resolve()):
+            file.unlink(missing_ok=True)
+        elif journal_of(self.path) != where:
+            write_durably(file, f"{where}\n")
 
     def marks(self) -> tuple[int, dict[str, int]]:
         """Return the engine time reached by the last start, and the counters to go on from.
@@ -333,6 +351,15 @@ def check_free(beside: Path, site: str) -> None:
     folder = beside.resolve() / FOLDER / site
     if is_running(folder):
         raise SiteError(_taken(folder))
+
+
+def journal_of(folder: Path) -> str:
+    """Return the path or URL of the journal that the last engine of a runtime folder kept; empty: there is none yet."""
+    try:
+        told = (folder / JOURNAL_AT).read_text(encoding="utf-8").strip()
+    except (OSError, UnicodeDecodeError):
+        told = ""
+    return told or (str(folder / JOURNAL) if (folder / JOURNAL).is_file() else "")
 
 
 def find_folders(start: Path) -> list[Path]:

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from formiga_bt.cli.client import JsonOption, print_json, print_table
-from formiga_bt.cli.past import FILE, machine_at, moment_of, place_of, zone
+from formiga_bt.cli.past import machine_at, moment_of, place_of, zone
 from formiga_bt.errors import FormigaError, UnusableFile
-from formiga_bt.site_folder import is_running
+from formiga_bt.site_folder import JOURNAL, is_running
 
 if TYPE_CHECKING:
     from formiga_bt.journal.keep import Retention
@@ -159,7 +159,7 @@ def _compact(where: str, site: str, rule: "Retention", *, as_json: bool) -> None
 def _is_alone(journal: Any, where: str) -> bool:
     """Return whether no engine has the site; then none gets it until `journal` is closed."""
     file = Path(where)
-    if file.name == FILE and is_running(file.parent):
+    if file.name == JOURNAL and is_running(file.parent):
         return False
     return bool(journal.hold())
 

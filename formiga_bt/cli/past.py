@@ -14,15 +14,12 @@ import typer
 
 from formiga_bt.cli.calling import NoEngine
 from formiga_bt.errors import FormigaError, UnusableFile
-from formiga_bt.site_folder import FOLDER, find_folders
+from formiga_bt.site_folder import FOLDER, find_folders, journal_of
 
 if TYPE_CHECKING:
     from formiga_bt.replay.machine import TimeMachine
     from formiga_bt.replay.source import JournalSource
     from formiga_bt.show.source import Source
-
-FILE = "journal.db"
-"""In a site's runtime folder."""
 
 JournalOption = Annotated[
     str,
@@ -161,9 +158,9 @@ def journals(site: Path | None) -> list[Place]:
         folders = find_folders(Path.cwd())
     named = os.environ.get("FORMIGA_SITE", "")
     return [
-        Place(str(folder / FILE), folder.name)
+        Place(where, folder.name)
         for folder in folders
-        if (folder / FILE).is_file() and (not named or folder.name == named)
+        if (where := journal_of(folder)) and (not named or folder.name == named)
     ]
 
 

@@ -67,7 +67,7 @@ def command(
     journal: Annotated[
         str,
         typer.Option(
-            help="File or PostgreSQL URL of the journal. Default: journal.db in the site's runtime folder.",
+            help="File or PostgreSQL URL of the journal. Default: the last one; at first journal.db in the runtime folder.",
             metavar="URL",
         ),
     ] = "",

@@ -75,6 +75,14 @@ class Database:
         self.engine = self._engine()
 
     @property
+    def address(self) -> str:
+        """Return where it can be found again from anywhere: the whole path, or the URL without its password."""
+        if self.is_sqlite:
+            return str(Path(self.where).resolve())
+        url = self.url
+        return URL.create("postgresql", url.username, None, url.host, url.port, url.database, url.query).render_as_string()
+
+    @property
     def file(self) -> Path | None:
         """Return the SQLite file."""
         return Path(self.where) if self.is_sqlite else None

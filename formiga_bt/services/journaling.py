@@ -18,7 +18,7 @@ from formiga_bt.engine.state import EngineState
 from formiga_bt.errors import SiteError
 from formiga_bt.lang.model import Catalogue, Site, Task
 from formiga_bt.services.bundles import Stored
-from formiga_bt.site_folder import SiteFolder
+from formiga_bt.site_folder import JOURNAL, SiteFolder, journal_of
 
 if TYPE_CHECKING:
     from formiga_bt.journal.database import Durability
@@ -28,15 +28,13 @@ if TYPE_CHECKING:
     from formiga_bt.services.resuming import Comeback
 
 LIBRARIES: Final = ("eclipse-zenoh", "msgspec", "numpy", "py-trees", "pyproj", "scipy", "shapely", "sqlalchemy")
-FILE: Final = "journal.db"
-"""In the runtime folder."""
 
 
 class JournalAt(Struct, frozen=True):
     """Which journal an engine shall keep."""
 
     where: str = ""
-    """A path or a URL; "" = in the site's runtime folder."""
+    """A path or a URL; "" = where the last engine of the site kept it, at first in the site's runtime folder."""
     durability: "Durability" = "full"
 
 
@@ -66,7 +64,10 @@ class Journaling:
     @property
     def word(self) -> str | None:
         """Return the path or URL of the journal, as it was given; None: there is none."""
-        return str(self._at.where or self._folder.path / FILE) if self._at is not None else None
+        return self._where(self._at) if self._at is not None else None
+
+    def _where(self, at: JournalAt) -> str:
+        return at.where or journal_of(self._folder.path) or str(self._folder.path / JOURNAL)
 
     def open(self) -> None:
         """Open the journal, if there shall be one.
@@ -77,8 +78,7 @@ class Journaling:
         if self._at is not None:
             from formiga_bt.journal.store import Journal  # loads SQLAlchemy: only where it is wanted
 
-            where = self._at.where or self._folder.path / FILE
-            self.journal = Journal(where, self._site, durability=self._at.durability)
+            self.journal = Journal(self._where(self._at), self._site, durability=self._at.durability)
 
     def take(self) -> int:
         """Return the epoch of this start, higher than any that the folder or the journal knows.
@@ -90,6 +90,7 @@ class Journaling:
         epoch = self._folder.next_epoch()
         if self.journal is not None:
             taken = self.journal.take(epoch)
+            self._folder.keep_journal_at(self.journal.database.address)
             if taken > epoch:
                 self._folder.raise_epoch(taken)
             epoch = taken

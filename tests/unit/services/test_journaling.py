@@ -4,8 +4,10 @@ from pathlib import Path
 
 import pytest
 
+from formiga_bt.cli.past import Place, journals
 from formiga_bt.engine.state import snapshot
 from formiga_bt.errors import JournalError, SiteError
+from formiga_bt.journal.database import Database
 from formiga_bt.journal.keep import stats
 from formiga_bt.journal.past import Past
 from formiga_bt.journal.store import Journal
@@ -83,6 +85,30 @@ def test_one_journal_has_one_engine(start: Start, tmp_path: Path) -> None:
             pass
     with start(journal=JournalAt(str(where), "normal")) as service:
         assert service.host.journaling.text == f"{where} (durability normal)"
+
+
+def test_a_journal_elsewhere_is_found_by_the_next_start_and_by_who_looks_at_it(start: Start, tmp_path: Path) -> None:
+    where, beside = tmp_path / "disk" / "site.db", tmp_path / ".formiga" / "meadow"
+    assert journals(tmp_path) == []
+    with start(journal=JournalAt(str(where), "normal")):
+        assert journals(tmp_path) == [Place(str(where), "meadow")]
+    with start(journal=NORMAL) as service:
+        assert service.host.journaling.text == f"{where} (durability normal)"
+        assert service.host.journaling.word == str(where)
+    assert not file_of(tmp_path).exists()
+    assert journals(tmp_path / "site.yaml") == [Place(str(where), "meadow")]
+    with start(journal=JournalAt(str(file_of(tmp_path)), "normal")):
+        pass
+    assert not (beside / "journal.at").exists()
+    assert journals(tmp_path) == [Place(str(file_of(tmp_path)), "meadow")]
+
+
+def test_an_address_in_the_site_folder_has_no_password(tmp_path: Path) -> None:
+    pytest.importorskip("psycopg")
+    url = "postgresql://ann:secret@db.example/formiga"
+    assert Database(url).address == "postgresql://ann@db.example/formiga"
+    (tmp_path / "site.db").touch()
+    assert Database(tmp_path / "disk" / ".." / "site.db").address == str(tmp_path / "site.db")
 
 
 def test_a_journal_that_is_none_ends_the_start_and_gives_the_site_back(start: Start, tmp_path: Path) -> None:
