@@ -2,9 +2,14 @@
 
 A row is (machine, from, to); "-" is before the first record, and after the last. `LIFE` holds every transition that may happen.
 One that is in no table is a violation; one that no run ever takes is a row that is wrong, or a case that nobody plays.
+
+    python -m tests.simulation.lifecycle FILE.json ...     what long runs (`benchmarks/soak_simulation.py`) never took
 """
 
-from collections.abc import Iterator, Mapping
+import json
+import sys
+from collections.abc import Iterable, Iterator, Mapping
+from pathlib import Path
 from types import MappingProxyType
 from typing import Final
 
@@ -13,6 +18,7 @@ from formiga_bt.engine.inputs import Step
 from formiga_bt.engine.keeping import JOURNAL, LEVELS
 from formiga_bt.engine.records import AgentRecord, GoalRecord, Question, Request, StandingOrder, TaskRecord
 from formiga_bt.engine.state import EngineState
+from formiga_bt.show.why.causes import CAUSES
 
 Row = tuple[str, str, str]
 NONE: Final = "-"
@@ -79,10 +85,24 @@ class Recorder:
                     yield (f"held.{name.partition(':')[0]}" if machine == "held" else machine), was, now
 
 
-def unseen(*runs: "Mapping[Row, int] | frozenset[Row]") -> tuple[Row, ...]:
+def unseen(*runs: Iterable[Row]) -> tuple[Row, ...]:
     """Return the transitions that none of these runs has taken, table by table."""
     taken = {row for run in runs for row in run}
     return tuple(sorted(LIFE - taken))
+
+
+def main() -> int:
+    """Tell what long runs never took."""
+    runs = [json.loads(Path(name).read_text()) for name in sys.argv[1:]]
+    left = unseen(*([(str(a), str(b), str(c)) for a, b, c in run["transitions"]] for run in runs))
+    print(
+        f"{len(LIFE) - len(left)} of {len(LIFE)} transitions taken; never:",
+        *(" ".join(row) for row in left),
+        sep="\n  ",
+    )
+    causes = sorted(set(CAUSES) - {cause for run in runs for cause in run["causes"]})
+    print(f"{len(CAUSES) - len(causes)} of {len(CAUSES)} causes of a wait seen; never:", *causes, sep="\n  ")
+    return bool(left or causes)
 
 
 # -- how things stand --------------------------------------------------------------------------------------------------
@@ -371,3 +391,7 @@ LIFE: Final[frozenset[Row]] = frozenset(
     (machine, was, now) for machine, table in TABLES.items() for was, nexts in table.items() for now in nexts
 )
 """Every transition that may happen."""
+
+
+if __name__ == "__main__":
+    sys.exit(main())

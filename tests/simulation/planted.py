@@ -40,6 +40,7 @@ from formiga_bt.nodes.leaves import WaitNode
 from formiga_bt.transport.messages import TERMINAL
 from tests.simulation.plan import Plan, plan
 from tests.simulation.runs import Report, play
+from tests.simulation.world import World
 
 Patch = pytest.MonkeyPatch
 
@@ -549,12 +550,27 @@ PLANTS: Final[dict[str, tuple[Callable[[Patch], None], int, frozenset[str]]]] = 
 """Bug -> how to plant it, a seed that shows it, and the rules of which at least one is found broken then."""
 
 
-def play_with(name: str, seed: int | None = None) -> Report:
-    """Play a seed, or the pinned one, with a bug."""
-    plant, pinned, _ = PLANTS[name]
+class Seen(Exception):  # noqa: N818 - it is no error
+    """What was looked for has been found."""
+
+
+def play_with(name: str, seed: int | None = None, *, on: bool = False) -> Report:
+    """Play a seed, or the pinned one, with a bug, until it is found (or `on` to the end)."""
+    plant, pinned, rules = PLANTS[name]
+
+    def look(world: World) -> None:
+        tell = world.invariants.tell
+
+        def tells(rule: str, text: str, once: str = "") -> None:
+            tell(rule, text, once)
+            if rule in rules and not on:
+                raise Seen
+
+        world.invariants.tell = tells  # type: ignore[method-assign]
+
     with pytest.MonkeyPatch.context() as patch:
         plant(patch)
-        return play(pinned if seed is None else seed)
+        return play(pinned if seed is None else seed, look=look)
 
 
 def is_caught(name: str, report: Report) -> bool:
