@@ -124,6 +124,9 @@ def _first_refusal(events: Iterator[Any], file: str) -> Diagnostic | None:
     """Walk the events without building anything; return the first construct that the language does not have."""
     depth = nodes = documents = 0
     for event in events:
+        if type(event) is yaml.ScalarEvent and event.anchor is None and event.tag is None and nodes < MAX_NODES:
+            nodes += 1  # nearly all of them
+            continue
         if isinstance(event, yaml.AliasEvent):
             return _refuse(
                 _mark(event, file), "anchors and aliases are not part of the language", "use vars: or a subtree"

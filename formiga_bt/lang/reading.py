@@ -37,14 +37,9 @@ class Problems:
         within = " / ".join(self._within)
         self.found.extend(d if d.within else replace(d, within=within) for d in diagnostics)
 
-    @contextmanager
-    def within(self, *labels: str) -> Iterator[None]:
+    def within(self, *labels: str) -> "_Within":
         """Say where in the task the problems of this block stand."""
-        self._within.extend(labels)
-        try:
-            yield
-        finally:
-            del self._within[len(self._within) - len(labels) :]
+        return _Within(self._within, labels)
 
     @contextmanager
     def outermost(self, *labels: str) -> Iterator[None]:
@@ -58,6 +53,22 @@ class Problems:
     def has_errors(self, since: int = 0) -> bool:
         """Return whether any error was reported (after the first `since` diagnostics)."""
         return any(d.severity == "error" for d in self.found[since:])
+
+
+class _Within:
+    """Labels for as long as a block lasts. Every step has some, so this is no generator."""
+
+    __slots__ = ("_labels", "_within")
+
+    def __init__(self, within: list[str], labels: tuple[str, ...]) -> None:
+        self._within = within
+        self._labels = labels
+
+    def __enter__(self) -> None:
+        self._within.extend(self._labels)
+
+    def __exit__(self, *_: object) -> None:
+        del self._within[len(self._within) - len(self._labels) :]
 
 
 def quoted_list(names: Iterable[str]) -> str:
