@@ -22,7 +22,7 @@ from tests.simulation.world import World
 
 
 class Report(Struct, frozen=True):
-    """What a run showed. Equal for equal seeds, but for how long it took (`took_s`, compared by nobody)."""
+    """What a run showed. Equal for equal seeds."""
 
     seed: int
     violations: tuple[Violation, ...]

@@ -9,8 +9,10 @@ from pathlib import Path
 
 import pytest
 
-from tests.simulation.plan import FAULTS, MIN_AGENTS, MIN_FAULTS, MIN_TASKS, plan
-from tests.simulation.runs import play
+from tests.simulation import runs
+from tests.simulation.invariants import Violation
+from tests.simulation.plan import FAULTS, MIN_AGENTS, MIN_FAULTS, MIN_TASKS, Plan, plan
+from tests.simulation.runs import Report, play
 
 ROOT = Path(__file__).resolve().parents[2]
 BLOCK, FEW, MORE = 3, 12, 212
@@ -52,6 +54,23 @@ def test_a_seed_is_as_big_as_is_said() -> None:
         assert len(drawn.asks) >= MIN_TASKS
         assert drawn.agents >= MIN_AGENTS
         assert len(faults) >= MIN_FAULTS, drawn.deeds
+
+
+def test_shrinking_leaves_only_what_shows_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Here a violation takes one kill of the engine and one request, whatever else happens."""
+    drawn = next(one for one in map(plan, range(50)) if sum(deed.what == "engine" for deed in one.deeds) > 1)
+    wanted = drawn.asks[7]
+
+    def judge(played: Plan) -> Report:
+        bad = wanted in played.asks and any(deed.what == "engine" for deed in played.deeds)
+        found = (Violation("left", "nobody cares", 1),) if bad else ()
+        return Report(played.seed, found, (), frozenset(), frozenset(), 1, 1.0)
+
+    monkeypatch.setattr(runs, "play", judge)
+    small = runs.shrink(drawn)
+
+    assert small.asks == (wanted,)
+    assert [deed.what for deed in small.deeds] == ["engine"]
 
 
 def test_a_seed_is_the_same_under_another_hash_seed() -> None:
