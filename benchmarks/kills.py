@@ -3,6 +3,7 @@
     python benchmarks/kills.py --failpoints 100 --random 100 --double 10 --into kills.json
     python benchmarks/kills.py --into kills.json --table          what there is, as in docs/reliability.md
     python benchmarks/kills.py --into kills.json --again 7        run 7 once more, with the same kills
+    python benchmarks/kills.py --into kills.json --judge 7        judge run 7 once more, whose folder was kept
 
 A run is one fleet and the engines that die beside it (`tests/e2e/killing.py`), all at one kind of moment. Stopped and started
 again, it goes on where the file leaves off. The folder of a run that is not as it should be is kept beside the file.
@@ -28,7 +29,7 @@ import msgspec
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from formiga_bt.engine.drivers.failpoints import POINTS
-from tests.e2e.killing import Kill, Killing, Stuck
+from tests.e2e.killing import Accepted, Death, Kill, Killing, Stuck
 from tests.e2e.killing_judge import Finding, judge, middle
 
 PASSINGS: Final[Mapping[str, int]] = {
@@ -101,6 +102,7 @@ def play(folder: Path, theme: str, kills: list[Kill], seed: int, speed: float) -
     return {
         "theme": theme, "seed": seed, "speed": speed, "date": time.strftime("%Y-%m-%d %H:%M", time.gmtime()),
         "kills": msgspec.to_builtins(kills), "deaths": msgspec.to_builtins(rig.deaths),
+        "requests": msgspec.to_builtins(rig.accepted), "held": rig.held,
         **msgspec.to_builtins(found), "good": found.is_good, "seconds": round(time.monotonic() - began, 1),
     }  # fmt: skip
 
@@ -152,6 +154,13 @@ def _number(found: Any) -> int:
 COLUMNS: Final = ("accepted", "right", "expired", "begun_twice", "flown_twice", "asked_twice")
 
 
+def save(into: Path, kept: Mapping[str, Any]) -> None:
+    """Replace the file."""
+    new = into.with_name(f".{into.name}.new")
+    new.write_text(json.dumps(kept, indent=1) + "\n")
+    new.replace(into)
+
+
 def main() -> int:
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument(
@@ -168,6 +177,9 @@ def main() -> int:
     parser.add_argument("--minutes", type=float, default=1e9, help="begin no run after so long")
     parser.add_argument(
         "--again", type=int, metavar="RUN", help="make this run of the file once more; FILE is left alone"
+    )
+    parser.add_argument(
+        "--judge", type=int, metavar="RUN", help="judge this run of the file once more, and note it there"
     )
     parser.add_argument("--table", action="store_true", help="print what there is, and end")
     options = parser.parse_args()
@@ -186,6 +198,14 @@ def main() -> int:
         run = play(folder, old["theme"], kills, old["seed"], old["speed"])
         print(told(options.again, run, folder, into))
         return 0 if run["good"] else 1
+    if options.judge is not None:
+        run, folder = runs[options.judge - 1], folders / f"run-{options.judge}"
+        accepted = msgspec.convert(run["requests"], dict[str, Accepted])
+        found = judge(folder, accepted, msgspec.convert(run["deaths"], list[Death]), run["held"])
+        run.update(msgspec.to_builtins(found), good=found.is_good)
+        save(into, kept)
+        print(told(options.judge, run, folder, into))
+        return 0 if run["good"] else 1
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))  # no process is left behind
     until = time.monotonic() + options.minutes * 60
     for theme, kills, seed in plan(options, runs):
@@ -196,9 +216,7 @@ def main() -> int:
         runs.append(play(folder, theme, kills, seed, options.speed))
         if runs[-1]["good"]:
             shutil.rmtree(folder)
-        new = into.with_name(f".{into.name}.new")
-        new.write_text(json.dumps(kept, indent=1) + "\n")
-        new.replace(into)
+        save(into, kept)
         print(told(len(runs), runs[-1], folder, into), flush=True)
     print(table(runs))
     return 0 if all(run["good"] for run in runs) else 1

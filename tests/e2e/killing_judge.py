@@ -50,8 +50,8 @@ class Finding(Struct, frozen=True):
     back_s: dict[str, list[float]]
     """Kind of death -> from each to the end of what the next engine asks."""
     expired: list[str] = []
-    """Tasks that ended FAILED `goal_expired`, as they should: an order had not left, and the engine was away for longer than an
-    order lives."""
+    """Tasks with a step that failed `goal_expired`, as it should: its order had not left, and the engine was away for longer
+    than an order lives."""
 
     @property
     def is_good(self) -> bool:
@@ -80,6 +80,7 @@ def judge(folder: Path, accepted: Mapping[str, Accepted], deaths: Sequence[Death
     with Journal(folder / f".formiga/{SITE}/journal.db", SITE, read_only=True) as journal:
         state = Past(journal).state()
         back, away_s = _back(journal, deaths)
+        late = _expired(journal) if away_s > TTL_BEATS else []
     stats = subprocess.run(
         [sys.executable, "-m", "formiga_bt", "journal", "stats"],
         cwd=folder,
@@ -91,7 +92,7 @@ def judge(folder: Path, accepted: Mapping[str, Accepted], deaths: Sequence[Death
         wrong.append(f"formiga journal stats: {stats.stdout}{stats.stderr}")
     lost = [f"{task} was accepted and is not in the journal" for task in accepted if task not in state.tasks]
     bad = {task: why for task in state.tasks if (why := _bad_end(folder, task, state, accepted, notes))}
-    expired = [task for task in bad if away_s > TTL_BEATS and state.tasks[task].code == "goal_expired"]
+    expired = [task for task in bad if _is_late(task, state.tasks[task].code, late)]
     bad = {task: why for task, why in bad.items() if task not in expired}
     verdict = Referee()
     crashes = verdict.verdict(tell_referee(folder / "sim", verdict)).crashes
@@ -204,6 +205,22 @@ def _ought(folder: Path, name: str) -> frozenset[str]:
             found.add(_place(leg_of(given.event.goal_id)))
     flight.close()
     return frozenset(found)
+
+
+def _expired(journal: Journal) -> list[str]:
+    """Return the goals that had not left when an engine died, and were too old for the next one."""
+    return [
+        change.goal.id
+        for kept in journal.read()
+        for change in kept.step.changes
+        if isinstance(change, ch.GoalPut) and change.goal.code == "goal_expired"
+    ]
+
+
+def _is_late(task: str, code: str, late: Sequence[str]) -> bool:
+    """Return whether a task ended as it did because of a goal that was too old."""
+    mine = [goal for goal in late if goal.startswith(f"{task}/")]
+    return bool(mine) and (code == "goal_expired" or any("/on_abort/" in goal for goal in mine))
 
 
 def _back(journal: Journal, deaths: Sequence[Death]) -> tuple[dict[str, list[float]], float]:
