@@ -229,7 +229,10 @@ TABLES: Final[Mapping[str, Mapping[str, tuple[str, ...]]]] = MappingProxyType({
     },
     "goal": {
         "-": ("canceling", "gated"),
-        "accepted": ("canceling", "failed", "in_doubt", "interrupted", "lost", "running", "succeeded", "taken_over"),
+        "accepted": (
+            "canceled", "canceling", "failed", "in_doubt", "interrupted",
+            "lost", "running", "succeeded", "taken_over",
+        ),
         "again": ("-",),
         "canceled": ("-",),
         "canceling": (
@@ -244,11 +247,11 @@ TABLES: Final[Mapping[str, Mapping[str, tuple[str, ...]]]] = MappingProxyType({
         "lost": ("-",),
         "rejected": ("-",),
         "running": (
-            "canceling", "failed", "in_doubt", "interrupted",
+            "canceled", "canceling", "failed", "in_doubt", "interrupted",
             "lost", "succeeded", "superseded", "taken_over",
         ),
         "sent": (
-            "-", "accepted", "canceling", "gated", "in_doubt", "interrupted",
+            "-", "accepted", "canceled", "canceling", "failed", "gated", "in_doubt", "interrupted",
             "lost", "rejected", "running", "succeeded", "superseded", "taken_over",
         ),
         "succeeded": ("-",),
