@@ -5,6 +5,7 @@ cruise layer of its own while there are enough.
 """
 
 from collections.abc import Mapping
+from operator import attrgetter
 from typing import Any
 
 from msgspec.structs import replace
@@ -51,6 +52,12 @@ MOST_AGENTS = 1000
 WAIT_US: Micros = 900_000_000
 """Default of a role's `wait`."""
 
+_read = attrgetter(
+    "type", "order", "human", "actions", "refused", "pool", "liveness", "control", "task", "goal", "word", "landed",
+    "battery", "position", "quarantine", "taken", "checks", "home", "layer_m", "wind", "payload_kg", "limits",
+)  # fmt: skip
+"""What a candidate is made from."""
+
 
 class Allocation:
     """Between waiting tasks and free agents."""
@@ -62,6 +69,8 @@ class Allocation:
         self._policy = policy
         self._authority = Authority(core)
         self._roster = Roster()
+        self._known: dict[str, tuple[Any, ...]] = {}
+        """Agent -> what its candidate was made from."""
         self._hopeless: dict[str, tuple[tuple[Verdict, ...], str]] = {}
         """Waiting requests -> the explanation last looked at, and why it says that nobody could ever serve them."""
 
@@ -292,8 +301,13 @@ class Allocation:
         """Return all agents; only those that changed since the last look are seen anew."""
         core = self._core
         changed, core.changed = core.changed, {}
+        orders, known = core.state.orders, self._known
         for agent_id in changed:  # new ones come in the order of their admission
-            self._roster.put(self._candidate(core.state.agents[agent_id]))
+            agent = core.state.agents[agent_id]
+            read = (*_read(agent), orders.get(agent_id))
+            if known.get(agent_id) != read:  # most statuses of who stands by change nothing of it
+                known[agent_id] = read
+                self._roster.put(self._candidate(agent))
         self._roster.begin()
         return self._roster
 
