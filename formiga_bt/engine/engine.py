@@ -163,14 +163,16 @@ class Engine:
             case inp.WallDue(key, at):
                 self._wall(key, at)
             case inp.Submit():
-                refuse_if_full(self.core)
+                refuse_if_full(self.core, given)
                 self.authority.admit(given)
                 return self.tasks.submit(given)
             case inp.Approve() | inp.Duty():
+                refuse_if_full(self.core, given)
                 self.authority.take(given)
                 self.tasks.poke_allocator()
                 return "ok"
             case inp.Serve():
+                refuse_if_full(self.core, given)
                 for change in self.core.library.serve(given, self.core.open):
                     self.core.emit(change)
                 return "ok"
@@ -178,9 +180,11 @@ class Engine:
                 self.tasks.abort(given)
                 return "ok"
             case inp.Operator():
+                refuse_if_full(self.core, given)
                 self.command.give(given)
                 return "ok"
             case inp.LockdownOrder():
+                refuse_if_full(self.core, given)
                 self.lockdowns.order(given)
                 return "ok"
             case inp.AgentSeenInput(card, wall):

@@ -4,11 +4,24 @@ from typing import Final
 
 from formiga_bt.engine import changes as ch
 from formiga_bt.engine.core import Core
-from formiga_bt.engine.inputs import Alarm, JournalState, Notify
+from formiga_bt.engine.inputs import (
+    Alarm,
+    Approve,
+    Duty,
+    Input,
+    JournalState,
+    LockdownOrder,
+    Notify,
+    Operator,
+    Serve,
+    Submit,
+)
 from formiga_bt.errors import TaskError
 
 JOURNAL: Final = "journal"
 """The counter that tells how the journal stands."""
+NOT_KEPT: Final = "ok:not_kept"
+"""The reply to an order that was carried out although it could not be kept: after a crash the engine knows nothing of it."""
 LEVELS: Final = {"ok": 0, "slow": 1, "full": 2}
 
 
@@ -27,11 +40,28 @@ def note_journal(core: Core, given: JournalState) -> None:
         core.effect(Notify(f"the journal keeps everything again{why}", (), "info"))
 
 
-def refuse_if_full(core: Core) -> None:
-    """Refuse a person's request while nothing can be kept.
+def begins_something(given: Input) -> bool:
+    """Return whether an input of a person begins something new, or lets more be begun: it is refused while nothing is kept.
+
+    All others act also then: they stop what is under way, or let it come to its end.
+    """
+    match given:
+        case Submit() | Serve() | Operator("restart") | LockdownOrder("release"):
+            return True
+        case Approve(revoke=revoke):
+            return not revoke
+        case Duty(on=on):
+            return on
+        case _:
+            return False
+
+
+def refuse_if_full(core: Core, given: Input) -> None:
+    """Refuse what would begin something while nothing can be kept.
 
     Raises:
         TaskError: `journal_full`.
     """
-    if core.state.counters.get(JOURNAL, 0) == LEVELS["full"]:
-        raise TaskError("journal_full", "the journal cannot be written, so no task is admitted; make room on its disk")
+    if core.state.counters.get(JOURNAL, 0) == LEVELS["full"] and begins_something(given):
+        what = "no task is admitted" if isinstance(given, Submit) else "nothing new is begun or allowed"
+        raise TaskError("journal_full", f"the journal cannot be written, so {what}; make room on its disk")

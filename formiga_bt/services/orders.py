@@ -31,7 +31,7 @@ from formiga_bt.services.standing import lockdown_out, wall_us
 from formiga_bt.services.stops import Stops
 from formiga_bt.services.telling import Telling
 from formiga_bt.services.view import View
-from formiga_bt.services.words import hint_for
+from formiga_bt.services.words import hint_for, with_keeping
 from formiga_bt.show.why.causes import causes_of
 from formiga_bt.show.why.front import explain
 from formiga_bt.show.why.near import nearest, shortened
@@ -197,15 +197,12 @@ class Orders:
                 "abandon leaves the task's machines where they are, also in the air, until a person clears them",
                 'confirm it: {"how": "abandon", "confirmed": true}; formiga abort --abandon asks',
             )
-        self.ask(Abort(task_id, how, by))  # type: ignore[arg-type]
+        reply = self.ask(Abort(task_id, how, by))  # type: ignore[arg-type]
         self._view.catch_up()
         if how == "abandon":
-            return f"{task_id} is abandoned; its machines are quarantined: formiga agents"
-        return (
-            f"{task_id} ends: "
-            + ("what flies comes home" if how == "now" else "it tidies up, what flies comes home")
-            + "; what stands away from its port stays there"
-        )
+            return with_keeping(f"{task_id} is abandoned; its machines are quarantined: formiga agents", reply)
+        first = "what flies comes home" if how == "now" else "it tidies up, what flies comes home"
+        return with_keeping(f"{task_id} ends: {first}; what stands away from its port stays there", reply)
 
     def tasks(self, status: str = "", limit: int = 100) -> out.TasksOut:
         """Return tasks, newest first. `status`: one of them, or `open` for all that have not ended."""
@@ -298,9 +295,9 @@ class Orders:
         Raises:
             Refused: unknown, not quarantined, or not alive.
         """
-        self.ask(Operator("clear", agent, by))
+        reply = self.ask(Operator("clear", agent, by))
         self._view.catch_up()
-        return f"{agent} is asked what it still does, and comes home if it may be airborne"
+        return with_keeping(f"{agent} is asked what it still does, and comes home if it may be airborne", reply)
 
     def tell_event(self, agent: str, event: str, fields: Mapping[str, Any]) -> str:
         """Tell an event for a person who works at this desk; `fields` are texts, or JSON.

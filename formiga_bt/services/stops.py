@@ -28,7 +28,7 @@ from formiga_bt.services.order_replies import (
 from formiga_bt.services.refused import Refused
 from formiga_bt.services.standing import lockdown_out, wall_us
 from formiga_bt.services.view import View
-from formiga_bt.services.words import hint_for
+from formiga_bt.services.words import hint_for, with_keeping
 from formiga_bt.show.why.going_on import machines_of, stays, ways_on, ways_on_of
 from formiga_bt.show.why.standing import STOPPED, doing
 from formiga_bt.show.why.words import not_ready
@@ -104,7 +104,7 @@ class Stops:
         self, order: OperatorOrder, target: str, by: str, scope: Callable[[EngineState], list[AgentRecord]]
     ) -> out.OrderReply:
         before, held = self._standing()
-        self._ask(Operator(order, target, by))
+        reply = self._ask(Operator(order, target, by))
         self._view.catch_up()
         with self._view.reading() as state:
             agents = scope(state)
@@ -112,10 +112,10 @@ class Stops:
                 same = all(same_order(before.get(a.id), state.orders.get(a.id)) for a in agents) and (
                     held == held_tasks(state)
                 )
-                return self._stopped(state, order, target, agents, before, stands_already=same)
+                return _kept(self._stopped(state, order, target, agents, before, stands_already=same), reply)
             if order == "restart":
                 return restarted(state, target, agents)
-            return self._went_on(state, target, agents, before, held)
+            return _kept(self._went_on(state, target, agents, before, held), reply)
 
     def _standing(self) -> tuple[dict[str, StandingOrder], dict[str, tuple[str, ...]]]:
         self._view.catch_up()
@@ -212,7 +212,7 @@ class Stops:
             flew = {a.id for a in machines(state) if a.landed != "grounded"}
         if how == "release" and before is None:
             return released(None, [], "no lockdown stands", already=True)
-        self._ask(LockdownOrder(how, by))  # type: ignore[arg-type]
+        reply = self._ask(LockdownOrder(how, by))  # type: ignore[arg-type]
         self._view.catch_up()
         with self._view.reading() as state:
             if how == "release":
@@ -229,7 +229,7 @@ class Stops:
                 order="lockdown",
                 target=how,
                 stands_already=already,
-                text=text,
+                text=with_keeping(text, reply),
                 ordered=ordered,
                 skipped=skipped,
                 next=["formiga lockdown release"],
@@ -251,7 +251,7 @@ class Stops:
         with self._view.reading() as state:
             record = state.agents.get(agent)
             task = record.task if record is not None else ""
-        self._ask(Operator(f"handback_{how}", agent, by))  # type: ignore[arg-type]
+        reply = self._ask(Operator(f"handback_{how}", agent, by))  # type: ignore[arg-type]
         self._view.catch_up()
         with self._view.reading() as state:
             found = state.tasks.get(task)
@@ -273,7 +273,7 @@ class Stops:
             order=f"handback_{how}",
             target=agent,
             stands_already=False,
-            text=f"{agent} is the engine's again; {then}",
+            text=with_keeping(f"{agent} is the engine's again; {then}", reply),
             ordered=[out.OrderedOut(who=agent, text=now)] if now else [],
             skipped=[],
             next=follow,
@@ -306,3 +306,8 @@ class Stops:
         return out.PreflightOut(
             agent=agent, ok=ready, required=self._site.preflight, airborne=airborne, checks=checks, text=text
         )
+
+
+def _kept(answer: out.OrderReply, reply: str) -> out.OrderReply:
+    """Return an answer that says so if the order could not be kept."""
+    return answer.model_copy(update={"text": with_keeping(answer.text, reply)})

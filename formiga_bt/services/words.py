@@ -3,6 +3,10 @@
 from collections.abc import Mapping
 from typing import Final
 
+from formiga_bt.engine import keeping
+
+NOT_KEPT: Final = "not kept: the journal cannot be written, and an engine that is killed now will know nothing of it"
+"""Follows the answer to an order that was carried out all the same."""
 HINTS: Final[Mapping[str, str]] = {
     "unknown_task": "formiga tasks lists them",
     "not_approver": "name approvers in site.yaml under people: approvers; the engine reads it when it starts",
@@ -25,9 +29,15 @@ HINTS: Final[Mapping[str, str]] = {
     "order_under_way": "let it come to its end, or: formiga hold {target}",
     "lockdown": "formiga lockdown release",
     "not_admitted": "list it in site.yaml under agents, with a port as its home",
+    "journal_full": "make room on the journal's disk: formiga stats tells where it is; stops, abort and lockdown work",
     "cut": "look at the machine; nothing takes a cut back",
 }
 """What helps against a refusal of the engine; `{target}`: what the order was for."""
+
+
+def with_keeping(text: str, reply: str) -> str:
+    """Return the answer to an order, and that it was not kept if the engine's reply says so."""
+    return f"{text} ({NOT_KEPT})" if reply == keeping.NOT_KEPT else text
 
 
 def hint_for(code: str, target: str = "") -> str:

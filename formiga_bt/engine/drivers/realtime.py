@@ -24,6 +24,7 @@ from formiga_bt.engine.drivers.inbox import MOST_REQUESTS, Inbox, InboxLoad
 from formiga_bt.engine.drivers.persist import DURABLE, Ahead, Outcome, Persist, PersistAhead
 from formiga_bt.engine.drivers.wiring import Switchboard, to_input
 from formiga_bt.engine.engine import Engine
+from formiga_bt.engine.keeping import NOT_KEPT, begins_something
 from formiga_bt.engine.turns import REST
 from formiga_bt.errors import FormigaError, TaskError
 from formiga_bt.transport.base import AgentTransport
@@ -105,6 +106,10 @@ class RealtimeDriver:
         self._ahead: Ahead[Batch] | None = Ahead(persist) if isinstance(persist, PersistAhead) else None
         self._batch: Batch = []
         self._batch_from: Micros = 0
+        self._unanswered: list[tuple[Future[str], str]] = []
+        """Callers whose steps wait in memory for the disk, with their replies."""
+        self._try_again_at: Micros | None = None
+        """While steps wait in memory: the disk is tried again then, also if nothing happens."""
         self._epoch = epoch
         self._first = first
         self._inbox = Inbox(self._is_high)
@@ -245,6 +250,9 @@ class RealtimeDriver:
     def _refuse_waiting(self) -> None:
         with self._door:
             self._refusing = True
+        for waiter, _ in self._unanswered:
+            waiter.set_exception(EngineStopped(self._why()))
+        self._unanswered.clear()
         while (item := self._inbox.take()) is not None:
             if isinstance(item[1], Future) and item[1].set_running_or_notify_cancel():
                 item[1].set_exception(EngineStopped(self._why()))
@@ -363,7 +371,7 @@ class RealtimeDriver:
         if self._ahead is not None and self._ahead.is_under_way:
             self._release_ahead(self._ahead)
         batch, self._batch = self._batch, []
-        if not batch:
+        if not batch and (self._try_again_at is None or self._wall_now() < self._try_again_at):
             return False
         try:
             kept = DURABLE if self._persist is None else self._persist.keep([step for step, _ in batch])
@@ -375,6 +383,11 @@ class RealtimeDriver:
 
     def _release(self, batch: Batch, kept: Outcome) -> None:
         """Let the effects of a batch leave, and answer who waits."""
+        self._try_again_at = None if kept.durable else self._wall_now() + SECOND
+        if kept.durable:
+            for late, reply in self._unanswered:
+                late.set_result(reply)
+            self._unanswered.clear()
         for step, waiter in batch:
             for effect in step.effects:
                 failed = self.switchboard.carry_out(effect, self._beat)
@@ -383,16 +396,22 @@ class RealtimeDriver:
             for listener in self.listeners:
                 listener(step)
             if waiter is not None:
-                waiter.set_result(step.reply if kept.durable else self._not_kept(step))
+                self._answer(step, waiter, durable=kept.durable)
         if kept.news is not None:
             self._handle(max(self.now(), self.engine.state.now), kept.news)
 
-    def _not_kept(self, step: inp.Step) -> str:
-        """Return the answer to a caller whose step is not durable: a request is taken back, orders stand."""
-        if not isinstance(step.input, inp.Submit) or step.reply.startswith("error:"):
-            return step.reply
-        self._inbox.put(inp.Abort(step.reply, "", "engine", "journal_full"))
-        return f"error:journal_full:{step.reply} is taken back: the journal cannot be written; make room on its disk"
+    def _answer(self, step: inp.Step, waiter: "Future[str]", *, durable: bool) -> None:
+        """Answer a caller; one whose step is not durable is told so, or waits until it is, and a request is taken back."""
+        if durable or step.reply.startswith("error:"):
+            waiter.set_result(step.reply)
+        elif isinstance(step.input, inp.Submit):
+            self._inbox.put(inp.Abort(step.reply, "", "engine", "journal_full"))
+            why = "the journal cannot be written; make room on its disk"
+            waiter.set_result(f"error:journal_full:{step.reply} is taken back: {why}")
+        elif begins_something(step.input):
+            self._unanswered.append((waiter, step.reply))
+        else:
+            waiter.set_result(NOT_KEPT if step.reply == "ok" else step.reply)
 
     def _set_wall(self, key: str, after_us: Micros | None) -> None:
         self._wall_live.pop(key, None)

@@ -9,6 +9,7 @@ import pytest
 from formiga_bt.engine import inputs as inp
 from formiga_bt.engine.drivers.persist import DURABLE, Outcome
 from formiga_bt.engine.drivers.realtime import EngineStopped, RealtimeDriver
+from formiga_bt.engine.keeping import begins_something
 from formiga_bt.errors import SiteError, TaskError
 from formiga_bt.lang.types import AgentRef
 from tests.unit.drivers.conftest import FakeTransport, WatchedEngine
@@ -118,7 +119,7 @@ def test_a_full_disk_refuses_new_tasks_and_lets_go_on_what_flies(
     assert alarms == [
         inp.Alarm("journal_full", "nothing can be kept, no new task is admitted; what flies goes on: no room")
     ]
-    assert driver.ask(inp.Operator("hold", "lwd_1", "me")) == "ok", "orders are carried out and answered"
+    assert driver.ask(inp.Operator("hold", "lwd_1", "me")) == "ok:not_kept", "carried out at once, and told"
     until(lambda: wire.cancels)
     disk.full = False
     driver.ask(inp.Operator("continue", "lwd_1", "me"))
@@ -126,6 +127,52 @@ def test_a_full_disk_refuses_new_tasks_and_lets_go_on_what_flies(
     assert driver.ask(MOVE) == "MoveTask-3"
     until(lambda: len(alarms) == 2)
     assert alarms[1] == inp.Notify("the journal keeps everything again", (), "info")
+
+
+def test_what_lets_more_begin_is_answered_only_when_it_is_kept(driver: RealtimeDriver, disk: Disk) -> None:
+    assert driver.ask(inp.LockdownOrder("land", "me")) == "ok"
+    until(lambda: driver.statistics().inbox.waiting == {})
+    disk.full = True
+    release = driver.post(inp.LockdownOrder("release", "me"))
+    until(lambda: disk.told == "full")
+    assert driver.ask(inp.Operator("hold", "", "me")) == "ok:not_kept"
+    with pytest.raises(
+        TaskError, match=r"^the journal cannot be written, so nothing new is begun or allowed; make room"
+    ):
+        driver.ask(inp.LockdownOrder("release", "me"))
+    assert not release.done()
+    disk.full = False
+    assert release.result(10.0) == "ok", "the disk is tried again, whether or not anything happens"
+
+
+def test_who_waits_for_the_disk_is_told_when_the_engine_stops(driver: RealtimeDriver, disk: Disk) -> None:
+    driver.ask(inp.LockdownOrder("land", "me"))
+    disk.full = True
+    release = driver.post(inp.LockdownOrder("release", "me"))
+    until(lambda: disk.told == "full")
+    driver.stop()
+    with pytest.raises(EngineStopped):
+        release.result(10.0)
+
+
+@pytest.mark.parametrize(
+    ("given", "begins"),
+    [
+        (MOVE, True),
+        (inp.Serve("Move", "ab"), True),
+        (inp.Operator("restart", "Move-1"), True),
+        (inp.LockdownOrder("release"), True),
+        (inp.Approve("ab", "Move", "ann"), True),
+        (inp.Duty("ann", True), True),
+        (inp.Abort("Move-1"), False),
+        (inp.LockdownOrder("hold"), False),
+        (inp.Approve("ab", "Move", "ann", revoke=True), False),
+        (inp.Duty("ann", False), False),
+        *((inp.Operator(order), False) for order in ("hold", "land", "return", "cut", "continue", "clear")),
+    ],
+)
+def test_what_stops_or_ends_something_acts_also_on_a_full_disk(given: inp.Input, begins: bool) -> None:
+    assert begins_something(given) is begins
 
 
 def test_an_engine_that_may_not_write_any_more_ends_and_sends_nothing(
