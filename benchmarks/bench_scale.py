@@ -307,6 +307,8 @@ def crowd(tasks: int) -> dict[str, float]:
             world.let(200_000)
     world.let(2 * SECOND)
     name, at = world.machines[0]
+    gc.collect()
+    gc.freeze()
     given: inp.Input = world.a_status(name, "lwd", 10.0, Position(at.east_m, at.north_m, 0.0))
     times, woken, began = list[float](), list[int](), time.thread_time()
     high_s = 0.0
@@ -323,13 +325,15 @@ def crowd(tasks: int) -> dict[str, float]:
             break
         given = inp.TimerDue(due[1])
     assert sum(woken) >= tasks, f"{sum(woken)} of {tasks} were woken"
-    times_ms = sorted(1e3 * one for one in times)
+    gc.unfreeze()
+    times_ms = [1e3 * one for one in times]
     return {
         "crowd": tasks,
         "crowd_steps": len(times),
         "crowd_s": round(time.thread_time() - began, 2),
         "crowd_median_ms": round(statistics.median(times_ms), 1),
-        "crowd_longest_ms": round(times_ms[-1], 1),
+        "crowd_first_ms": round(times_ms[0], 1),
+        "crowd_longest_other_ms": round(max(times_ms[1:]), 1),
         "crowd_high_after_ms": round(1e3 * high_s, 1),
     }
 
@@ -395,7 +399,8 @@ def main() -> None:
     found |= own_mix(options.tasks, options.agents, {name: found[name]["us"] for name in WAKES})
     print(
         f"the wakes of this world itself, where {options.agents:,} machines report each second: "
-        f"{found['scenario_wake_us']:.1f} us each; {found['scenario_core_percent_at_1000_wakes_s']:.1f} % of a core for 1,000 a second, "
+        f"{found['scenario_wake_us']:.1f} us each; {found['scenario_core_percent_at_1000_wakes_s']:.1f} % of a core for "
+        f"1,000 a second, "
         f"{found['scenario_core_percent']:.0f} % for all {found['scenario_wakes_s']:,} if each report changes the key"
     )
     del small, large
@@ -403,7 +408,8 @@ def main() -> None:
     found |= crowd(options.tasks // 3)
     print(
         f"one status wakes {found['crowd']:,} tasks: {found['crowd_s']:.2f} s in {found['crowd_steps']} steps, "
-        f"median {found['crowd_median_ms']:.1f} ms, the first and longest {found['crowd_longest_ms']:.1f} ms; "
+        f"the first {found['crowd_first_ms']:.1f} ms, the others {found['crowd_median_ms']:.1f} ms, "
+        f"at most {found['crowd_longest_other_ms']:.1f} ms; "
         f"the one of high priority went on within {found['crowd_high_after_ms']:.1f} ms"
     )
     print(json.dumps(found))
