@@ -36,10 +36,9 @@ class Turns:
         """Return who is looked at now, in the order of admission; `touched`: tasks, and whether each must be."""
         if self._seq != self._core.state.seq:
             self._seq, self._room = self._core.state.seq, AT_ONCE
-        if len(touched) == 1 and (self._room > 0 or self._must(*touched, touched)):
-            self._room -= 1
-            return tuple(touched)
-        names = sorted(touched, key=self._order_of)
+        names = list(touched)
+        if len(names) > 1:
+            names.sort(key=self._order_of)
         if len(names) <= self._room:
             self._room -= len(names)
             return names
