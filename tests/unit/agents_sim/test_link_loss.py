@@ -209,3 +209,20 @@ def test_a_frozen_process_does_not_take_its_own_deafness_for_silence(world: Worl
     run(world, 2)
     assert world.end("leg")[1].state == "succeeded"
     assert world.statuses("d")[-1].control == "engine"
+
+
+def test_one_whose_process_died_on_its_way_home_yields_once_the_engine_is_heard(world: World) -> None:
+    go(world, drone())
+    run(world, 5)
+    world.fleet.lose_link("d")
+    world.run(12.0)
+    world.fleet.kill("d")
+    world.run(1.0)
+    world.fleet.restart("d")
+    side = world.fleet["d"].side
+    assert side is not None
+    assert side.control == "failsafe"
+
+    run(world, 5)
+
+    assert side.control == "engine"
