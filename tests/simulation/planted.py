@@ -37,7 +37,6 @@ from formiga_bt.engine.tidying import Tidies
 from formiga_bt.nodes import draining
 from formiga_bt.nodes.decorators import RetryNode, TimeoutNode
 from formiga_bt.nodes.leaves import WaitNode
-from formiga_bt.transport.messages import TERMINAL
 from tests.simulation.plan import Plan, plan
 from tests.simulation.runs import Report, play
 from tests.simulation.world import World
@@ -462,18 +461,6 @@ def goals_leave_before_results_are_in(patch: Patch) -> None:
     patch.setattr(GateView, "ask", lambda self, goal: replace(ask(self, goal), unsettled=False))
 
 
-def results_of_the_outage_are_lost(patch: Patch) -> None:
-    """After a restart a goal that has ended meanwhile counts as if its machine did not know it: it is sent again."""
-    reply = Fleet.on_query_reply
-
-    def replies(self: Fleet, agent_id: str, boot_id: str, events: tuple[Any, ...]) -> None:
-        if self._core.state.resume is not None:
-            events = tuple(replace(e, state="unknown") if e.state in TERMINAL else e for e in events)
-        reply(self, agent_id, boot_id, events)
-
-    patch.setattr(Fleet, "on_query_reply", replies)
-
-
 def unknown_goals_are_waited_for(patch: Patch) -> None:
     """A goal that its machine never had is neither sent again nor ended."""
     patch.setattr(Goals, "_on_unknown", lambda self, goal: self._core.set_wall(f"accept|{goal.id}", None))
@@ -542,7 +529,6 @@ PLANTS: Final[dict[str, tuple[Callable[[Patch], None], int, frozenset[str]]]] = 
         (the_epoch_stays, 0, "epoch"),
         (timers_fire_before_results_are_in, 0, "reconcile"),
         (goals_leave_before_results_are_in, 0, "reconcile"),
-        (results_of_the_outage_are_lost, 0, "wait", "left", "rest", "life"),
         (unknown_goals_are_waited_for, 0, "wait"),
         (a_hold_of_an_outage_is_left_out, 0, "wait"),
     )
@@ -604,7 +590,7 @@ NEEDS: Final[dict[str, Callable[[Plan], bool]]] = {
     **{
         name: _has("engine")
         for name in PLANTS
-        if name.startswith(("a_snapshot", "a_timer_is", "the_epoch", "timers_fire", "goals_leave", "results_of"))
+        if name.startswith(("a_snapshot", "a_timer_is", "the_epoch", "timers_fire", "goals_leave"))
         or name.endswith(("after_a_kill", "_left_out"))
     },
 }

@@ -10,6 +10,7 @@ from formiga_bt.engine import changes as ch
 from formiga_bt.engine import inputs as inp
 from formiga_bt.engine.core import clock_stands
 from formiga_bt.engine.engine import Engine
+from formiga_bt.engine.records import TaskRecord
 from formiga_bt.engine.state import EngineState
 from formiga_bt.engine.treerun import CompiledTrees
 from formiga_bt.nodes.base import RUNNING
@@ -39,8 +40,11 @@ def between(state: EngineState, engine: Engine) -> Found:
 def of_step(state: EngineState, step: inp.Step) -> Found:
     """Look at a step; `state` is still that before it."""
     given = step.input
-    if isinstance(given, inp.Resumed) and given.epoch <= state.epoch:
-        yield "epoch", f"epoch {given.epoch} follows {state.epoch}"
+    if isinstance(given, inp.Resumed):
+        epochs = [c.value for c in step.changes if isinstance(c, ch.CounterSet) and c.name == "epoch"]
+        if max(epochs, default=state.epoch) <= state.epoch:
+            yield "epoch", f"an engine begins with epoch {epochs}, the one before had {state.epoch}"
+    yield from _held_back(state, step)
     resume = state.resume
     if isinstance(given, inp.TimerDue) and resume is not None and resume.phase == "asking":
         yield "reconcile", f"{given.key} fires while machines are asked what they did"
@@ -66,15 +70,27 @@ def of_effects(state: EngineState, step: inp.Step) -> Found:
         goal, agent = state.goals.get(effect.goal_id), state.agents.get(effect.agent)
         if goal is None or agent is None or agent.human or effect.safety:
             continue
-        if not any(isinstance(c, ch.GoalPut) and c.goal.id == goal.id for c in step.changes):
-            continue  # one that never arrived goes again
-        task = state.tasks.get(goal.task)
-        if state.resume is not None and state.resume.phase == "asking":
+        fresh = any(isinstance(c, ch.GoalPut) and c.goal.id == goal.id for c in step.changes)
+        if (
+            fresh and state.resume is not None and state.resume.phase == "asking"
+        ):  # else it never arrived and goes again
             yield "reconcile", f"{effect.goal_id} leaves while machines are asked what they did"
-        held = [cause for cause in task.held if not cause.startswith("clearance:")] if task is not None else []
-        # Of two that land at once one goes when the word for it is given, and in the same step the other is asked for.
-        if goal.section == "steps" and task is not None and held and task.status == "ACTIVE":
-            yield "held_back", f"{effect.goal_id} leaves, its task is HELD: {', '.join(held)}"
+
+
+def _held_back(state: EngineState, step: inp.Step) -> Found:
+    """Follow a step in order: a goal that is sent while its task is HELD, by a cause of before it."""
+    tasks: dict[str, TaskRecord] = {}
+    for change in step.changes:
+        if isinstance(change, ch.TaskPut):
+            tasks[change.task.id] = change.task
+        elif isinstance(change, ch.GoalPut) and change.goal.state == "sent" and change.goal.section == "steps":
+            goal, old = change.goal, state.goals.get(change.goal.id)
+            task = tasks.get(goal.task) or state.tasks.get(goal.task)
+            agent = state.agents.get(goal.agent)
+            if task is None or not task.held or agent is None or agent.human or goal.safety:
+                continue
+            if old is None or old.state == "gated":
+                yield "held_back", f"{goal.id} leaves, its task is HELD: {', '.join(task.held)}"
 
 
 def _clocks(state: EngineState) -> Found:
