@@ -154,7 +154,10 @@ class People:
             return None
         if goal.state in ("in_doubt", "lost"):
             return None  # their app was started again and remembers nothing: it is shown again
-        if goal.code == "goal_expired":  # it slept; the id is used up
+        withdrawn = goal.state == "canceled" and goal.agent not in question.again
+        if (
+            goal.code == "goal_expired" or withdrawn
+        ):  # it slept, or an engine that forgot it took it back: the id is used up
             core.emit(ch.QuestionPut(replace(question, again=(*question.again, goal.agent))))
             return None
         answer = goal.result.get("answer")

@@ -356,11 +356,12 @@ TABLES: Final[Mapping[str, Mapping[str, tuple[str, ...]]]] = MappingProxyType({
     },
     "shown": {
         "-": ("sent",),
-        "accepted": ("-", "failed", "in_doubt", "succeeded"),
+        "accepted": ("-", "canceled", "failed", "in_doubt", "succeeded"),
+        "canceled": ("-",),
         "failed": ("-",),
         "in_doubt": ("-",),
         "rejected": ("-",),
-        "sent": ("-", "accepted", "rejected", "succeeded"),
+        "sent": ("-", "accepted", "canceled", "rejected", "succeeded"),
         "succeeded": ("-",),
     },
     "taken over": {

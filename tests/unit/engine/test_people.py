@@ -137,6 +137,21 @@ def test_an_app_that_slept_until_the_prompt_was_too_old_is_shown_it_again(make: 
     assert yard.end(task) == ("SUCCEEDED", "")
 
 
+def test_a_question_that_an_engine_took_back_and_forgot_is_shown_again_once(make: Make) -> None:
+    yard = make(ASK % "")
+    task = yard.start()
+    first = yard.ann.goal.goal_id
+
+    yard.ann.side.finish(first, "canceled")  # as it answers the repeated id
+    yard.run_for(0.2)
+    assert yard.ann.goal.goal_id == f"{first}#2"
+    yard.ann.side.finish(f"{first}#2", "canceled")
+    yard.run_for(5)
+
+    assert len(shown(yard, "ann")) == 2
+    assert task in yard.engine.open_tasks
+
+
 def test_an_app_that_refuses_is_not_asked_again_and_another_may_answer(make: Make) -> None:
     yard = make(ASK % "", people=2)
     yard.ann.rejects = ["no_screen"]
