@@ -10,8 +10,9 @@ from formiga_bt.errors import JournalError, SiteError
 from formiga_bt.journal.database import Database
 from formiga_bt.journal.keep import stats
 from formiga_bt.journal.past import Past
-from formiga_bt.journal.store import Journal
+from formiga_bt.journal.store import Journal, Unwritable
 from formiga_bt.services.journaling import SITE_FILES, JournalAt
+from formiga_bt.services.words import NOT_KEPT
 from tests.unit.services.conftest import Start
 
 pytestmark = pytest.mark.network
@@ -101,6 +102,31 @@ def test_a_journal_elsewhere_is_found_by_the_next_start_and_by_who_looks_at_it(s
         pass
     assert not (beside / "journal.at").exists()
     assert journals(tmp_path) == [Place(str(file_of(tmp_path)), "meadow")]
+
+
+def test_orders_on_a_full_disk_act_and_say_that_they_are_not_kept(
+    start: Start, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(*_: object) -> None:
+        raise Unwritable("no room\n  help: make room")
+
+    with start(journal=NORMAL) as service:
+        journal = service.host.journaling.journal
+        assert journal is not None
+        with monkeypatch.context() as patch:
+            patch.setattr(journal, "stage", full)
+            said = service.post("/v1/lockdown", {"how": "land"})
+            assert said["text"] == f"LOCKDOWN: nothing starts, nothing goes on; no machine is in the air ({NOT_KEPT})"
+            service.wait(lambda: any("journal_full" in str(line) for line in service.get("/v1/health")["alarms"]))
+            status, problem = service.call("POST", "/v1/lockdown", {"how": "release"})
+            assert (status, problem["code"]) == (409, "journal_full")
+            assert problem["text"].startswith("the journal cannot be written, so nothing new is begun or allowed")
+            said = service.post("/v1/orders", {"order": "hold"})
+            assert said["text"].endswith(f"({NOT_KEPT})")
+        service.wait(lambda: service.call("POST", "/v1/lockdown", {"how": "release"})[0] == 200)
+        assert "not kept" not in service.post("/v1/orders", {"order": "hold"})["text"]
+    with Journal(file_of(tmp_path), "meadow", read_only=True) as journal:
+        assert "LockdownOrder" in stats(journal).kinds, "what waited was kept in the end"
 
 
 def test_an_address_in_the_site_folder_has_no_password(tmp_path: Path) -> None:
