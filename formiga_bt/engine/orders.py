@@ -250,7 +250,10 @@ class Orders:
         """A system task that carried out an order ended, well or not."""
         core = self._core
         order = core.state.orders.get(task.system_agent)
-        if order is None or order.task != task.id:
+        if order is None:  # it was withdrawn while the machine started: that ended in the air
+            self.bring_home_if_idle(task.system_agent, task.requester)
+            return
+        if order.task != task.id:
             return
         agent = core.state.agents[task.system_agent]
         core.stale.add(agent.id)

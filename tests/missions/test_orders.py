@@ -4,7 +4,7 @@ import pytest
 
 from formiga_bt.engine.inputs import LockdownOrder, Operator, SendGoal, Submit
 from formiga_bt.errors import TaskError
-from formiga_bt.geo import Position, horizontal_m
+from formiga_bt.geo import Place, Position, horizontal_m
 from formiga_bt.rehearsal import Rehearsal
 from formiga_bt.testing import alarms, effects, packaged_world, task_of
 from tests.missions.conftest import Fly
@@ -429,3 +429,16 @@ def test_machines_that_are_ordered_down_at_one_instant_land_on_spots_of_their_ow
     spots = [rehearsal.sim[name].body.position() for name in up]
     assert [spot.up_m for spot in spots] == [0.0, 0.0]
     assert horizontal_m(*spots) >= 15.0
+
+
+def test_a_start_that_is_under_way_when_its_order_is_withdrawn_ends_at_home(fly: Fly) -> None:
+    rehearsal = fly(change={"lwd_1": {"at": Place(0.0, -90.0)}})
+    order(rehearsal, "return")
+    assert rehearsal.run_until(lambda: sent(rehearsal, "lwd_1") != [], 60)
+
+    order(rehearsal, "continue")
+    rehearsal.run_for(240)
+
+    record = rehearsal.engine.state.agents["lwd_1"]
+    assert (record.pool, record.landed) == ("STANDBY", "grounded")
+    assert standing(rehearsal, "lwd_1") is None
