@@ -331,9 +331,13 @@ class _Waits:
             return
         for agent_id in task.granted:
             order = state.orders.get(agent_id)
-            mine = state.agents[agent_id].task == task.id
-            if mine and order is not None and order.state == "open" and order.task not in ("", task.id):
-                yield Cause("recover.order", agent_id, order.task)
+            agent = state.agents[agent_id]
+            # A new order begins when the goal of the one that it replaces has ended.
+            brought = (
+                order is not None and order.state == "open" and (order.task or agent.goal) and order.task != task.id
+            )
+            if agent.task == task.id and order is not None and brought:
+                yield Cause("recover.order", agent_id, order.task or agent.goal)
                 return
         yield Cause("", "recover", "a way home")
 
