@@ -5,8 +5,8 @@
 **Missions.** PickUps from request to end on 200 agents in virtual time: without a journal, with `normal`, with `full`, in
 turns, in one run. Effects leave only after their steps are durable. Steps are grouped as the real driver groups them, for at
 most 10 ms, and while the disk is waited for the engine goes on. Virtual time runs much faster than the clock (the engine works
-as fast as it can), so the 10 ms are those of the clock: `--speed` virtual seconds are done in one. `--speed 1` groups by 10 ms of
-virtual time, in which hardly two steps come: then nearly each effect is a commit of its own. The steps of all ways are the
+as fast as it can), so the 10 ms are those of the clock: `--speed` virtual seconds are done in one. `--speed 1` groups by 10 ms
+of virtual time, in which hardly two steps come: then nearly each effect is a commit of its own. The steps of all ways are the
 same, which is looked at, and the journal's fold is the engine's state. `share`: of the missions a second without a journal;
 `share_cpu`: the same of processor time, on a machine that has other things to do; `commit_ms`: how long the disk took.
 

@@ -49,7 +49,9 @@ def make(beside: Path, tasks: int, away_s: float = 0.0) -> tuple[int, int]:
     file.parent.mkdir(parents=True)
     with Journal(file, "bench", durability="normal") as journal:
         journal.take()
-        writer = Writer(journal, lambda: engine.state, wall=lambda: round((time.time() - away_s) * 1e6), clock=time.monotonic)
+        writer = Writer(
+            journal, lambda: engine.state, wall=lambda: round((time.time() - away_s) * 1e6), clock=time.monotonic
+        )
         writer.begin()
         now, batch = START, list[inp.Step]()
 
@@ -146,7 +148,9 @@ def _count(look: sqlite3.Connection) -> tuple[int, int]:
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--tasks", type=int, default=10_000)
-    parser.add_argument("--away-s", type=float, default=0.0, help="so long the engine was away; from 30 s on all tasks wait")
+    parser.add_argument(
+        "--away-s", type=float, default=0.0, help="so long the engine was away; from 30 s on all tasks wait"
+    )
     parser.add_argument("--profile", action="store_true", help="print where the time goes (and be slower)")
     parser.add_argument("--folder", type=Path, default=None, help="on the disk that is to be measured")
     parser.add_argument("--out", type=Path, default=None)

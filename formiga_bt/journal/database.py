@@ -80,7 +80,9 @@ class Database:
         if self.is_sqlite:
             return str(Path(self.where).resolve())
         url = self.url
-        return URL.create("postgresql", url.username, None, url.host, url.port, url.database, url.query).render_as_string()
+        return URL.create(
+            "postgresql", url.username, None, url.host, url.port, url.database, url.query
+        ).render_as_string()
 
     @property
     def file(self) -> Path | None:

@@ -266,7 +266,7 @@ Finger = Callable[[Any], str | None]
 
 def _named(part: Any) -> str | None:
     inside = part.task
-    return inside if isinstance(inside, str) else inside.id if isinstance(inside, Struct) else None
+    return inside if isinstance(inside, str) else getattr(inside, "id", None)
 
 
 def _inside(name: str) -> Finger:
