@@ -44,6 +44,10 @@ class GoalPort(Protocol):
         """End every goal that an agent has or waits for."""
         ...
 
+    def give_up(self, agent_id: str) -> None:
+        """End what waits for a machine that leaves its task."""
+        ...
+
 
 class PeoplePort(Protocol):
     """`People`, for the fleet."""

@@ -94,7 +94,10 @@ class Invariants:
         self._alarmed: set[str] = set()
         self._looked: Micros = 0
         self._since: dict[str, Micros] = {}
-        self._begun: Counter[tuple[str, str]] = Counter()
+        self._begun: dict[tuple[str, str], int] = {}
+        """Who began what, in which life of its process."""
+        self.forgotten: set[str] = set()
+        """Goals that were sent while the journal was full, by an engine that died before they were kept."""
         self._kept_goals: set[str] = set()
         self._open: dict[str, None] = {}
 
@@ -272,11 +275,14 @@ class Invariants:
             self.tell("wait", f"{task_id} ({task.name}): {text}", task_id)
 
     # -- agents and clients --------------------------------------------------------------------------------------------
-    def begins(self, request: GoalRequest) -> None:
-        """A machine's body begins a goal."""
+    def begins(self, request: GoalRequest, boot: int) -> None:
+        """A machine's body begins a goal, in the how-manieth life of its process."""
         key = (request.agent, request.goal_id)
-        self._begun[key] += 1
-        if self._begun[key] > 1:
+        before = self._begun.get(key)
+        self._begun[key] = boot
+        if before is not None and request.goal_id in self.forgotten and before < boot:
+            self.counts["begun again, for nobody remembered it"] += 1  # with a full journal that is not promised
+        elif before is not None:
             self.tell("twice", f"{request.agent} begins {request.goal_id} again", request.goal_id)
         if request.goal_id not in self._kept_goals:
             self.tell("durable", f"{request.agent} begins {request.goal_id}, which no step that was kept has sent")

@@ -74,6 +74,8 @@ class Keeper:
         """Steps until the engine dies; 0 = it does not."""
         self.when: When = "kept"
         self.durable = True
+        self.unkept: list[str] = []
+        """Goals that were sent by steps that wait for room on the disk."""
         self.sign = Sign()
 
     def keep(self, steps: Sequence[inp.Step]) -> Outcome:
@@ -87,6 +89,10 @@ class Keeper:
         world.invariants.step(step)
         kept = world.disk.keep(step)
         self.durable = kept.durable
+        if kept.durable:
+            self.unkept.clear()
+        else:
+            self.unkept += [effect.goal_id for effect in step.effects if isinstance(effect, inp.SendGoal)]
         if step.at // SECOND != self.sign.at // SECOND:
             self.sign = Sign(world.wall(), step.at, step.seq)
         if dies:
@@ -191,7 +197,7 @@ class World:
         def begin(request: GoalRequest) -> str:
             code = start(request)
             if not code:
-                self.invariants.begins(request)
+                self.invariants.begins(request, self.sim[request.agent].boots)
             return code
 
         front.start = begin
@@ -239,13 +245,14 @@ class World:
     def _die(self) -> None:
         self.invariants.counts["engine killed"] += 1
         self.tell(f"ENGINE KILLED, the last step is {self.keeper.when}")
-        disk, state = self.disk, self.engine.state
+        disk = self.disk
         if self.keeper.when == "kept":
             self.invariants.fold()
             self._compare()
-        elif disk.waits:
+        if disk.waits:
             self.invariants.counts["killed with unkept steps"] += 1
-        del state
+        self.invariants.forgotten.update(self.keeper.unkept)
+        self.keeper.unkept.clear()
         self.alive = False
         self.flight.driver.feed = _unheard  # type: ignore[method-assign]  # nothing that it meant to do comes about
         self.flight.driver.close()
