@@ -35,8 +35,8 @@ class Breaches:
         self._tasks = tasks
         self._orders = orders
 
-    def look(self, agent_id: str) -> None:
-        """A status of a machine came in."""
+    def look(self, agent_id: str, ended: str) -> None:
+        """A status of a machine came in; by it this goal of the machine has ended, though its end may not be handled yet."""
         core = self._core
         agent = core.state.agents[agent_id]
         if agent.landed == "grounded":
@@ -44,7 +44,7 @@ class Breaches:
             return
         if agent.refused or agent.pool == "QUARANTINED" or agent.control != "engine" or agent.taken:
             return
-        found = self._broken(agent) or self._stuck(agent)
+        found = self._broken(agent) or (self._stuck(agent) if agent.goal != ended else ())
         self._waits_too_long(agent)
         if not found:
             if agent.breach and not agent.breach.startswith(LATER):

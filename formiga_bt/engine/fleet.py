@@ -185,7 +185,7 @@ class Fleet:
             text = f"{agent.id} is in the air and belongs to no task; formiga return {agent.id} brings it home"
             core.effect(Alarm("found_airborne", text, "", agent.id))
         if not agent.human:
-            self.breaches.look(agent.id)
+            self.breaches.look(agent.id, status.last_goal)
             if status.landed == "grounded" and agent.landed != "grounded" and agent.task:
                 self.tasks.errands.grounded(agent.task, agent.id)
         if status.last_goal and status.last_goal != told_of:

@@ -1,7 +1,12 @@
 """Breaches of the envelope in flight: what the engine does by itself."""
 
+from dataclasses import replace
+
+from formiga_bt.clock import SECOND
 from formiga_bt.engine.inputs import Alarm, SendGoal
-from formiga_bt.testing import alarms, effects
+from formiga_bt.rehearsal import Rehearsal, fleet_of
+from formiga_bt.testing import alarms, check_rehearsal, effects, packaged_task, packaged_world
+from formiga_bt.transport.memory import Faults
 from tests.missions.conftest import Fly
 from tests.missions.test_faults import crossing, pool
 
@@ -53,3 +58,28 @@ def test_a_machine_that_does_not_get_on_is_called_home(fly: Fly) -> None:
     assert alarm.text.startswith("hwd_1: GoTo should take about 22 s and runs for ")
     assert rehearsal.run_until_ended(task, limit_s=600)
     assert pool(rehearsal) == ("STANDBY", "grounded")
+
+
+def test_a_way_whose_end_was_not_heard_is_no_way_that_does_not_get_on() -> None:
+    site, catalogue = packaged_world()
+    patient = {"suspect_after_us": 600 * SECOND, "lost_after_us": 900 * SECOND}
+    types = {
+        name: replace(kind, **patient, limits={**kind.limits, "link_silence_s": 900.0})
+        for name, kind in catalogue.types.items()
+    }
+    catalogue = replace(catalogue, types=types)
+    rehearsal = Rehearsal(
+        site, catalogue, [packaged_task("move_task"), packaged_task("pick_up")], fleet_of(site, catalogue)
+    )
+    rehearsal.run_for(1)
+    task = crossing(rehearsal)
+    rehearsal.hub.set_faults("hwd_1", Faults(drop=1.0))
+    rehearsal.run_for(200)  # meanwhile the way ends, and its result is lost
+    rehearsal.hub.set_faults("hwd_1", Faults())
+
+    assert rehearsal.run_until_ended(task, limit_s=1200)
+
+    assert rehearsal.task(task).status == "SUCCEEDED"
+    assert "envelope.progress" not in alarms(rehearsal)
+    check_rehearsal(rehearsal)
+    rehearsal.close()
