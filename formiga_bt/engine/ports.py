@@ -201,6 +201,6 @@ class OrderPort(Protocol):
 class BreachPort(Protocol):
     """`Breaches`, for the fleet."""
 
-    def look(self, agent_id: str) -> None:
+    def look(self, agent_id: str, ended: str) -> None:
         """A status of a machine came in."""
         ...
