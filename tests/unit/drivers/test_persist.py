@@ -3,6 +3,7 @@
 import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Future
 
 import pytest
 
@@ -34,6 +35,9 @@ class Disk:
         self.open.wait(5.0)
         if self.error is not None:
             raise self.error
+        return self.take(steps)
+
+    def take(self, steps: Sequence[inp.Step]) -> Outcome:
         self.batches.append(list(steps))
         now = "full" if self.full else "ok"
         news = inp.JournalState(now, "no room" if self.full else "") if now != self.told else None
@@ -96,6 +100,82 @@ def test_steps_that_come_together_are_one_batch(driver: RealtimeDriver, disk: Di
     together = max(sum(isinstance(step.input, inp.Operator) for step in batch) for batch in disk.batches)
     assert together > 1
     assert sum(isinstance(step.input, inp.Operator) for step in disk.steps) == 20
+
+
+class SlowDisk(Disk):
+    """A disk that is waited for in another thread."""
+
+    def start(self, steps: Sequence[inp.Step]) -> bool:
+        self.started = list(steps)
+        return True
+
+    def commit(self) -> None:
+        self.open.wait(5.0)
+        if self.error is not None:
+            raise self.error
+
+    def finish(self) -> Outcome:
+        return self.take(self.started)
+
+
+@pytest.fixture
+def slow(engine: WatchedEngine, wire: FakeTransport, monkeypatch: pytest.MonkeyPatch) -> Iterator[RealtimeDriver]:
+    """Return a driver that hands over every step as if it were busy."""
+    monkeypatch.setattr("formiga_bt.engine.drivers.realtime.BATCH_US", 0)
+    driver = RealtimeDriver(engine, [wire], speed=20.0, persist=SlowDisk())
+    driver.start()
+    ready(engine, wire)
+    yield driver
+    driver._persist.open.set()  # type: ignore[union-attr]
+    driver.stop()
+
+
+def at_submit(slow: RealtimeDriver, engine: WatchedEngine, do: Callable[[], None]) -> "Future[str]":
+    """Request a task; when it is taken, shut the disk and do something, in the driver's thread."""
+
+    def before(given: inp.Input) -> None:
+        if isinstance(given, inp.Submit):
+            assert slow._ahead is not None
+            if slow._ahead._commit is not None:
+                slow._ahead._commit.result(5.0)  # what came before is on disk
+            slow._persist.open.clear()  # type: ignore[union-attr]
+            do()
+
+    engine.before = before
+    return slow.post(MOVE)
+
+
+def test_a_busy_engine_goes_on_while_the_disk_is_waited_for_and_nobody_is_answered(
+    slow: RealtimeDriver, engine: WatchedEngine, wire: FakeTransport
+) -> None:
+    disk: SlowDisk = slow._persist  # type: ignore[assignment]
+    orders: list[Future[str]] = []
+    first = at_submit(slow, engine, lambda: orders.append(slow.post(inp.Operator("hold", "", "me"))))
+    until(lambda: engine.seen(inp.Operator))
+    time.sleep(0.02)
+    assert not first.done()
+    assert not orders[0].done()
+    assert not wire.goals
+    disk.open.set()
+    assert first.result(5.0) == "MoveTask-1"
+    assert orders[0].result(5.0) == "ok"
+    until(lambda: wire.goals or engine.state.tasks["MoveTask-1"].held)
+    slow.stop()
+    assert [step.seq for step in disk.steps] == list(range(1, len(disk.steps) + 1)), "in order, and all"
+
+
+def test_an_engine_that_learns_in_the_commit_that_it_may_not_write_sends_nothing(
+    slow: RealtimeDriver, engine: WatchedEngine, wire: FakeTransport
+) -> None:
+    disk: SlowDisk = slow._persist  # type: ignore[assignment]
+    first = at_submit(slow, engine, lambda: None)
+    until(lambda: engine.seen(inp.Submit))
+    disk.error = SiteError("another engine has taken the site")
+    disk.open.set()
+    with pytest.raises(EngineStopped, match="another engine has taken the site"):
+        first.result(5.0)
+    until(lambda: slow.error is not None)
+    assert not wire.goals
 
 
 def test_a_full_disk_refuses_new_tasks_and_lets_go_on_what_flies(
