@@ -184,6 +184,10 @@ class Fleet:
         elif found and status.landed == "airborne" and status.control == "engine":
             text = f"{agent.id} is in the air and belongs to no task; formiga return {agent.id} brings it home"
             core.effect(Alarm("found_airborne", text, "", agent.id))
+        elif self._strays(agent, status):
+            text = f"{agent.id} is in the air and belongs to no task; it is brought home"
+            core.effect(Alarm("found_airborne", text, "", agent.id))
+            self.orders.bring_home_if_idle(agent.id, "engine")
         if not agent.human:
             self.breaches.look(agent.id, status.last_goal)
             if status.landed == "grounded" and agent.landed != "grounded" and agent.task:
@@ -198,6 +202,12 @@ class Fleet:
     def _takes(agent: AgentRecord, status: AgentStatus) -> bool:
         # What joins under its pilot's or its failsafe's command in the air was taken over, too.
         return agent.control == "engine" or (status.control in ("pilot", "failsafe") and status.landed != "grounded")
+
+    def _strays(self, agent: AgentRecord, status: AgentStatus) -> bool:
+        """Return whether a machine that stood is in the air and nobody here sent it: an engine that forgot it has."""
+        rose = agent.landed == "grounded" and status.landed == "airborne" and status.control == "engine"
+        free = not (agent.human or agent.task or agent.goal or agent.taken or agent.refused)
+        return rose and free and agent.pool != "QUARANTINED" and agent.id not in self._core.state.orders
 
     def _lie(self, agent: AgentRecord, status: AgentStatus) -> str:
         if status.type != agent.type:

@@ -326,3 +326,15 @@ def test_a_step_whose_goal_was_stopped_fails_when_its_machine_is_quarantined(mak
 
     assert yard.record("c1").quarantine == "recover_failed"
     assert yard.end(task) == ("FAILED", "agent_lost")
+
+
+def test_a_machine_that_stood_and_is_in_the_air_with_no_task_is_brought_home(make: Make) -> None:
+    """An engine that died with a full journal sent it, and this one knows nothing of it."""
+    yard = make(CART + "steps: [{do: cart.Move}]")
+    yard.cart.auto = {"Home": 1.0}
+    yard.cart.say(landed="airborne")
+    yard.run_for(5)
+
+    assert alarms(yard) == ["found_airborne"]
+    assert yard.cart.done == ["Home"]
+    assert (yard.record("c1").pool, yard.record("c1").landed) == ("STANDBY", "grounded")
