@@ -129,7 +129,7 @@ def recover_is_skipped(patch: Patch) -> None:
 def gate_checks_no_limit(patch: Patch) -> None:
     """The gate lets every goal go, whatever limit it breaks."""
     patch.setattr(GateView, "breach", lambda self, goal, ask: None)
-    patch.setattr(Breaches, "look", lambda self, agent_id: None)
+    patch.setattr(Breaches, "look", lambda self, *args: None)
 
 
 def gate_checks_ends_only(patch: Patch) -> None:
@@ -142,13 +142,13 @@ def gate_checks_ends_only(patch: Patch) -> None:
         return tuple((way[1], way[1]) for way in ways_of(*args, **more)[-1:])
 
     patch.setattr(gateview, "ways_of", ends)
-    patch.setattr(Breaches, "look", lambda self, agent_id: None)
+    patch.setattr(Breaches, "look", lambda self, *args: None)
 
 
 def breach_only_alarms(patch: Patch) -> None:
     """A breach in flight is told, and nothing is done."""
 
-    def look(self: Breaches, agent_id: str) -> None:
+    def look(self: Breaches, agent_id: str, *more: object) -> None:
         return None
 
     patch.setattr(Breaches, "look", look)
