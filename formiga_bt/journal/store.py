@@ -295,8 +295,13 @@ class Journal(Readable):
         """Learn from steps of this site how to keep steps in less room; once for each version of formiga."""
         if self.is_taught:
             return
-        with self._transaction(None, None) as connection:
-            self._teach(connection, codec.learned(steps), __version__)
+        before = self._dictionaries, self._taught, self.codec
+        try:
+            with self._transaction(None, None) as connection:
+                self._teach(connection, codec.learned(steps), __version__)
+        except BaseException:  # what is not written must not be used
+            self._dictionaries, self._taught, self.codec = before
+            raise
 
     @property
     def is_taught(self) -> bool:

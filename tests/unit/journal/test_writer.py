@@ -160,6 +160,18 @@ def test_the_end_writes_what_waits_and_a_snapshot(rig: Rig) -> None:
     assert start.ended is not None
 
 
+def test_what_was_learned_is_not_used_if_it_could_not_be_written(rig: Rig) -> None:
+    rig.give(LONG[:20])
+    rig.fill()
+    with pytest.raises(Unwritable):
+        rig.journal.teach(LONG)
+    assert not rig.journal.is_taught
+    rig.free()
+    rig.give(LONG[20:40])
+    with Journal(rig.journal.where, "demo", read_only=True) as reader:
+        assert [kept.step for kept in reader.read()] == list(LONG[:40])
+
+
 def test_an_end_without_room_is_quiet(rig: Rig) -> None:
     rig.give(LONG[:100])
     rig.fill()
