@@ -10,8 +10,10 @@ from typing import Final
 from formiga_bt.engine.engine import Engine
 from formiga_bt.engine.records import TaskRecord
 from formiga_bt.engine.state import EngineState
+from formiga_bt.engine.taskrun import TaskRun
 from formiga_bt.engine.treerun import CompiledTrees
 from formiga_bt.nodes.base import RUNNING
+from formiga_bt.nodes.live import WaitForNode
 from formiga_bt.show.why.causes import CAUSES, causes_of
 
 LEAVES: Final = ("do", "ask", "wait", "wait_until", "release", "request", "guard")
@@ -40,7 +42,15 @@ def unwoken(engine: Engine) -> Iterator[tuple[str, str]]:
         if not isinstance(trees, CompiledTrees):
             continue
         for key, node in list(trees._nodes.items()):
+            if node.status is RUNNING and isinstance(node, WaitForNode) and _has_come(engine, run, node):
+                yield task_id, f"{node.kind} at {key}"
             if node.status is not RUNNING or node.kind not in LEAVES:
                 continue
             if node.dirty or not node.is_quiet(run):
                 yield task_id, f"{node.kind} at {key}"
+
+
+def _has_come(engine: Engine, run: TaskRun, node: WaitForNode) -> bool:
+    agent, event = node.mem.agent, node.step.event
+    after = run.events_seen(agent, event) if node.step.since_task else node.mem.after
+    return any(one.event == event and one.order > after for one in engine.state.happenings.get(agent, ()))
