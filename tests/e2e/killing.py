@@ -17,6 +17,7 @@ import sys
 import time
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
+from http.client import HTTPException
 from pathlib import Path
 from random import Random
 from typing import Any, Final
@@ -306,7 +307,7 @@ class Killing:
         except HTTPError as error:
             error.close()
             return None
-        except (OSError, ValueError):
+        except (OSError, ValueError, HTTPException):  # it died while it answered
             return None
 
     # -- work --------------------------------------------------------------------------------------------------------
