@@ -18,6 +18,7 @@ import time
 import zlib
 from collections import Counter
 from collections.abc import Callable, Sequence
+from contextlib import nullcontext
 from functools import partial
 from pathlib import Path
 from typing import Any, TextIO
@@ -247,9 +248,13 @@ def main() -> int:
     parser.add_argument("--profile", action="store_true", help="print where the time goes (and be slower)")
     parser.add_argument("--log", default="", help="write every step as JSON")
     options = parser.parse_args()
-    log = Path(options.log).open("w", encoding="utf-8") if options.log else None
-    run = Run(options.missions, log)
-    profile = cProfile.Profile() if options.profile else None
+    with Path(options.log).open("w", encoding="utf-8") if options.log else nullcontext() as log:
+        return measure(Run(options.missions, log), options.profile)
+
+
+def measure(run: Run, profiled: bool) -> int:
+    """Fly the missions and print what they cost; 0 = all of them succeeded in time."""
+    profile = cProfile.Profile() if profiled else None
     if profile is None:
         clocked(run)
     gc.collect()
@@ -269,9 +274,8 @@ def main() -> int:
     if profile is None:
         print(f"of {cpu_s / steps * 1e6:.1f} us a step the engine takes {run.engine_s / steps * 1e6:.1f}")
     print(f"inputs: {dict(run.steps.most_common())}")
-    if log is not None:
+    if run.log is not None:
         print(f"step log: {run.digest:08x}")
-        log.close()
     if profile is not None:
         pstats.Stats(profile).sort_stats("tottime").print_stats(45)
         pstats.Stats(profile).sort_stats("cumulative").print_stats(60)

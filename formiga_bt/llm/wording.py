@@ -11,6 +11,7 @@ from typing import Final
 
 from formiga_bt.lang.model import Catalogue, Site
 from formiga_bt.llm.points import Point, named
+from formiga_bt.llm.spoken import said
 from formiga_bt.units import UNITS
 
 NUMBERS: Final[Mapping[str, int]] = {
@@ -60,6 +61,7 @@ LIGHT_HEAVY: Final[Mapping[str, tuple[str, ...]]] = {
 INTENTS: Final[Mapping[str, str]] = {
     "home": r"\b(?:(?:comes?|flies|fly|goes|go|returns?|gets?|brings?) (?:it |them |both )?(?:back )?home|return(?:s|ing)? to"
     r" (?:the |its |their )?(?:base|port|ports|home)|back (?:to (?:the |its |their )?(?:base|port|ports)|home)|comes? back|"
+    r"(?<!from )(?<!leave )(?<!leaves )(?<!leaving )(?:its|their) (?:own |home )?ports?|en sus? (?:propios? )?puertos?|"
     r"vuelv\w+ a (?:casa|la base|su puerto|sus puertos)|regres\w+|retorn\w+ a|palaa|palaavat|kotiin)\b",
     "ask": r"\b(?:ask|asks|asked|confirm\w*|approv\w+|permission|says? so|agrees?|okays?|kysy\w*|"
     r"pregunt\w+|consult\w+|permiso|aprueb\w+|autoriz\w+|est[aá] de acuerdo|dice(?:n)? (?:que|si)|diga(?:n)? que|vahvist\w+|"
@@ -162,14 +164,13 @@ def read(request: str, site: Site, catalogue: Catalogue) -> Words:
     left = request
     places: dict[str, str] = {}
     for name in sorted([*site.places, *site.regions, *site.ports], key=len, reverse=True):  # `lake_shore` is no `lake`
-        said = _said(name, left)
-        if said:
-            places[name] = said
-            left = left.replace(said, " " * len(said))
+        if words := said(name, left):
+            places[name] = words
+            left = left.replace(words, " " * len(words))
     places |= {name: name for name in found.points}
     if re.search(r"\b(?:the )?base(?: station)?\b", request, re.IGNORECASE):
         places.setdefault("base", "base")
-    agents = {name: said for name in site.agents if (said := _said(name, request))}
+    agents = {name: words for name in site.agents if (words := said(name, request))}
     counts = _counts(request, catalogue)
     return Words(request, tuple(_amounts(request)), places, agents, counts, found.points, original)
 
@@ -180,13 +181,6 @@ def _amounts(request: str) -> Iterator[Amount]:
         number = float(word.replace(",", ".")) if word[0].isdigit() else float(NUMBERS[word])
         type_, factor = UNITS[UNIT_WORDS.get(unit, unit)]
         yield Amount(type_, number * factor, match[0])
-
-
-def _said(name: str, request: str) -> str:
-    """Return the words that name something of the site: `north_field` is also said `north field` and `North-field`."""
-    parts = re.split(r"[_\s-]+", name)
-    found = re.search(r"(?<!\w)" + r"[_\s-]*".join(map(re.escape, parts)) + r"(?!\w)", request, re.IGNORECASE)
-    return found[0] if found is not None else ""
 
 
 def _counts(request: str, catalogue: Catalogue) -> dict[str, int]:
@@ -227,7 +221,7 @@ def types_said(request: str, catalogue: Catalogue) -> set[str]:
             *PEOPLE.get(type_.name, ()),
             *([type_.label] if type_.label else []),
         ]
-        if type_.name not in ("drone", "person") and any(_said(w, request) or _said(w + "s", request) for w in words):
+        if type_.name not in ("drone", "person") and any(said(w, request) or said(w + "s", request) for w in words):
             found.add(type_.name)
     return found
 

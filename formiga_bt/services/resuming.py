@@ -144,7 +144,9 @@ class Blame:
             if self._open is None:
                 self._open = os.open(self._file, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o644)
             text = json.dumps({"tries": self.tries, "now": task}).encode()
-            os.pwrite(self._open, text.ljust(self._length), 0)  # once for each of thousands of tasks: nothing else is done
+            os.pwrite(
+                self._open, text.ljust(self._length), 0
+            )  # once for each of thousands of tasks: nothing else is done
             self._length = len(text)
             if not task:
                 os.close(self._open)

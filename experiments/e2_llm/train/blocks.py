@@ -1,6 +1,7 @@
 """Attention of a sequence whose requests see the prompt and themselves only, without the work for what none of them sees.
 
-With nine requests after one prompt (`batches`), a mask over the whole sequence costs about five times the products that are needed.
+With nine requests after one prompt (`batches`), a mask over the whole sequence costs about five times the products that are
+needed.
 """
 
 from typing import Any, Final
@@ -21,7 +22,7 @@ class Blocks:
         self.spans = list(zip(begins, [*begins[1:], len(turn)], strict=True))
 
     def attention(
-        self, module: Any, query: Any, key: Any, value: Any, attention_mask: Any, scaling: float | None = None, **_: Any
+        self, _module: Any, query: Any, key: Any, value: Any, *_mask: Any, scaling: float | None = None, **_: Any
     ) -> tuple[Any, None]:
         """Return attention as transformers' models ask for it; shapes (1, heads, tokens, width of a head).
 
@@ -41,9 +42,7 @@ class Blocks:
                 values = torch.cat((value[:, :, :shared], values), dim=2)
                 sees = torch.ones(end - begin, shared + end - begin, dtype=torch.bool, device=query.device).tril(shared)
             found.append(
-                attend(
-                    query[:, :, begin:end], keys, values, sees, is_causal=not begin, scale=scaling, enable_gqa=True
-                )
+                attend(query[:, :, begin:end], keys, values, sees, is_causal=not begin, scale=scaling, enable_gqa=True)
             )
         return torch.cat(found, dim=2).transpose(1, 2).contiguous(), None
 

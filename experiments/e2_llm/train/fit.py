@@ -129,7 +129,9 @@ class Run:
         self.blocks.of(example.turn)
         with torch.autocast(self.given.device, dtype=torch.bfloat16):
             inner = self.model.get_base_model()
-            hidden = inner.model(input_ids=ids[None], position_ids=places[None], use_cache=False).last_hidden_state[0, :-1]
+            hidden = inner.model(input_ids=ids[None], position_ids=places[None], use_cache=False).last_hidden_state[
+                0, :-1
+            ]
             at = labels != IGNORED
             logits = torch.nn.functional.linear(hidden[at], self.head)
         return torch.nn.functional.cross_entropy(logits.float(), self.index[labels[at]])

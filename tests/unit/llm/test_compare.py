@@ -90,6 +90,16 @@ def found(request: str, answer: Any) -> list[tuple[str, str]]:
             tree(LAND),
             ("not_home", "the request wants a machine to come home, and none stands at its port at the end"),
         ),
+        (
+            "fly to the camp, then on to its own port, and land",
+            tree(LAND),
+            ("not_home", "the request wants a machine to come home, and none stands at its port at the end"),
+        ),
+        (
+            "un dron mira el campo del norte y vuelve a casa",
+            tree(fly_to("camp"), home()),
+            ("place_not_used", 'the request names "campo del norte", and the task never goes to north_field'),
+        ),
     ],
 )
 def test_a_shortfall_is_told(request_: str, answer: Any, said: tuple[str, str]) -> None:
@@ -100,6 +110,8 @@ def test_a_shortfall_is_told(request_: str, answer: Any, said: tuple[str, str]) 
     ("request_", "answer"),
     [
         ("check the lake shore with a drone", tree(fly_to("lake_shore"), home())),
+        ("un dron mira la orilla del lago y vuelve", tree(fly_to("lake_shore"), home())),
+        ("a drone leaves its port, lands at the camp and stays there", tree(LAND)),
         ("fly to the camp, but not to the lake shore", tree(fly_to("camp"), home())),
         ("a heavy drone flies to the camp at 40 metres and comes home", tree(fly_to("camp"), home(), agents=HWD)),
         ("a drone lands at the camp and stays there", tree(LAND)),
