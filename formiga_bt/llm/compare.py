@@ -30,6 +30,7 @@ _ELSE: Final = r"\b(?:otherwise|if not|else|says? no|on (?:a )?no|unless|si no|e
 _LAND_AT: Final = r"\bland(?:s|ing)?\s+(?:together\s+)?(?:at|in|on|by|near|beside)\s+(?:the\s+)?"
 _TO, _AND_LAND = r"\b(?:to|towards?)\s+(?:the\s+)?", r",?\s+(?:and|to)\s+(?:then\s+)?lands?\b"
 _QUANTITY: Final = re.compile(rf"(?<![\w.])({NUMBER})\s*({UNIT})(?![\w%])", re.ASCII)
+_CORNER: Final = re.compile(r"\b(?:corners?|angles?|esquinas?|[aá]ngulos?)\b", re.IGNORECASE)
 _NOT: Final = re.compile(
     r"\b(?:not|never|avoid|avoids|without|except|don't|instead of|rather than|ei|älä)\b", re.IGNORECASE
 )
@@ -79,6 +80,8 @@ def _is_refused(request: str, said: str) -> bool:
 def _amounts(words: Words, text: str) -> Iterator[Shortfall]:
     values = [a for match in _QUANTITY.finditer(_code(text)) if (a := parse_quantity(match[0])) is not None]
     for amount in words.amounts:
+        if _CORNER.search(words.text) and amount.type == "angle" and amount.words.startswith("90"):
+            continue  # a right angle, in other words
         if not any(t == amount.type and abs(v - amount.si) <= 1e-6 * max(1.0, abs(v)) for t, v in values):
             apart = gap_of(words) == f"{amount.si:g} m"
             yield Shortfall(

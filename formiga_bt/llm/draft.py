@@ -21,6 +21,7 @@ from msgspec import Struct, json, structs
 from formiga_bt.errors import UnusableFile
 from formiga_bt.llm import prompt
 from formiga_bt.llm.agreeing import elected, is_settled, meaning
+from formiga_bt.llm.beyond import beyond
 from formiga_bt.llm.client import Chat
 from formiga_bt.llm.envelope import Answer, Form, NoAnswer, read_answer, schema_of
 from formiga_bt.llm.examples import examples_of, most_similar
@@ -302,6 +303,9 @@ class _Drafting:
         if not flies and self._before is None and not (words.places or words.agents or words.amounts):
             names = ", ".join(["base", *self._world.site.places][:12])
             return self._done("question", plan=answer.plan, say=f"Where shall who go? Places of this site: {names}.")
+        against = None if flies else beyond(self._rounds, self._words.text, self._world)
+        if against is not None:
+            return self._done("impossible", plan=answer.plan, say=_sentences(against.why, against.instead))
         say = ""
         if not flies:
             wrong = [one.text for one in judged.shortfalls if one.severity == "error"]

@@ -44,6 +44,13 @@ _MORE: Final = re.compile(
     re.IGNORECASE,
 )
 """Machines that are spoken of besides `one light drone`."""
+_AND_MORE: Final = re.compile(
+    r"\b(?:a|an|one|un|uno)\s+(?:[\w-]+\s+){0,2}?(?:drone?|lwd|hwd|uav)\b[^.;]*?\b(?:and|y)\s+"
+    rf"(\d|{'|'.join(word for word, number in NUMBERS.items() if number in (2, 3, 4, 5))})\s+(?:more|others|más)\b"
+    r"(?!\s+(?:times?|rounds?|laps?|minutes?|seconds?|met\w+|m|s|min|h|veces|vueltas)\b)",
+    re.IGNORECASE,
+)
+"""`A drone ... and two more`: three."""
 PEOPLE: Final[Mapping[str, tuple[str, ...]]] = {
     "watcher": ("vigilante", "vigilantes", "valvoja"),
     "picker": ("recolector", "recolectora", "recolectores", "poimija"),
@@ -196,6 +203,10 @@ def _counts(request: str, catalogue: Catalogue) -> dict[str, int]:
             found.setdefault("*" if name == "drone" else name, set()).add(number)
     more = _MORE.search(request) is not None
     plain = {name: next(iter(numbers)) for name, numbers in found.items() if len(numbers) == 1}
+    besides = _AND_MORE.search(request)
+    if besides is not None:
+        word = besides[1].casefold()
+        plain["*"], more = 1 + (int(word) if word.isdigit() else NUMBERS[word]), True
     return {name: number for name, number in plain.items() if number > 1 or not more}
 
 

@@ -96,6 +96,11 @@ def found(request: str, answer: Any) -> list[tuple[str, str]]:
             ("not_home", "the request wants a machine to come home, and none stands at its port at the end"),
         ),
         (
+            "put a drone over the camp and two more around it, then all come home",
+            tree(fly_to("camp"), home()),
+            ("wrong_count", "the request speaks of 3 machines, the task uses 1"),
+        ),
+        (
             "un dron mira el campo del norte y vuelve a casa",
             tree(fly_to("camp"), home()),
             ("place_not_used", 'the request names "campo del norte", and the task never goes to north_field'),
@@ -109,6 +114,8 @@ def test_a_shortfall_is_told(request_: str, answer: Any, said: tuple[str, str]) 
 @pytest.mark.parametrize(
     ("request_", "answer"),
     [
+        ("fly to the camp, in a corner of 90 degrees", tree(fly_to("camp"), home())),
+        ("a drone flies to the camp and three more times round it", tree(fly_to("camp"), home())),
         ("check the lake shore with a drone", tree(fly_to("lake_shore"), home())),
         ("un dron mira la orilla del lago y vuelve", tree(fly_to("lake_shore"), home())),
         ("a drone leaves its port, lands at the camp and stays there", tree(LAND)),

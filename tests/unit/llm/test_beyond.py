@@ -1,0 +1,38 @@
+"""What no tree can do is told as impossible, with the reason, when every answer of a model runs against it."""
+
+import pytest
+
+from formiga_bt.llm.draft import draft
+from formiga_bt.llm.world import world_of
+from tests.unit.llm.scripted import Scripted, fly_to, home, tree
+
+
+def said(request: str, *answers: object) -> tuple[str, str]:
+    made = draft(request, world_of(), Scripted(*answers))
+    return made.kind, made.say
+
+
+def test_a_place_that_every_answer_takes_for_one_of_the_site_is_named_with_those_there_are() -> None:
+    wrong = tree(fly_to("old_mill"), home())
+
+    assert said("Fly over the old mill at 40 m and come home.", wrong, wrong, wrong, wrong) == (
+        "impossible",
+        'the site rovaniemi has no "old mill". Possible instead: one of base, camp, north_field, east_field, south_field, '
+        "west_field, lake_shore, lake, bog.",
+    )
+
+
+def test_a_name_that_the_request_does_not_have_is_the_fault_of_the_model() -> None:
+    wrong = tree(fly_to("old_mill"), home())
+
+    assert said("Fly over the camp at 40 m and come home.", wrong, wrong, wrong, wrong)[0] == "failed"
+
+
+@pytest.mark.parametrize("far", ["40 km", "12 km"])
+def test_a_way_longer_than_any_charge_is_impossible(far: str) -> None:
+    wrong = tree(fly_to(f"offset(base, north={far})"), home())
+    kind, say = said(f"A light drone flies {far} north of the base at 40 m and comes home.", wrong, wrong, wrong, wrong)
+
+    assert kind == "impossible"
+    assert say.startswith("that is too far for any machine here: lwd_1 has 100 % less ")
+    assert say.endswith(" leaves less than its reserve of 25 %. Possible instead: a nearer place.")
