@@ -8,16 +8,17 @@ from msgspec import Struct
 
 from experiments.e2_llm.train.phrases import CLAUSES, FACTS, PLANS, TOLD
 from experiments.e2_llm.train.phrases_plain import PLAIN, PLAIN_PLANS
+from experiments.e2_llm.train.phrases_ways import ENDING_PLANS, ENDINGS
 from experiments.e2_llm.train.sites import Practice
 from experiments.e2_llm.train.speaker import Metres, Speaker, Spot, Time, Times
 
 Steps = list[dict[str, Any]]
 HEIGHTS: Final = (15, 20, 25, 30, 35, 40, 45, 50, 60, 70, 80, 90)
 SECONDS: Final = (10, 15, 20, 25, 30, 40, 45, 50, 90, 60, 60, 120, 180, 240, 300)
-GOES: Final = ("over", "over_plain", "watch", "land", "stop", "shuttle")
+GOES: Final = ("over", "over_plain", "watch", "land", "stop", "shuttle", "leave")
 """Their place may be given in degrees; helpers of the language take names."""
-ALL: Final = {**CLAUSES, **PLAIN}
-ALL_PLANS: Final = {**PLANS, **PLAIN_PLANS}
+ALL: Final = {**CLAUSES, **PLAIN, **ENDINGS}
+ALL_PLANS: Final = {**PLANS, **PLAIN_PLANS, **ENDING_PLANS}
 ASSUMED_M: Final = 30
 """A height that nobody gives."""
 
@@ -89,6 +90,10 @@ class Draw:
         """Return different places by name."""
         return tuple(self.spot(plain=True) for _ in range(count))
 
+    def base(self) -> Spot:
+        """Return the base, which is no machine's port."""
+        return Spot("base", "the base", "la base", ("base",))
+
     def height(self) -> Metres:
         """Return a height."""
         return Metres(self.rng.choice(HEIGHTS))
@@ -116,7 +121,7 @@ class Draw:
         match kind:
             case "over":
                 values: dict[str, Any] = {"p": p, "h": h}
-            case "over_plain" | "land":
+            case "over_plain" | "land" | "leave":
                 values = {"p": p}
             case "watch":
                 values = {"p": p, "h": h, "t": t}
@@ -157,6 +162,8 @@ class Draw:
                 values = {"t": t}
             case "tell":
                 values = {"x": self.told()}
+            case "home" if rng.random() < 0.2:
+                return Clause("home_own", {})
             case _:
                 values = {}
         return Clause(kind, values)
@@ -201,6 +208,8 @@ _MAKERS: Final[Mapping[str, Callable[[str, Mapping[str, Any]], Steps]]] = {
     "recentre": lambda r, v: [over(r, v["p"], v["h"])],
     "land_end": lambda r, v: [{"do": "FlyAndLand", "agent": r, "at": v["p"].value}],
     "aside_land": lambda r, v: [{"do": "FlyAndLand", "agent": r, "at": beside(v["p"], v["side"], v["g"])}],
+    "leave": lambda r, v: [{"do": "FlyAndLand", "agent": r, "at": v["p"].value}],
+    "leave_aside": lambda r, v: [{"do": "FlyAndLand", "agent": r, "at": beside(v["p"], v["side"], v["g"])}],
     "wait": lambda _, v: [{"wait": v["t"].value}],
     "tell": lambda _, v: [{"notify": v["x"][0]}],
     "ask": lambda _, v: [{"ask": v["question"], "of": [v["who"]]}],
@@ -223,7 +232,7 @@ def steps_of(clause: Clause, role: str, last: Clause | None) -> Steps:
         role: who does it.
         last: the last part that flew to a place; `stay` lands there.
     """
-    if clause.kind == "home":
+    if clause.kind in ("home", "home_own"):
         return [{"do": "ReturnHome", "agent": role}]
     if clause.kind == "stay":
         assert last is not None

@@ -27,7 +27,7 @@ def formation(draw: Draw) -> Mission:
     kinds = [one for one in ("line", "row", "each", "ring", "triangle") if one != "triangle" or count == 3]
     kind = rng.choice([*kinds, "triangle", "triangle"] if count == 3 else kinds)
     p, h, t = draw.spot(plain=True), Metres(rng.choice((15, 20, 25, 30, 35, 40))), draw.time()
-    values: dict[str, Any] = {"p": p, "h": h, "n": count, "ms": _plural(label, spanish)}
+    values: dict[str, Any] = {"p": p, "h": h, "n": count, "ms": plural(label, spanish)}
     spots = draw.spots(min(count, 4))
     match kind:
         case "line":
@@ -76,7 +76,8 @@ def formation(draw: Draw) -> Mission:
     return Mission("formation", {"tree": {"task": _TASKS[kind], "agents": agents, "steps": steps}}, plan, say, names)
 
 
-def _plural(label: str, spanish: str) -> tuple[str, str]:
+def plural(label: str, spanish: str) -> tuple[str, str]:
+    """Return the name of a type of machines, said of several, in English and Spanish."""
     first, *rest = spanish.split()
     many = first + ("es" if first[-1] not in "aeiouó" else "s")
     words = [
@@ -156,7 +157,7 @@ def parting(draw: Draw) -> Mission:
         if not twins:
             values["e1"], values["e2"] = f"{_the(one, es_)} {texts[0]}", f"{_the(two, es_)} {texts[1]}"
         both_said = twins and speaker.rng.random() < 0.6
-        values |= {"n": 2, "ms": _plural(*draw.at.kinds[first_of][1:])}
+        values |= {"n": 2, "ms": plural(*draw.at.kinds[first_of][1:])}
         if apart:
             land = (
                 ("aterrizan" if es_ else "land")

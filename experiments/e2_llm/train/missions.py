@@ -5,7 +5,7 @@ from typing import Any, Final
 
 from msgspec import Struct
 
-from experiments.e2_llm.train.clauses import Clause, Draw, Steps, over, steps_of
+from experiments.e2_llm.train.clauses import Clause, Draw, Steps, steps_of
 from experiments.e2_llm.train.phrases import CASES, JOINS, SINGLE
 from experiments.e2_llm.train.speaker import Speaker, Time, Times
 
@@ -250,7 +250,8 @@ def _branch(draw: Draw) -> tuple[Clause, Clause]:
     return draw.clause(draw.rng.choice(("over", "watch", "ring", "over_plain"))), draw.clause("home")
 
 
-def _third(speaker: Speaker, who: Machine, clauses: Sequence[Clause]) -> str:
+def third(speaker: Speaker, who: Machine, clauses: Sequence[Clause]) -> str:
+    """Return what a machine does, in words: `a light drone flies ...`."""
     return f"{who.said(speaker)} {joined(clauses, speaker, 1 if speaker.language == 'en' else 0)}"
 
 
@@ -270,20 +271,26 @@ def yes_no(draw: Draw) -> Mission:
         b = (
             other[0].said(speaker, 1 if speaker.language == "en" else 0)
             if no is not None
-            else _third(speaker, who, other)
+            else third(speaker, who, other)
         )
         b = (
             (("send the word: " if speaker.language == "en" else "di: ") + no.values["x"][speaker.language == "es"])
             if no is not None
             else b
         )
-        values = {"u": asked.said, "x": (en, es), "a": _third(speaker, who, yes), "b": b}
+        values = {"u": asked.said, "x": (en, es), "a": third(speaker, who, yes), "b": b}
         return speaker.filled(speaker.pick(CASES["yes_no" if two else "if_yes"]), values)
 
     plan = f"{asked.said[0]} is asked first; on yes the drone {', '.join(c.plan for c in yes)}" + (
         f"; on no: {', '.join(c.plan for c in other)}" if two else ""
     )
     return Mission("answer", tree("AskThenFly", (who, asked), steps), plan, say, names_of([*yes, *other]))
+
+
+def percent_said(speaker: Speaker, percent: int) -> str:
+    """Return a charge in words."""
+    words = f"{percent} percent" if speaker.language == "en" else f"{percent} por ciento"
+    return str(speaker.of((f"{percent} %", f"{percent}%", words)))
 
 
 def battery(draw: Draw) -> Mission:
@@ -304,15 +311,9 @@ def battery(draw: Draw) -> Mission:
     )
 
     def say(speaker: Speaker) -> str:
-        amount = speaker.of(
-            (
-                f"{percent} %",
-                f"{percent}%",
-                f"{percent} percent" if speaker.language == "en" else f"{percent} por ciento",
-            )
-        )
+        amount = percent_said(speaker, percent)
         name = who.said(speaker)
-        values = {"b": amount, "x": text, "m": name, "a": _third(speaker, who, clauses)}
+        values = {"b": amount, "x": text, "m": name, "a": third(speaker, who, clauses)}
         return speaker.filled(speaker.pick(CASES["charged" if waits else "battery"]), values)
 
     plan = f"With {'at least' if waits else 'more than'} {percent} % of charge {told(clauses, 'the drone')}"
@@ -330,7 +331,7 @@ def again(draw: Draw) -> Mission:
     steps: Steps = [{"repeat": n.value, "every": t.value, "steps": chain(clauses, "drone")}]
 
     def say(speaker: Speaker) -> str:
-        return speaker.filled(speaker.pick(CASES["again"]), {"n": n, "t": t, "a": _third(speaker, who, clauses)})
+        return speaker.filled(speaker.pick(CASES["again"]), {"n": n, "t": t, "a": third(speaker, who, clauses)})
 
     plan = f"{n.n} times, every {t.value}, {told(clauses, 'the drone')}"
     return Mission("every", tree("AgainAndAgain", (who,), steps), plan, say, names_of(clauses))
@@ -348,7 +349,7 @@ def escalate(draw: Draw) -> Mission:
     ]
 
     def say(speaker: Speaker) -> str:
-        values = {"u": one.said, "v": two.said, "x": (en, es), "a": _third(speaker, who, clauses)}
+        values = {"u": one.said, "v": two.said, "x": (en, es), "a": third(speaker, who, clauses)}
         return speaker.filled(speaker.pick(CASES["escalate"]), values)
 
     plan = (
@@ -370,7 +371,7 @@ def refused(draw: Draw) -> Mission:
     ]
 
     def say(speaker: Speaker) -> str:
-        values = {"a": _third(speaker, who, [first]), "u": asked.said, "x": (en, es), "y": text}
+        values = {"a": third(speaker, who, [first]), "u": asked.said, "x": (en, es), "y": text}
         return speaker.filled(speaker.pick(CASES["refused"]), values)
 
     plan = f"The drone {first.plan}, {asked.said[0]} is asked, a no is told; it returns"
@@ -404,20 +405,3 @@ def follow(draw: Draw) -> Mission:
 
     plan = f"The drone asks the tracker every {t.value} and follows it at {h.value} until in range, then returns"
     return Mission("follow", tree("FollowTracker", (who, asked), steps), plan, say)
-
-
-__all__ = [
-    "Machine",
-    "Mission",
-    "Person",
-    "again",
-    "battery",
-    "escalate",
-    "follow",
-    "machine",
-    "over",
-    "person",
-    "refused",
-    "single",
-    "yes_no",
-]

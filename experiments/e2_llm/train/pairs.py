@@ -14,7 +14,7 @@ from typing import Any, Final
 
 from msgspec import Struct
 
-from experiments.e2_llm.train import formations, missions, refusals, teams
+from experiments.e2_llm.train import deciding, formations, missions, refusals, relays, rounds, settling, teams
 from experiments.e2_llm.train.clauses import Draw
 from experiments.e2_llm.train.leaks import Guard, leaked, shape
 from experiments.e2_llm.train.missions import Mission
@@ -40,21 +40,33 @@ WORDINGS: Final = 2
 HELD_EVERY: Final = 12
 """Each so-many-th practice is held out, and may use wordings that training never has."""
 SPANISH: Final = 0.33
+FETCH: Final = "FetchHome"
+"""What the product makes of a way home that begins on the ground."""
 KINDS: Final[tuple[tuple[Callable[[Draw], Mission], int], ...]] = (
-    (missions.single, 34),
-    (teams.side_by_side, 14),
-    (formations.formation, 9),
-    (formations.parting, 10),
-    (teams.in_turn, 4),
-    (teams.meet, 4),
-    (missions.yes_no, 7),
-    (missions.battery, 5),
-    (missions.again, 4),
-    (missions.escalate, 3),
-    (missions.refused, 3),
-    (missions.follow, 2),
+    (missions.single, 22),
+    (teams.side_by_side, 9),
+    (formations.formation, 6),
+    (formations.parting, 6),
+    (teams.in_turn, 2),
+    (teams.meet, 2),
+    (missions.yes_no, 3),
+    (missions.battery, 2),
+    (missions.again, 2),
+    (missions.escalate, 1),
+    (missions.refused, 2),
+    (missions.follow, 1),
+    (deciding.only_if, 6),
+    (deciding.either, 7),
+    (relays.does_same, 4),
+    (relays.by_turns, 2),
+    (relays.after_yes, 4),
+    (settling.settle, 8),
+    (settling.parked, 3),
+    (rounds.stops, 4),
+    (rounds.there_and_back, 2),
+    (rounds.periodic, 3),
     (refusals.impossible, 6),
-    (refusals.dangerous, 3),
+    (refusals.dangerous, 5),
     (refusals.unclear, 7),
 )
 
@@ -247,10 +259,23 @@ def renamed_problem(tree: Mapping[str, Any], at: Practice, pair: Pair | None = N
     """
     world = with_points_of(pair, at.shown) if pair is not None else at.shown
     lifter = Lifter(read("", world.site, world.catalogue), world.site)
+    flown = with_points_of(pair, at.flown) if pair is not None else at.flown
     try:
         data = expanded(at.renaming.tree(tree), world, at.shown_verbs, lifter).data
+        meant = expanded(tree, flown, at.verbs, Lifter(read("", flown.site, flown.catalogue), flown.site)).data
     except ShortError as error:
         return str(error)
+    data = _fetched(data, meant, at.renaming.verbs.get(FETCH, FETCH))
     loaded = load_task_json(data, catalogue=world.catalogue, site=world.site, library=world.folders)
     wrong = [one for one in loaded.problems if one.diagnostic.severity == "error"]
     return f"{wrong[0].diagnostic.code} {wrong[0].message}" if wrong else ""
+
+
+def _fetched(data: Any, meant: Any, fetch: str) -> Any:
+    """Return a task in which a way home begins on the ground where it does in what is meant: the product knows shipped names."""
+    if isinstance(data, list) and len(data) == len(meant):  # imports may differ
+        return [_fetched(one, other, fetch) for one, other in zip(data, meant, strict=True)]
+    if not isinstance(data, dict):
+        return data
+    found = {key: _fetched(value, meant[key], fetch) if key in meant else value for key, value in data.items()}
+    return found | {"call": fetch} if meant.get("call") == FETCH else found

@@ -3,9 +3,11 @@
 from typing import Any
 
 from experiments.e2_llm.train.clauses import Draw
+from experiments.e2_llm.train.formations import plural
 from experiments.e2_llm.train.missions import Mission, machine
 from experiments.e2_llm.train.phrases import Both
-from experiments.e2_llm.train.refusing import DANGEROUS, IMPOSSIBLE, SKILLS, UNCLEAR, Row
+from experiments.e2_llm.train.refusing import IMPOSSIBLE, NOWHERE, SKILLS, STRANGERS, UNCLEAR, UNITS, Row
+from experiments.e2_llm.train.refusing_dangers import DANGEROUS
 from experiments.e2_llm.train.sites import PLACES
 from experiments.e2_llm.train.speaker import Metres, Speaker
 
@@ -15,7 +17,7 @@ SAFE_M = 40
 
 def impossible(draw: Draw) -> Mission:
     """Return something that cannot be done here."""
-    kind = draw.rng.choice(("skill", "skill", "many", "high", "far", "nobody"))
+    kind = draw.rng.choice(("skill", "skill", "many", "high", "far", "nobody", "stranger", "no_unit"))
     return _refusal(draw, "impossible", IMPOSSIBLE[kind], _values(draw, kind))
 
 
@@ -30,8 +32,9 @@ def unclear(draw: Draw) -> Mission:
     kind = draw.rng.choice(list(UNCLEAR))
     values: dict[str, Any] = {}
     if kind == "unknown":
-        en, es = draw.rng.choice([said for name, said in PLACES.items() if name not in draw.at.shown.site.places])
-        values["z"] = (en, es)
+        elsewhere = [said for name, said in PLACES.items() if name not in draw.at.shown.site.places]
+        values["z"] = draw.rng.choice(elsewhere if draw.rng.random() < 0.5 else NOWHERE)
+    values |= {"r": Metres(draw.rng.choice((10, 15, 20, 25, 40))), "n": draw.rng.choice((3, 4, 5, 6, 8))}
     return _refusal(draw, "question", UNCLEAR[kind], values)
 
 
@@ -44,20 +47,15 @@ def _values(draw: Draw, kind: str) -> dict[str, Any]:
             english, spanish_k, told = draw.rng.choice(SKILLS)
             return {"k": (english, spanish_k), "k_told": told}
         case "many":
-            plural = f"{spanish.split()[0]}{'es' if spanish.split()[0][-1] not in 'aeiouó' else 's'}"
-            rest = " ".join(
-                f"{word}s"
-                if word[-1] in "aeo" and word not in ("de", "con", "cámara", "carga")
-                else f"{word}es"
-                if word[-1] == "r"
-                else word
-                for word in spanish.split()[1:]
-            )
-            return {"n": have + draw.rng.randint(1, 30), "ms": (f"{label}s", f"{plural} {rest}".strip()), "m": have}
+            return {"n": have + draw.rng.randint(1, 30), "ms": plural(label, spanish), "m": have}
         case "high":
             return {"h": Metres(draw.rng.choice((130, 150, 180, 200, 250, 300, 400, 800)))}
         case "far":
             return {"d": (f"{(n := draw.rng.choice((2, 3, 5, 8, 12, 40)))} km", f"{n} km")}
+        case "stranger":
+            return {"z": draw.rng.choice(STRANGERS)}
+        case "no_unit":
+            return {"z": (draw.rng.choice(UNITS),) * 2}
         case _:
             return {"z": (f"{name}_{have + draw.rng.randint(1, 6)}",) * 2}
 
@@ -79,6 +77,9 @@ def _refusal(draw: Draw, kind: str, row: Row, more: dict[str, Any]) -> Mission:
         "m": more.get("m", ""),
         "d": more.get("d", ("",))[0],
         "z": more.get("z", ("",))[0],
+        "w": _listed(list(draw.at.shown.site.places)),
+        "v": _listed([*draw.at.ids["lwd"], *draw.at.ids["hwd"]]),
+        "o": _listed([*draw.at.ids["watcher"], *draw.at.ids["picker"]]),
     }
     reason, other = why.format_map(told), instead.format_map(told)
     other = other.replace("All 1 of them", "The one there is")
@@ -93,3 +94,7 @@ def _refusal(draw: Draw, kind: str, row: Row, more: dict[str, Any]) -> Mission:
         return speaker.filled(speaker.pick(both), values | {"a": who.said(speaker)})
 
     return Mission(kind, answer, plan, say, spot.names)
+
+
+def _listed(names: list[str]) -> str:
+    return ", ".join(names[:-1]) + " and " + names[-1] if len(names) > 1 else names[0]

@@ -45,7 +45,7 @@ _KINDS: Final = (
 )
 
 
-def _crew(draw: Draw, count: int) -> list[tuple[Machine, str]]:
+def crew_of(draw: Draw, count: int) -> list[tuple[Machine, str]]:
     """Return so many machines that the site has, and their shipped types."""
     have = {of: len(draw.at.ids[of]) for of in ("lwd", "hwd")}
     found: list[tuple[Machine, str]] = []
@@ -73,7 +73,7 @@ def _said(speaker: Speaker, who: Machine, clauses: Sequence[Clause]) -> str:
 def side_by_side(draw: Draw) -> Mission:
     """Return two or three machines, each with its own parts, at the same time."""
     count = draw.rng.choice((2, 2, 2, 3)) if len(draw.at.ids["lwd"]) + len(draw.at.ids["hwd"]) > 2 else 2
-    crew = _crew(draw, count)
+    crew = crew_of(draw, count)
     jobs = [ended(draw, parts(draw, of, 2 if count == 2 else 1, kinds=_KINDS)) for _, of in crew]
     agents: list[Machine | Person] = [who for who, _ in crew]
     if draw.rng.random() < 0.2:
@@ -96,7 +96,7 @@ def side_by_side(draw: Draw) -> Mission:
 
 def in_turn(draw: Draw) -> Mission:
     """Return two machines, one after the other."""
-    crew = _crew(draw, 2)
+    crew = crew_of(draw, 2)
     jobs = [
         [*parts(draw, of, 1, kinds=("over", "watch", "ring", "stop", "tour")), draw.clause("home")] for _, of in crew
     ]
@@ -112,7 +112,7 @@ def in_turn(draw: Draw) -> Mission:
 
 def meet(draw: Draw) -> Mission:
     """Return two machines that go on when both are in place."""
-    (one, _), (two, _) = _crew(draw, 2)
+    (one, _), (two, _) = crew_of(draw, 2)
     p, q = draw.spots(2)
     h = draw.height()
     then = draw.rng.choice(("then_home", "then_land", "swap"))

@@ -1,0 +1,105 @@
+"""Missions in which an answer or a charge decides: to fly or not at all, one place or another, one machine or another."""
+
+from typing import Any, Final
+
+from experiments.e2_llm.train.clauses import Draw, Steps, over
+from experiments.e2_llm.train.missions import (
+    Machine,
+    Mission,
+    chain,
+    ended,
+    machine,
+    names_of,
+    percent_said,
+    person,
+    third,
+    told,
+    tree,
+)
+from experiments.e2_llm.train.phrases_ways import EITHER, NOTHING, ONLY_IF
+from experiments.e2_llm.train.speaker import Speaker
+
+_FLIGHTS: Final = ("over", "over_plain", "watch", "watch_plain", "ring", "ring_plain", "stop", "leave", "tour", "pass")
+
+
+def only_if(draw: Draw) -> Mission:
+    """Return a mission that is flown if somebody says yes, or the charge is enough; else nothing happens."""
+    rng = draw.rng
+    who = machine(draw, "drone", rng.choice(("lwd", "hwd")), by_id=rng.random() < 0.25)
+    clauses = [draw.clause(rng.choice(_FLIGHTS))]
+    if clauses[0].kind != "leave":
+        clauses = ended(draw, [*clauses, draw.clause("over")] if rng.random() < 0.3 else clauses)
+    flight, by_charge = chain(clauses, "drone"), rng.random() < 0.3
+    asked, (question, en, es) = person(draw), draw.fact()
+    percent = rng.choice((35, 40, 45, 50, 55, 60, 65, 70, 75, 80, 85))
+    steps: Steps = [{"ask": question, "of": [asked.role], "save_as": "reply"}]
+    steps.append({"if": "reply.answer == 'yes'", "then": flight})
+    if by_charge:
+        steps = [{"if": f"drone.battery > {percent} %", "then": flight}]
+
+    def say(speaker: Speaker) -> str:
+        values = {"a": third(speaker, who, clauses), "m": who.said(speaker), "b": percent_said(speaker, percent)}
+        values |= {"u": asked.said, "x": (en, es), "z": speaker.pick(NOTHING)}
+        return speaker.filled(speaker.pick(ONLY_IF["charge" if by_charge else "asked"]), values)
+
+    when = f"With more than {percent} % of charge" if by_charge else f"{asked.said[0]} is asked; on yes"
+    agents = (who,) if by_charge else (who, asked)
+    plan = f"{when} {told(clauses, 'the drone')}; else nothing happens"
+    return Mission("only_if", tree("OnlyIf", agents, steps), plan, say, names_of(clauses))
+
+
+def either(draw: Draw) -> Mission:
+    """Return a mission in which an answer decides where, or who, and the rest is the same for both."""
+    rng = draw.rng
+    two_machines = rng.random() < 0.4
+    tail = rng.choice(("wait_home", "wait_home", "home", "wait", "ground_home", "ground"))
+    p, q = draw.spot(), draw.spot(plain=True)
+    h, t = draw.height(), draw.time()
+    asked, (question, en, es) = person(draw), draw.fact()
+    one = machine(draw, "drone", rng.choice(("lwd", "hwd")), by_id=rng.random() < 0.2)
+    other = one
+    if two_machines:
+        first, second = rng.sample(("lwd", "hwd"), 2)
+        one, other = machine(draw, "light", first, plain=True), machine(draw, "heavy", second, plain=True)
+        one, other = _named(one, first), _named(other, second)
+
+    def job(who: Machine, spot: Any) -> Steps:
+        if tail.startswith("ground"):
+            return [{"do": "FlyAndLand", "agent": who.role, "at": spot.value}]
+        return [over(who.role, spot, h)]
+
+    def rest(who: Machine, spot: Any) -> Steps:
+        waits: Steps = [{"wait": t.value}] if tail in ("wait_home", "wait", "ground_home") else []
+        if tail == "wait":
+            return [*waits, {"do": "FlyAndLand", "agent": who.role, "at": spot.value}]
+        return [*waits, {"do": "ReturnHome", "agent": who.role}] if tail != "ground" else []
+
+    yes, no = job(one, p), job(other, p if two_machines else q)
+    after: Steps = []
+    if two_machines or tail == "wait":
+        yes, no = yes + rest(one, p), no + rest(other, p if two_machines else q)
+    else:
+        after = rest(one, p)
+    steps: Steps = [
+        {"ask": question, "of": [asked.role], "save_as": "reply"},
+        {"if": "reply.answer == 'yes'", "then": yes, "else": no},
+        *after,
+    ]
+
+    def say(speaker: Speaker) -> str:
+        values = {"a": one.said(speaker), "b": other.said(speaker), "u": asked.said, "x": (en, es)}
+        values |= {"p": p, "q": q, "h": h, "t": t}
+        head = speaker.filled(speaker.pick(EITHER["who" if two_machines else "place"]), values)
+        return head + speaker.filled(speaker.pick(EITHER[tail]), values)
+
+    where = f"{one.role} goes to {p.value}; on no {other.role} to {(p if two_machines else q).value}"
+    then = {"wait_home": f"waits {t.value}, returns", "home": "returns", "wait": f"waits {t.value}, lands there"}
+    then |= {"ground_home": f"stays {t.value} on the ground, returns", "ground": "stays on the ground there"}
+    up = "" if tail.startswith("ground") else f" at {h.value}"
+    plan = f"{asked.said[0]} is asked; on yes {where}{up}; in both cases it {then[tail]}"
+    agents = (one, other, asked) if two_machines else (one, asked)
+    return Mission("either", tree("EitherWay", agents, steps), plan, say, (*p.names, *q.names))
+
+
+def _named(who: Machine, of: str) -> Machine:
+    return Machine("light" if of == "lwd" else "heavy", who.type, who.en, who.es, who.id)

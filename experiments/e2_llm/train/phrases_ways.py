@@ -1,0 +1,346 @@
+"""How people say answers that decide, machines in turn, landings for good and terse rounds: tables only, as in `phrases`."""
+
+from collections.abc import Mapping
+from typing import Final
+
+from experiments.e2_llm.train.phrases import Both
+
+ENDINGS: Final[Mapping[str, Both]] = {
+    "home_own": (
+        (
+            "[finish|finishes] at its own port",
+            "[land|lands] where it started",
+            "[return|returns] to its own place",
+            "[end|ends] at the port it came from",
+            "[go|goes] back to its starting point",
+            "[put|puts] down on its own port",
+            "[fly|flies] back to where it took off",
+        ),
+        (
+            "[termina|termine|terminar] en su propio puerto",
+            "[vuelve|vuelva|volver] al punto de donde salió",
+            "[regresa|regrese|regresar] a su sitio",
+            "[aterriza|aterrice|aterrizar] donde despegó",
+        ),
+    ),
+    "leave": (
+        (
+            "[land|lands] at {p} and [stay|stays] there",
+            "[set|sets] down at {p} for good",
+            "[park|parks] on the ground at {p}",
+            "[end|ends] its flight on the ground at {p}",
+            "[land|lands] at {p} and [remain|remains] on that spot",
+            "[come|comes] down at {p} and [do|does] not fly on",
+        ),
+        (
+            "[aterriza|aterrice|aterrizar] en {p} y [se queda|se quede|quedarse] allí",
+            "[se posa|se pose|posarse] en {p} y ya no [se mueve|se mueva|moverse]",
+            "[termina|termine|terminar] el vuelo en tierra, en {p}",
+            "[toma|tome|tomar] tierra en {p} y no [sigue|siga|seguir]",
+        ),
+    ),
+    "leave_aside": (
+        (
+            "[set|sets] down {g} {side} of {p} for good",
+            "[land|lands] {g} {side} of {p} and [stay|stays] there",
+            "[end|ends] on the ground {g} to the {side} of {p}",
+        ),
+        (
+            "[aterriza|aterrice|aterrizar] {g} al {side} de {p} y [se queda|se quede|quedarse] allí",
+            "[termina|termine|terminar] en tierra {g} al {side} de {p}",
+        ),
+    ),
+}
+"""Ends of a flight, one of which is home."""
+ENDING_PLANS: Final[Mapping[str, str]] = {
+    "home_own": "returns",
+    "leave": "lands at {p} and stays there",
+    "leave_aside": "lands {g} {side} of {p} and stays there",
+}
+
+NOT_HOME: Final[Both] = (
+    ("It does not come home.", "No way back.", "It is left there.", "It need not return.", "That is where it stays."),
+    ("No vuelve a casa.", "Se queda allí.", "No hace falta que vuelva."),
+)
+"""Said behind a landing for good, now and then."""
+
+NOTHING: Final[Both] = (
+    (
+        "it stays at its port",
+        "nobody flies",
+        "nothing takes off",
+        "it stays where it is",
+        "nothing happens",
+        "it does not take off at all",
+        "everything stays on the ground",
+    ),
+    ("se queda en su puerto", "no vuela nadie", "no despega nada", "se queda donde está", "no pasa nada"),
+)
+ONLY_IF: Final[Mapping[str, Both]] = {
+    "asked": (
+        (
+            "{U} is asked if {x}. Only with a yes {a}; otherwise {z}.",
+            "Ask {u} whether {x}, and only if so {a}. If not, {z}.",
+            "{A}, but only if {u} confirms that {x}. Otherwise {z}.",
+            "Only if {u} says that {x}, {a}; else {z}.",
+            "{A} on condition that {u} agrees that {x}; without that {z}.",
+            "It is for {u} to say whether {x}. Yes: {a}. No: {z}.",
+            "Unless {u} says that {x}, {z}; with a yes {a}.",
+        ),
+        (
+            "Pregunta a {u} si {x}. Solo con un sí {a}; si no, {z}.",
+            "{A}, pero solo si {u} confirma que {x}. Si no, {z}.",
+            "Solo si {u} dice que {x}, {a}; de lo contrario {z}.",
+            "Que decida {u} si {x}. Sí: {a}. No: {z}.",
+        ),
+    ),
+    "charge": (
+        (
+            "Only with more than {b} of charge {a}; otherwise {z}.",
+            "If its battery is above {b}, {a}. If not, {z}.",
+            "{A} if more than {b} is left in its battery; else {z}.",
+            "Check the charge of {m} first: over {b} {a}, below that {z}.",
+        ),
+        (
+            "Solo con más del {b} de batería {a}; si no, {z}.",
+            "Si le queda más del {b} de carga, {a}; de lo contrario {z}.",
+            "{A} si tiene más del {b} de batería. Si no, {z}.",
+        ),
+    ),
+}
+"""A condition whose other case is that nothing happens: `{z}`."""
+
+EITHER: Final[Mapping[str, Both]] = {
+    "place": (
+        (
+            "Ask {u} if {x}: on a yes {a} flies to {p}, on a no to {q}.",
+            "If {u} says that {x}, {a} goes to {p}, if not, to {q}.",
+            "{A} flies to {p} if {u} confirms that {x}, otherwise to {q}.",
+            "{U} decides where {a} goes: {p} if {x}, else {q}.",
+            "{U} is asked whether {x}. Yes means {p}, no means {q}, and {a} goes there.",
+            "Where {a} goes depends on {u}: if {x}, {p}; if not, {q}.",
+        ),
+        (
+            "Pregunta a {u} si {x}: si dice que sí, {a} va a {p}; si dice que no, a {q}.",
+            "Si {u} confirma que {x}, {a} vuela a {p}; si no, a {q}.",
+            "{U} decide adónde va {a}: a {p} si {x}, si no a {q}.",
+        ),
+    ),
+    "who": (
+        (
+            "Ask {u} if {x}. On a yes {a} flies to {p}, on a no {b} does.",
+            "If {u} says that {x}, {a} goes to {p}; if not, {b} goes there.",
+            "{A} flies to {p} if {u} confirms that {x}, otherwise {b} does.",
+            "{U} says whether {x}: with a yes {p} is for {a}, with a no for {b}.",
+        ),
+        (
+            "Pregunta a {u} si {x}. Con un sí va {a} a {p}, con un no va {b}.",
+            "Si {u} dice que {x}, {a} vuela a {p}; si no, vuela {b}.",
+        ),
+    ),
+    "wait_home": (
+        (
+            " {H} up, {t} there, and home in either case.",
+            " Height {h}, a pause of {t}, then home whichever it is.",
+            " In both cases: {h} high, wait {t}, come home.",
+            " {H}, {t}, home, whatever the answer.",
+            " Either way {h} up, stay {t}, fly home.",
+        ),
+        (
+            " A {h}, {t} allí, y a casa en ambos casos.",
+            " Altura {h}, pausa de {t} y luego a casa en cualquier caso.",
+            " En los dos casos: a {h}, espera {t} y vuelve a casa.",
+        ),
+    ),
+    "home": (
+        (
+            " {H} up, and home in both cases.",
+            " Always at {h}, and home afterwards.",
+            " The height is {h} for either, and home at the end.",
+            " Both at {h}; then home.",
+        ),
+        (" A {h}, y a casa en los dos casos.", " Siempre a {h}; después a casa."),
+    ),
+    "wait": (
+        (
+            " {H} up, {t} there, then it lands on the spot.",
+            " In both cases {h} high for {t}, and down to the ground there.",
+        ),
+        (" A {h}, {t} allí, y aterriza en el sitio.", " En ambos casos a {h} durante {t}, y allí toma tierra."),
+    ),
+    "ground_home": (
+        (
+            " It lands there, stays {t} on the ground and comes home in either case.",
+            " A landing of {t} there, and home whichever it is.",
+            " Touch down, {t} on the ground, home: the same for both.",
+        ),
+        (" Toma tierra allí, {t} de parada, y a casa en ambos casos.",),
+    ),
+    "ground": (
+        (
+            " It lands there and stays, whichever it is.",
+            " In both cases it sets down there and does not come back.",
+            " It is left on the ground there.",
+        ),
+        (" Aterriza y se queda allí en ambos casos.", " En los dos casos toma tierra allí y no vuelve."),
+    ),
+}
+"""An answer decides between two places or two machines; what is the same for both is said once, behind it."""
+
+RELAY: Final[Mapping[str, Both]] = {
+    "same": (
+        (
+            "{A} {c}. Once it is home, {b} does the same.",
+            "{A} {c}; when it has landed, {b} does likewise.",
+            "First {a}, then {b}, only one flying at a time: each of them {c}.",
+            "{A} {c}. {B} repeats all that as soon as the first is back at its port.",
+            "One after the other {a} and {b} have the same job, the second only when the first is down: each {c}.",
+            "{A} {c}. Not before it is on the ground at home, {b} flies just the same.",
+        ),
+        (
+            "{A} {c}. Cuando esté en casa, {b} hace lo mismo.",
+            "{A} {c}; en cuanto aterrice, {b} hace exactamente lo mismo.",
+            "Primero {a} y después {b}, de uno en uno: cada cual {c}.",
+            "{A} {c}. {B} lo repite cuando el primero haya vuelto.",
+        ),
+    ),
+    "turns": (
+        (
+            "{A} and {b} take turns over {p}, {h} up: {t} each, then home, {n} each. Only one flies at a time.",
+            "Take turns at {p} with {a} and {b}, {h} high: each stays {t} and is home before the other starts. All that {n}.",
+            "In turns {a} and {b} watch {p} from {h}, {t} at a time; one flies only when the other is home. Do that {n}.",
+            "{A} hovers over {p} at {h} for {t} and goes home, then {b} takes over for as long; that cycle {n}.",
+        ),
+        (
+            "{A} y {b} se turnan sobre {p} a {h}: {t} cada uno y a casa, {n}. Solo vuela uno cada vez.",
+            "Por turnos, {a} y {b} vigilan {p} desde {h}, {t} cada vez; uno sale cuando el otro está en casa. Todo eso {n}.",
+        ),
+    ),
+    "after_yes": (
+        (
+            "{A} {c}. When it is home, ask {u} whether {x}; only after a yes {b} {d}.",
+            "{A} {c}. Then {u} must confirm that {x}, and only then {b} {d}.",
+            "First {a} {c}. Afterwards {b} waits for the word of {u} that {x}; then it {d}.",
+            "{A} {c}. With a yes of {u} to the question if {x}, {b} starts and {d}.",
+        ),
+        (
+            "{A} {c}. Cuando esté en casa, pregunta a {u} si {x}; solo con un sí, {b} {d}.",
+            "{A} {c}. Después {u} debe confirmar que {x}, y solo entonces {b} {d}.",
+        ),
+    ),
+    "on_no": (
+        (" On a no it stays at its port.", " Otherwise the second one does not fly.", " If not, that is all."),
+        (" Con un no se queda en su puerto.", " Si no, el segundo no vuela.", " Si no, eso es todo."),
+    ),
+}
+"""One machine after the other."""
+
+PARKED: Final[Mapping[str, Both]] = {
+    "two": (
+        (
+            "{A} and {b} land at {p}, {g} apart, and stay there{e}.",
+            "{A} and {b} set down side by side at {p} with {g} between them{e}.",
+            "Park {a} and {b} on the ground at {p}, {g} from each other{e}.",
+            "Bring {a} and {b} down at {p}, {g} apart{e}.",
+        ),
+        (
+            "{A} y {b} se quedan en tierra en {p}, a {g} uno de otro{e}.",
+            "Deja {a} y {b} en tierra en {p}, a {g} uno de otro{e}.",
+        ),
+    ),
+    "more": (
+        (
+            "{N} {ms} land side by side at {p}, {g} apart, and stay there{e}.",
+            "Park {n} {ms} in a row on the ground at {p}, {g} apart{e}.",
+            "{N} {ms} end their flight on the ground at {p}, {g} from each other{e}.",
+            "Put {n} {ms} down at {p} with {g} between them{e}.",
+        ),
+        (
+            "{N} {ms} aterrizan en fila en {p} con {g} entre ellos{e}.",
+            "Deja {n} {ms} en tierra en {p}, a {g} uno de otro{e}.",
+        ),
+    ),
+    "good": (
+        ("", "", " for good", "; they are not to come home", "; there they remain"),
+        ("", "", "; no vuelven a casa", "; allí se quedan"),
+    ),
+    "home": (
+        (" for {t}; then they come home", ", {t} long, and home after that", " for {t} and fly home"),
+        (" durante {t} y luego vuelven a casa", ", {t}, y después a casa"),
+    ),
+    "ask_home": (
+        (" until {u} confirms that {x}; then they come home", " till {u} says that {x}, then home"),
+        (" hasta que {u} confirme que {x}, y entonces vuelven a casa",),
+    ),
+}
+"""Machines that land some metres from each other, for good or not: `{e}`."""
+
+ROUNDS: Final[Mapping[str, Both]] = {
+    "stops": (
+        (
+            "{A}: {ps}, in that order; {h}, {t} at each; home.",
+            "Stops for {a}: {ps}. {H} up, {t} at every stop, then home.",
+            "{Ps} with {a}, in this order. Height {h}, {t} each. Home at the end.",
+            "{A}, {h} high, {t} per stop: {ps}; then back home.",
+            "Order of stops: {ps}. {A} at {h}, pause {t} everywhere, home.",
+        ),
+        (
+            "{A}: {ps}, en ese orden; {h}, {t} en cada uno; a casa.",
+            "Paradas de {a}: {ps}. A {h}, {t} en cada parada, y a casa.",
+            "{A} a {h}, {t} por parada: {ps}; luego vuelve a casa.",
+        ),
+    ),
+    "stops_pass": (
+        (
+            "{A}: {ps}, in that order, {h} up, no stops, home.",
+            "Route of {a}: {ps}. {H} up all the way, then home.",
+            "{Ps} without a pause, {a}, {h} high; home.",
+        ),
+        ("{A}: {ps}, en ese orden, a {h}, sin paradas, y a casa.", "Ruta de {a}: {ps}. Siempre a {h}; luego a casa."),
+    ),
+    "stops_ground": (
+        (
+            "{A} touches down at each of these, in this order, {t} on the ground: {ps}. Then home.",
+            "Landings of {a}: {ps}; {t} on the ground at each, then home.",
+            "{Ps}: {a} lands at each for {t}, one after the other; home.",
+        ),
+        (
+            "Aterrizajes de {a}: {ps}; {t} en tierra en cada uno, y a casa.",
+            "{A} aterriza {t} en cada uno, en este orden: {ps}. Luego a casa.",
+        ),
+    ),
+    "there_back": (
+        (
+            "{A}: from {p} to {q} and back, {n}, at {h}, then home.",
+            "{N} from {p} to {q} and back with {a}, {h} up; home afterwards.",
+            "Starting at {p}, {a} flies to {q} and back {n}, {h} high, and then home.",
+            "{A}, {h}: {p}, then {n} over to {q} and back again; home.",
+        ),
+        (
+            "{A}: de {p} a {q} y vuelta, {n}, a {h}, y luego a casa.",
+            "{N} de {p} a {q} y vuelta con {a}, a {h}; después a casa.",
+        ),
+    ),
+    "there_back_ground": (
+        (
+            "{A}: from {p} to {q} and back, {n}, with a landing of {t} at every end, then home.",
+            "{A} lands at {p}, then {n} goes to {q} and back, on the ground for {t} each time; home at the end.",
+        ),
+        ("{A} aterriza en {p} y va {n} a {q} y vuelta, {t} en tierra cada vez; luego a casa.",),
+    ),
+    "periodic": (
+        (
+            "{P} every {e}, {n} in all: {a}, {h} up, {t} there, home in between.",
+            "Every {e} {a} flies to {p} at {h}, waits {t} and goes home; {n} in total.",
+            "{N}, at intervals of {e}, {a} checks {p} from {h} for {t} and returns home.",
+            "{A}: {p}, {h}, {t}, home; the same every {e}, {n} altogether.",
+            "{A} does this {n}, once every {e}: out to {p}, {h} high, {t} of hovering, home.",
+        ),
+        (
+            "{P} cada {e}, {n} en total: {a}, a {h}, {t} allí y a casa.",
+            "Cada {e} {a} vuela a {p} a {h}, espera {t} y vuelve a casa; {n} en total.",
+            "{A} hace esto {n}, cada {e}: {p}, a {h}, {t}, a casa.",
+        ),
+    ),
+}
+"""Terse rounds: places in an order, there and back, every so often."""

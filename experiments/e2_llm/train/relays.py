@@ -1,0 +1,78 @@
+"""Missions of two machines of which one flies at a time: the same again, by turns, the second after a yes."""
+
+from typing import Any
+
+from experiments.e2_llm.train.clauses import Draw, Steps, over
+from experiments.e2_llm.train.missions import Mission, chain, joined, names_of, parts, person, tree
+from experiments.e2_llm.train.phrases_ways import RELAY
+from experiments.e2_llm.train.speaker import Speaker, Time, Times
+from experiments.e2_llm.train.teams import crew_of
+
+_SAME = ("over", "over_plain", "watch", "watch_plain", "ring", "ring_plain", "stop", "tour", "pass", "rings", "line")
+
+
+def does_same(draw: Draw) -> Mission:
+    """Return two machines that have the same job, the second when the first is home."""
+    (one, first), (two, second) = crew_of(draw, 2)
+    clauses = [*parts(draw, "hwd" if "hwd" in (first, second) else "lwd", 2, kinds=_SAME), draw.clause("home")]
+    steps = [*chain(clauses, one.role), *chain(clauses, two.role)]
+
+    def say(speaker: Speaker) -> str:
+        text = joined(clauses, speaker, 1 if speaker.language == "en" else 0)
+        values = {"a": one.said(speaker), "b": two.said(speaker), "c": text}
+        return speaker.filled(speaker.pick(RELAY["same"]), values)
+
+    told = ", ".join(clause.plan for clause in clauses)
+    plan = f"{one.role} {told}; then {two.role} does the same"
+    return Mission("same_after", tree("SameAgain", (one, two), steps), plan, say, names_of(clauses))
+
+
+def by_turns(draw: Draw) -> Mission:
+    """Return two machines that relieve each other over a place, one to three times."""
+    rng = draw.rng
+    (one, _), (two, _) = crew_of(draw, 2)
+    p, h, t = draw.spot(), draw.height(), Time(rng.choice((20, 30, 40, 60, 60, 120, 180)))
+    n = Times(rng.choice((1, 2, 2, 3)))
+    cycle: Steps = []
+    for who in (one, two):
+        cycle += [over(who.role, p, h), {"wait": t.value}, {"do": "ReturnHome", "agent": who.role}]
+    steps: Steps = cycle if n.n == 1 else [{"repeat": n.value, "steps": cycle}]
+
+    def say(speaker: Speaker) -> str:
+        values = {"a": one.said(speaker), "b": two.said(speaker), "p": p, "h": h, "t": t, "n": n}
+        return speaker.filled(speaker.pick(RELAY["turns"]), values)
+
+    plan = f"{n.n} times: {one.role} hovers over {p.value} at {h.value} for {t.value} and returns, then {two.role}"
+    return Mission("by_turns", tree("TakeTurns", (one, two), steps), plan, say, p.names)
+
+
+def after_yes(draw: Draw) -> Mission:
+    """Return a flight of one machine, after which somebody's yes lets a second one start."""
+    rng = draw.rng
+    (one, first), (two, second) = crew_of(draw, 2)
+    kinds = ("over", "over_plain", "watch", "ring", "stop")
+    lead = [*parts(draw, first, 1, kinds=kinds), draw.clause("home")]
+    follow = [*parts(draw, second, 1, kinds=kinds), draw.clause("home")]
+    if rng.random() < 0.25:
+        follow = [draw.clause("leave")]
+    asked, (question, en, es) = person(draw), draw.fact()
+    told_no = rng.random() < 0.45
+    ask: dict[str, Any] = {"ask": question, "of": [asked.role]}
+    then = chain(follow, two.role)
+    steps: Steps = [*chain(lead, one.role), ask, *then]
+    if told_no:
+        kept = ask | {"save_as": "reply"}
+        steps = [*chain(lead, one.role), kept, {"if": "reply.answer == 'yes'", "then": then}]
+
+    def say(speaker: Speaker) -> str:
+        form = 1 if speaker.language == "en" else 0
+        values = {"a": one.said(speaker), "b": two.said(speaker), "u": asked.said, "x": (en, es)}
+        values |= {"c": joined(lead, speaker, form), "d": joined(follow, speaker, form)}
+        text = speaker.filled(speaker.pick(RELAY["after_yes"]), values)
+        return text + (speaker.pick(RELAY["on_no"]) if told_no else "")
+
+    first_told, then_told = (", ".join(clause.plan for clause in job) for job in (lead, follow))
+    plan = f"{one.role} {first_told}; {asked.said[0]} is asked; on yes {two.role} {then_told}"
+    plan += "; on no nothing more" if told_no else ""
+    agents = (one, two, asked)
+    return Mission("after_yes", tree("SecondAfterYes", agents, steps), plan, say, names_of([*lead, *follow]))
