@@ -1,4 +1,4 @@
-"""Repairs that need no model: what the checker itself would mend, and four things that a draft forgets in one way only.
+"""Repairs that need no model: what the checker itself would mend, and five things that a draft forgets in one way only.
 
 Each is told: in the file as a comment, in the round, in the summary. Nothing here changes what was asked for; what could be
 meant in two ways goes back to the model.
@@ -19,6 +19,7 @@ from formiga_bt.llm.world import World
 
 MOST: Final = 12
 _AIRBORNE: Final = re.compile(r"^'(\w+)' can still be airborne")
+_IDLE: Final = re.compile(r"^role '(\w+)' is declared but never used")
 _STEP: Final = re.compile(r"\.?([A-Za-z_]\w*)|\[(\d+)\]")
 FLYING: Final = "lib/flying.yaml"
 
@@ -94,6 +95,10 @@ def _mend(data: dict[str, Any], problem: Problem, world: World) -> str:
         before = list(data.get("imports", ()))
         data["imports"] = [one for one in before if f"'{one}'" not in said]
         return "an import that nothing uses is gone" if data["imports"] != before else ""
+    if code == "W060" and (idle := _IDLE.match(said)) is not None:
+        roles = list(data.get("agents", ()))
+        data["agents"] = [one for one in roles if one.get("name") != idle[1]]
+        return f"nobody is borrowed as {idle[1]}, who had nothing to do" if len(data["agents"]) < len(roles) else ""
     return ""
 
 

@@ -340,3 +340,13 @@ def test_a_change_of_a_draft_is_asked_of_the_model_without_its_adapter() -> None
 
     assert chat.is_plain is True  # type: ignore[attr-defined]
     assert "Rules:" in chat.asked[0][0].text
+
+
+def test_a_role_without_anything_to_do_borrows_nobody() -> None:
+    two = tree(fly_to("camp"), {"wait": "30 s"}, home(), task="LookAtCamp",
+               agents=[{"name": "drone", "type": "lwd"}, {"name": "spare", "type": "hwd"}])  # fmt: skip
+    found, chat = made(LOOK, two)
+
+    assert (found.kind, len(chat.asked)) == ("task", 1)
+    assert "spare:" not in found.yaml
+    assert found.rounds[0].mends == ("nobody is borrowed as spare, who had nothing to do",)
