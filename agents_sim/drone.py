@@ -27,7 +27,7 @@ from agents_sim.motion import (
 from agents_sim.planning import CUT_MOTORS, LOWEST_HOVER_M, Flight, Leg, OnLinkLoss, plan, way_down, way_home
 from agents_sim.preflight import preflight
 from formiga_bt.clock import SECOND, Micros, Scheduler, Timer, micros
-from formiga_bt.geo import Frame, Position, mm
+from formiga_bt.geo import Frame, Place, Position, mm
 from formiga_bt.transport.agent_side import AgentSide
 from formiga_bt.transport.messages import Control, GoalRequest, Landed, PreflightCheck
 
@@ -224,6 +224,13 @@ class Drone:
             self._flight.started += by
             self._flight.ends += by
         self._recorder.moved(self.agent, self._segment, self._kind)
+
+    def carry(self, to: Place) -> None:
+        """Play people who carry it to another place: nothing happens while its rotors turn."""
+        if not self.is_airborne:
+            now, there = self._scheduler.now(), Position(to.east_m, to.north_m, 0.0)
+            self._move(Segment(now, there, now, there), "rest")
+            self.report()
 
     def set_battery(self, percent: float) -> None:
         """Change the charge at once (a cell that failed, a wrong gauge)."""

@@ -61,6 +61,7 @@ class Clearances:
         clearance, place = self.given(goal.agent), self.place(goal.agent)
         if clearance is not None:
             self._core.emit(ch.ClearancePut(goal.agent, None))
+        self.withdraw(goal)  # it goes without the word that it waited for: the machine was carried to a port meanwhile
         return clearance if is_cleared(clearance, place, self._spot(goal), self._core.now) else None
 
     def _spot(self, goal: GoalRecord) -> Place | None:

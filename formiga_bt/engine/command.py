@@ -169,6 +169,9 @@ class Command:
             raise TaskError("not_taken_over", f"{agent.id} was not taken over")
         if agent.control != "engine":
             raise TaskError("not_in_command", f"{agent.id} is still under the control of its {agent.control}")
+        order = core.state.orders.get(agent.id)
+        if how == "return" and order is not None and order.stop == "cut" and order.state != "failed":
+            raise TaskError("cut", f"the motors of {agent.id} were ordered to be cut")
         if how == "continue":
             for goal in self._orders.waiting(agent):
                 text = self._orders.cannot(goal, agent)

@@ -76,7 +76,7 @@ def obstacle(state: EngineState, agent: AgentRecord, action: Lookup) -> tuple[st
     """Return (code, text) of why a machine under our command cannot go on now, or None."""
     order = state.orders.get(agent.id)
     carrier = state.tasks.get(order.task) if order is not None else None
-    if order is not None and order.stop == "cut":
+    if order is not None and order.stop == "cut" and order.state != "failed":
         return "cut", f"the motors of {agent.id} were ordered to be cut"
     if order is not None and carrier is not None and carrier.section != "done" and agent.landed != "grounded":
         return (

@@ -66,7 +66,7 @@ class Orders:
         if stop == "hold" and not why and agent.landed != "grounded" and not self._clearances.patience_us(agent):
             stop = "return"  # it has nothing left to hover on
         old = core.state.orders.get(agent.id)
-        if old is not None and (old.stop == "cut" or (old.stop == stop and old.state != "failed")):
+        if old is not None and old.state != "failed" and old.stop in ("cut", stop):
             if old.stop == stop and RANK[scope] < RANK[old.scope]:
                 self.put(replace(old, scope=scope, by=by))
                 self._hold_task(agent, scope)

@@ -229,6 +229,24 @@ def test_nobody_is_asked_for_a_start_or_landing_at_the_own_port(fly: Fly) -> Non
     assert starts(rehearsal)[0].clearance is None
 
 
+def test_a_machine_that_is_carried_to_its_port_waits_for_no_word_any_more(fly: Fly) -> None:
+    rehearsal = fly(change=AWAY, scripts={"watcher_1": NEVER})
+    task = move(rehearsal)
+    rehearsal.run_for(10)
+    assert rehearsal.task(task).held == ("clearance:lwd_1",)
+
+    site = rehearsal.engine.core.site
+    rehearsal.sim["lwd_1"].drone.carry(site.ports[site.agents["lwd_1"].home].at)
+    rehearsal.run_for(15)
+
+    assert len(starts(rehearsal)) == 1
+    assert rehearsal.task(task).held == ()
+    assert rehearsal.engine.state.clearances == {}
+    assert rehearsal.engine.state.questions == {}
+    assert rehearsal.run_until_ended(task)
+    assert rehearsal.task(task).status == "SUCCEEDED"
+
+
 def test_without_anybody_to_ask_there_is_an_alarm(fly: Fly) -> None:
     rehearsal = fly(change=AWAY, without=("watcher_1",))
 

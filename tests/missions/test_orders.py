@@ -380,6 +380,59 @@ def test_a_cut_on_the_ground_is_sent_too(fly: Fly) -> None:
     assert [g.action for g in effects(rehearsal, SendGoal) if g.agent == "hwd_1"] == ["CutMotors"]
 
 
+def not_cut(fly: Fly) -> tuple[Rehearsal, str]:
+    """Return a flight whose machine was ordered to cut its motors, and was taken over by its pilot before it had."""
+    rehearsal = fly(change={"hwd_1": {"cut": True}})
+    task = crossing(rehearsal)
+    rehearsal.hub.set_delay("hwd_1", 2_000_000)
+    order(rehearsal, "cut", "hwd_1")
+    rehearsal.sim.take_over("hwd_1")
+    rehearsal.run_for(10)
+    rehearsal.sim.hand_back("hwd_1")
+    rehearsal.run_for(5)
+    rehearsal.hub.set_delay("hwd_1", 20_000)
+    return rehearsal, task
+
+
+def test_a_handback_that_is_refused_changes_nothing(fly: Fly) -> None:
+    rehearsal, task = not_cut(fly)
+    assert standing(rehearsal) == ("cut", "open")
+
+    assert refused(rehearsal, "handback_return", "hwd_1") == ("cut", "the motors of hwd_1 were ordered to be cut")
+
+    assert rehearsal.engine.state.agents["hwd_1"].taken
+    assert any(cause.startswith("take-over:") for cause in rehearsal.task(task).held)
+
+
+@pytest.mark.parametrize("word", ["return", "land", "continue"])
+def test_a_machine_that_did_not_cut_its_motors_can_be_ordered_again(fly: Fly, word: str) -> None:
+    rehearsal, task = not_cut(fly)
+    order(rehearsal, "handback_end", "hwd_1")
+    rehearsal.run_for(1)
+    assert standing(rehearsal) == ("cut", "failed")
+    assert airborne(rehearsal) == ["hwd_1"]
+    assert "agent_needs_help" in alarms(rehearsal)
+
+    order(rehearsal, word, "hwd_1")
+    if word != "continue":
+        rehearsal.run_for(120)
+        order(rehearsal, "continue", "hwd_1")
+
+    assert rehearsal.run_until_ended(task)
+    assert airborne(rehearsal) == []
+
+
+def test_a_cut_that_failed_is_sent_again(fly: Fly) -> None:
+    rehearsal, _ = not_cut(fly)
+    order(rehearsal, "handback_end", "hwd_1")
+    rehearsal.run_for(1)
+
+    order(rehearsal, "cut", "hwd_1")
+    rehearsal.run_for(10)
+
+    assert rehearsal.engine.state.agents["hwd_1"].quarantine == "cut"
+
+
 def test_a_take_off_that_was_held_goes_on_in_the_air(fly: Fly) -> None:
     rehearsal = fly()
     task = crossing(rehearsal, 26)
