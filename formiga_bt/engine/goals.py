@@ -247,7 +247,7 @@ class Goals:
         # Another engine of a later epoch commands this site: nothing leaves this one any more.
         core = self._core
         core.clear_walls(goal.id)
-        core.put_goal(goal.id, state="gated", code="epoch", leg=None)
+        core.put_goal(goal.id, state="gated", code="epoch", leg=None, n=-1)  # its agent remembers nothing of it
         self._free_agent(goal)
         if not core.state.counters.get("deposed"):
             core.emit(ch.CounterSet("deposed", 1))
