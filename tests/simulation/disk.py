@@ -22,6 +22,7 @@ from formiga_bt.journal.writer import Writer
 SLOW_S: Final = 0.8
 """So long a commit takes on a slow disk."""
 SNAPSHOT_STEPS: Final = 400
+NEVER: Final = 1_000_000_000
 When = Literal["lost", "kept"]
 """A step whose commit did not come about, or one that was committed and whose effects never left."""
 
@@ -117,10 +118,16 @@ class Disk:
         now: seconds of a clock that never goes back.
         wall: wall time.
         backlog: bytes that may wait while it is full.
+        ahead: the engine goes on while its steps are committed.
     """
 
-    def __init__(self, file: Path | None, now: Callable[[], float], wall: Callable[[], Micros], backlog: int) -> None:
+    def __init__(
+        self, file: Path | None, now: Callable[[], float], wall: Callable[[], Micros], backlog: int, ahead: bool
+    ) -> None:
         self._file, self._now, self._wall, self._backlog = file, now, wall, backlog
+        self._snapshot_steps = (
+            NEVER if ahead else SNAPSHOT_STEPS
+        )  # one of a live engine has steps that are not kept yet
         self._late_s = 0.0
         self.slow = False
         self.memory = MemoryJournal() if file is None else None
@@ -146,7 +153,7 @@ class Disk:
             self.journal = Journal(self._file, "ten", durability="normal")
             self.journal.take(state().epoch)
         self.writer = Writer(
-            self.journal, state, wall=self._wall, clock=self._clock, snapshot_steps=SNAPSHOT_STEPS,
+            self.journal, state, wall=self._wall, clock=self._clock, snapshot_steps=self._snapshot_steps,
             backlog_bytes=self._backlog,
         )  # fmt: skip
         self.writer.begin()

@@ -4,7 +4,7 @@ The state that is looked at is folded here from the steps; at times it is compar
 """
 
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any, Final
 
 from msgspec import Struct
@@ -153,13 +153,18 @@ class Invariants:
                 if effect.agent:
                     self._alarmed.add(effect.agent)
             elif isinstance(effect, inp.SendGoal):
-                self._kept_goals.add(effect.goal_id)
+                if not self.world.plan.ahead:
+                    self._kept_goals.add(effect.goal_id)
                 self.counts["goals"] += 1
         if self.steps % FOLD_EVERY == 0:
             self.fold()
         if step.at - self._looked >= LOOK_US:
             self._looked = step.at
             self.look()
+
+    def kept(self, goals: Iterable[str]) -> None:
+        """Goals whose steps are on disk, or wait for it with an engine that has said so: they may leave."""
+        self._kept_goals.update(goals)
 
     def _before(self, change: ch.Change) -> Any:
         state = self.state
@@ -212,7 +217,7 @@ class Invariants:
         if task.section == "done" and (before is None or before.section != task.section):
             self._open.pop(task.id, None)
             self.counts[f"{task.status} {task.code}".strip()] += not task.system_agent
-            if task.code in ("exception", "runaway"):
+            if task.code in ("exception", "runaway") and task.id not in self.world.blamed:
                 self.tell("exception", f"{task.id} ({task.name}) ends {task.code}: {task.reason}", task.id)
         if before is None or before.roles is not task.roles or before.section != task.section:
             self._hold(task, before)
@@ -247,6 +252,8 @@ class Invariants:
             self.tell("wake", f"{task_id}: {node} has something to do and was not visited", task_id)
         if self.state.resume is not None and self.state.resume.phase != "watching":
             return
+        if self.state.counters.get("deposed"):
+            return  # another engine cares for them
         for name, drone in self.world.drones.items():
             self._look_at(self.state.agents.get(name), drone.is_airborne)
 

@@ -223,9 +223,9 @@ TABLES: Final[Mapping[str, Mapping[str, tuple[str, ...]]]] = MappingProxyType({
     "finally": {
         "-": ("running", "waiting"),
         "ended": ("-",),
-        "running": ("ended", "stopping"),
-        "stopping": ("ended",),
-        "waiting": ("ended", "running"),
+        "running": ("-", "ended", "stopping"),
+        "stopping": ("-", "ended"),
+        "waiting": ("-", "ended", "running"),
     },
     "goal": {
         "-": ("canceling", "gated"),
@@ -305,14 +305,16 @@ TABLES: Final[Mapping[str, Mapping[str, tuple[str, ...]]]] = MappingProxyType({
     },
     "order": {
         "-": ("cut open", "hold open", "land open", "return open"),
-        "cut open": ("-",),
+        "cut failed": ("-",),
+        "cut open": ("-", "cut failed"),
         "hold done": ("-",),
         "hold open": ("-", "hold done"),
         "land done": ("-",),
         "land failed": ("-",),
         "land open": ("-", "land done", "land failed"),
         "return done": ("-",),
-        "return open": ("-", "return done"),
+        "return failed": ("-",),
+        "return open": ("-", "return done", "return failed"),
     },
     "person liveness": {
         "-": ("ALIVE",),
@@ -359,9 +361,10 @@ TABLES: Final[Mapping[str, Mapping[str, tuple[str, ...]]]] = MappingProxyType({
         "accepted": ("-", "canceled", "failed", "in_doubt", "succeeded"),
         "canceled": ("-",),
         "failed": ("-",),
+        "gated": ("-", "sent"),
         "in_doubt": ("-",),
         "rejected": ("-",),
-        "sent": ("-", "accepted", "canceled", "rejected", "succeeded"),
+        "sent": ("-", "accepted", "canceled", "gated", "rejected", "succeeded"),
         "succeeded": ("-",),
     },
     "taken over": {

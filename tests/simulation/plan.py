@@ -15,6 +15,7 @@ from agents_sim.world import AgentSpec
 from formiga_bt.geo import Place, Region
 from formiga_bt.lang.model import Site, SiteAgent
 from formiga_bt.lang.types import AgentRef
+from tests.simulation.more import APPROVER, MORE_FROM, PILOTS, more
 from tests.simulation.trees import TREES, ten_site
 
 DRONES: Final = (
@@ -57,12 +58,15 @@ class Deed(Struct, frozen=True):
     at: float
     what: str
     whom: str = ""
-    """An agent, or `#<n>`: the n-th open task, modulo their number; "" = all."""
+    """An agent; `@<agent>`: its task; `#<n>`: the n-th open task, modulo their number; `~<n>`: of those that end; "": all."""
     how: str = ""
     much: float = 0.0
     again: tuple[int, ...] = ()
     """Of the end of an engine: after how many steps each of the next ones ends."""
     away_s: float = 0.0
+    blames: int = 0
+    """Of the end of an engine: the how-manieth open task is said to have caused it; 0 = none."""
+    count: int = 1
 
     def __str__(self) -> str:
         more = [f"{self.much:g}" if self.much else "", f"away {self.away_s:g} s" if self.away_s else ""]
@@ -82,6 +86,10 @@ class Plan(Struct, frozen=True):
     on_file: bool = False
     """The journal is a real SQLite file."""
     batteries: tuple[float, ...] = ()
+    real: bool = False
+    """The site is in mode real: tasks need an approval, machines a pilot."""
+    ahead: bool = False
+    """The engine goes on while its steps are committed."""
 
     @property
     def agents(self) -> int:
@@ -91,7 +99,8 @@ class Plan(Struct, frozen=True):
     @property
     def site(self) -> Site:
         """Return the site."""
-        return _site(self.drones, tuple((name, kind) for name, kind, _ in self.people))
+        people = tuple((name, kind) for name, kind, _ in self.people)
+        return _real_of(self.drones, people) if self.real else _site(self.drones, people)
 
     def specs(self) -> list[AgentSpec]:
         """Return the simulated agents."""
@@ -118,8 +127,18 @@ def _site(drones: int, people: tuple[tuple[str, str], ...]) -> Site:
     return replace(ten_site(), agents=listed, people={"watchers": watchers})
 
 
+@cache
+def _real_of(drones: int, people: tuple[tuple[str, str], ...]) -> Site:
+    site = _site(drones, people)
+    return replace(site, mode="real", pilots=dict(PILOTS), people={**site.people, "approvers": (APPROVER,)})
+
+
 def plan(seed: int) -> Plan:
-    """Return the plan of a seed."""
+    """Return the plan of a seed; from `more.MORE_FROM` on it has more in it."""
+    return more(_plan(seed)) if seed >= MORE_FROM else _plan(seed)
+
+
+def _plan(seed: int) -> Plan:
     dice = Random(f"simulation/{seed}")
     drones = dice.randint(4, len(DRONES))
     people = tuple(

@@ -22,6 +22,8 @@ CHILDREN = ("move_task", "circle")
 """What random trees request."""
 TREES = 300
 """So many random trees there are."""
+MORE_TREES = 150
+"""So many more, with rarer steps, have the numbers from `TREES` on."""
 Step = dict[str, Any]
 
 
@@ -42,7 +44,8 @@ def task_of(name: str) -> Task:
 def _drawn(number: int) -> Task:
     _, catalogue = packaged_world()
     for attempt in range(100):
-        text = json.dumps(_Drawing(Random(f"tree/{number}/{attempt}")).task(f"Tree{number}"), indent=1)
+        drawing = _Drawing if number < TREES else _Rarer
+        text = json.dumps(drawing(Random(f"tree/{number}/{attempt}")).task(f"Tree{number}"), indent=1)
         loaded = load_task_text(text, f"tree{number}.yaml", catalogue=catalogue, site=ten_site())
         if loaded.task is not None:
             return loaded.task
@@ -200,3 +203,46 @@ class _Drawing:
             {"wait": f"{self.dice.randint(1, 10)} s"},
             {"do": f"{role}.TakeOff"},
         ]
+
+
+class _Rarer(_Drawing):
+    """One tree of those with rarer steps: what is stopped has much to tidy up, and waits for keys."""
+
+    def task(self, name: str) -> dict[str, Any]:
+        """Return the file of a task."""
+        dice = self.dice
+        self.agents["drone"] = self.role()
+        steps = self.mission("drone")
+        if dice.random() < 0.5:
+            steps = [{"sequence": steps, "finally": self.cleanup(dice.random() < 0.6)}]
+        task: dict[str, Any] = {
+            "formiga": 1, "task": name, "imports": ["lib/flying.yaml"], "params": self.params, "agents": self.agents,
+            "steps": steps,
+        }  # fmt: skip
+        for section in ("on_failure", "on_abort", "finally"):
+            if dice.random() < 0.5:
+                task[section] = self.cleanup(dice.random() < 0.3)
+        if dice.random() < 0.4:
+            task["cleanup_timeout"] = f"{dice.randint(2, 12)} s"
+        if dice.random() < 0.5:
+            task["timeout"] = f"{dice.randint(10, 120)} s"
+        return task
+
+    def cleanup(self, flies: bool) -> list[Step]:
+        """Return steps of a cleanup."""
+        leg: Step = {"do": "drone.GoTo", "with": {"to": "${above(to, 50 m)}"}}
+        return [{"wait": f"{self.dice.randint(2, 15)} s"}, *([leg] if flies else []), {"notify": "tidied up"}]
+
+    def block(self, role: str, depth: int) -> Step:
+        """Return a step that begins and ends in the air."""
+        dice = self.dice
+        match dice.choice(("as before", "until", "at once", "cut short")):
+            case "until":
+                condition = dice.choice((f"{role}.battery < {dice.randint(10, 95)} %", f"{role}.battery > 200 %"))
+                return {"wait_until": condition, "timeout": f"{dice.randint(3, 25)} s", "ignore_failure": True}
+            case "at once":  # the goal is wished for, and not any more, in one step
+                return {"parallel": [self.go(role), {"notify": "Never mind."}], "need": "any"}
+            case "cut short":
+                tidy: Step = {"sequence": [self.go(role), self.go(role)], "finally": self.cleanup(dice.random() < 0.5)}
+                return {"parallel": [tidy, {"wait": f"{dice.randint(1, 10)} s"}], "need": "any"}
+        return super().block(role, depth)

@@ -10,8 +10,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
+from random import Random
 from typing import Any, Final
 
+import msgspec
 from msgspec import Struct
 
 from agents_sim.drone import Drone
@@ -26,9 +28,12 @@ from formiga_bt.rehearsal import Rehearsal
 from formiga_bt.testing import packaged_world
 from formiga_bt.transport.memory import NO_FAULTS, Faults
 from formiga_bt.transport.messages import GoalRequest
+from tests.simulation.ahead import AheadDriver
 from tests.simulation.disk import Disk, Killed, When, bare
 from tests.simulation.invariants import Invariants
+from tests.simulation.more import MORE_FROM
 from tests.simulation.plan import Ask, Deed, Plan
+from tests.simulation.rarer import Rarer
 from tests.simulation.trees import CHILDREN, task_of
 
 PERSON: Final = "watcher_1"
@@ -39,7 +44,7 @@ ASK_AGAIN_S: Final = 4.0
 CALM_S: Final = 120.0
 """So long tasks may go on by themselves in the calm; then they are aborted."""
 REST_S: Final = 1200.0
-REFUSED_FOR_NOW: Final = ("journal_full", "lockdown", "busy")
+REFUSED_FOR_NOW: Final = ("journal_full", "lockdown", "busy", "not_approved")
 BACKLOG: Final = 60_000
 
 
@@ -78,6 +83,28 @@ class Keeper:
         """Goals that were sent by steps that wait for room on the disk."""
         self.sign = Sign()
 
+    def take(self, step: inp.Step) -> None:
+        """Take a step that is kept later (`AheadDriver`), or die."""
+        self.left -= 1
+        if self.left == 0 and self.when == "lost":
+            raise Killed
+        self.world.invariants.step(step)
+        if self.left == 0:
+            raise Killed
+
+    def kept(self, steps: Sequence[inp.Step], kept: Outcome) -> None:
+        """Steps that were taken are kept."""
+        self.durable = kept.durable
+        sent = [effect.goal_id for step in steps for effect in step.effects if isinstance(effect, inp.SendGoal)]
+        if kept.durable:
+            self.unkept.clear()
+        else:
+            self.unkept += sent
+        self.world.invariants.kept(sent)
+        last = steps[-1]
+        if last.at // SECOND != self.sign.at // SECOND:
+            self.sign = Sign(self.world.wall(), last.at, last.seq)
+
     def keep(self, steps: Sequence[inp.Step]) -> Outcome:
         """Keep a step, or die."""
         (step,) = steps
@@ -114,7 +141,7 @@ class World:
         self._loud = story
         catalogue = _catalogue()
         tasks = {task.name: task for task in map(task_of, (*CHILDREN, *(ask.task for ask in plan.asks)))}
-        self._names = {ask.task: task_of(ask.task).name for ask in plan.asks}
+        self.names = {task: task_of(task).name for task in dict.fromkeys((*CHILDREN, *(ask.task for ask in plan.asks)))}
         self.flight = Rehearsal(
             plan.site, catalogue, tasks.values(), (), seed=plan.seed, status_every_us=STATUS_EVERY_US, keep_steps=False
         )
@@ -123,13 +150,14 @@ class World:
         file = Path(self._folder.name) / "ten.db" if self._folder is not None else None
         self.wall_off: Micros = 0
         backlog = BACKLOG if plan.seed % 4 == 0 else 64_000_000
-        self.disk = Disk(file, lambda: self.now / SECOND, self.wall, backlog)
+        self.disk = Disk(file, lambda: self.now / SECOND, self.wall, backlog, plan.ahead)
         self.disk.take(lambda: self.flight.engine.state)
         self.invariants = Invariants(self)
         self.invariants.begin(load_snapshot(snapshot(self.engine.state)))
         self.keeper = Keeper(self)
         self.alive = True
         self.drones: dict[str, Drone] = {}
+        self.rarer = Rarer(self)
         self._begin = self.now
         self._down: set[str] = set()
         self._frozen: set[str] = set()
@@ -138,6 +166,11 @@ class World:
         self._deaths: list[int] = []
         """After how many steps each of the next engines dies."""
         self._acked: list[str] = []
+        self._ahead_dice = Random(f"simulation/ahead/{plan.seed}")
+        self._unanswered: dict[str, Ask] = {}
+        """Tasks that were requested, until that is on disk."""
+        self.blamed: set[str] = set()
+        """Tasks that were said to have ended an engine."""
         self._again: tuple[Any, ...] = ()
         self._calm = False
         self._begin_driver(self.flight.driver)
@@ -146,6 +179,7 @@ class World:
             if isinstance(agent.body, Drone):
                 self.drones[spec.id] = agent.body
                 self._watch(agent.front)
+                self.rarer.watch(spec.id)
         self._send = self.hub.transport.send_goal
         self.hub.transport.send_goal = self._sends  # type: ignore[method-assign]
 
@@ -163,6 +197,10 @@ class World:
     def wall(self) -> Micros:
         """Return the time of day, which may jump."""
         return self.now + self.wall_off
+
+    def name_of(self, task: str) -> str:
+        """Return the name that a task has in its file."""
+        return self.names.get(task) or task_of(task).name
 
     def tell(self, text: str) -> None:
         """Add a line to the story."""
@@ -210,6 +248,8 @@ class World:
     # -- the engine's lives --------------------------------------------------------------------------------------------
     def _begin_driver(self, driver: VirtualDriver) -> None:
         driver._persist = self.keeper
+        if self.plan.ahead:
+            AheadDriver.begin(driver, self, self._ahead_dice)
         if self._loud:
             driver.listeners.append(self._tell_step)
 
@@ -246,9 +286,16 @@ class World:
         self.invariants.counts["engine killed"] += 1
         self.tell(f"ENGINE KILLED, the last step is {self.keeper.when}")
         disk = self.disk
+        driver = self.flight.driver
         if self.keeper.when == "kept":
             self.invariants.fold()
+        if isinstance(driver, AheadDriver):
+            driver.die(kept=self.keeper.when == "kept")
+        elif self.keeper.when == "kept":
             self._compare()
+        lost, self._unanswered = list(self._unanswered.values()), {}
+        for ask in lost:
+            self.scheduler.call_at(self.now + round(ASK_AGAIN_S * SECOND), lambda ask=ask: self.ask(ask))  # type: ignore[misc]
         if disk.waits:
             self.invariants.counts["killed with unkept steps"] += 1
         self.invariants.forgotten.update(self.keeper.unkept)
@@ -298,12 +345,27 @@ class World:
         self.tell(f"ENGINE RESUMES from step {state.seq}")
         flight.driver.feed(
             inp.Resumed(
-                epoch=state.epoch + 1, at=at, since=sign.wall, wall=self.wall(), heard=now, again=tuple(again),
+                epoch=max(state.epoch, self.rarer.rival) + 1, at=at, since=sign.wall, wall=self.wall(), heard=now,
+                again=tuple(again),
                 rebuilt={t.id: t.bundle for t in state.tasks.values() if t.section != "done" and t.bundle != "system"},
-                lost=flight.engine.unbuilt,
+                lost=flight.engine.unbuilt, poison=self._blamed(state),
             )
         )  # fmt: skip
+        self.rarer.rival = 0
         flight.driver._publish_clock()
+
+    def _blamed(self, state: EngineState) -> tuple[str, ...]:
+        """Return the task that is said to have ended the engine."""
+        runs = [task.id for task in state.tasks.values() if task.section not in ("", "done")]
+        which, self._death = self._death.blames, msgspec.structs.replace(self._death, blames=0)
+        found = (runs[which % len(runs)],) if which and runs else ()
+        self.blamed.update(found)
+        return found
+
+    def die_now(self) -> None:
+        """Let the engine die with its next step."""
+        self._death, self._deaths = Deed(0.0, "engine", how="kept", away_s=3.0), []
+        self.keeper.left, self.keeper.when = 1, "kept"
 
     def _check_known(self, state: EngineState) -> None:
         missing = [task for task in self._acked if task not in state.tasks]
@@ -320,9 +382,11 @@ class World:
     def ask(self, ask: Ask) -> None:
         """Request a task; ask again if nobody is there, or not now."""
         self.tell(f"SUBMIT {ask.task} {ask.params} {ask.priority or ''}")
-        reply = self.order(inp.Submit(self._names[ask.task], dict(ask.params), ask.priority, PERSON))
+        reply = self.order(inp.Submit(self.name_of(ask.task), dict(ask.params), ask.priority, PERSON))
         if reply and not reply.startswith("error:"):
-            if self.keeper.durable:
+            if self.plan.ahead:
+                self._unanswered[reply] = ask
+            elif self.keeper.durable:
                 self._acked.append(reply)
             else:  # as the driver does it: the request is taken back
                 self.order(inp.Abort(reply, "", "engine", "journal_full"))
@@ -331,6 +395,19 @@ class World:
         self.invariants.counts[f"refused {code}"] += 1
         if not reply or code in REFUSED_FOR_NOW:
             self.scheduler.call_at(self.now + round(ASK_AGAIN_S * SECOND), lambda: self.ask(ask))
+
+    def release(self, step: inp.Step) -> None:
+        """Answer who requested a task by a step that is kept, or not (`AheadDriver`)."""
+        if self._unanswered.pop(step.reply, None) is None or not isinstance(step.input, inp.Submit):
+            return
+        if self.keeper.durable:
+            self._acked.append(step.reply)
+        else:
+            self.scheduler.call_at(self.now + 1, lambda: self._take_back(step.reply))
+
+    def _take_back(self, task: str) -> None:
+        if self.alive:
+            self.order(inp.Abort(task, "", "engine", "journal_full"))
 
     def do(self, deed: Deed) -> None:
         """Let one thing happen."""
@@ -378,6 +455,7 @@ class World:
                 sim.thaw(who)
             case _:
                 self._trouble(deed)
+        self.rarer.do(deed)
 
     def _trouble(self, deed: Deed) -> None:
         who, sim = deed.whom, self.sim
@@ -392,7 +470,7 @@ class World:
             case "pilot_off" if who in self._piloted:
                 self._piloted.discard(who)
                 sim.hand_back(who)
-            case "refuse":
+            case "refuse" if who not in self._down:
                 sim.refuse_next(who, count=int(deed.much))
             case "lose":
                 sim.lose_next_result(who, int(deed.much))
@@ -427,15 +505,21 @@ class World:
                 hub.set_delay(who, hub.delay_us)
 
     def _target(self, whom: str) -> str | None:
-        if not whom.startswith("#"):
+        if whom.startswith("@"):
+            agent = self.engine.state.agents.get(whom[1:])
+            return agent.task or None if agent is not None else None
+        if not whom.startswith(("#", "~")):
             return whom
         still_open = list(self.engine.open_tasks)
+        if whom.startswith("~"):
+            still_open = [task for task in still_open if self.engine.state.tasks[task].status == "ENDING"]
         return still_open[int(whom[1:]) % len(still_open)] if still_open else None
 
     # -- playing -------------------------------------------------------------------------------------------------------
     def play(self) -> None:
         """Play the plan, then calm everything, and look at what is left."""
         self.run_for(1)
+        self.rarer.let_fly()
         begin = self.now
         for ask in self.plan.asks:
             self.scheduler.call_at(begin + round(ask.at * SECOND), lambda ask=ask: self.ask(ask))  # type: ignore[misc]
@@ -449,6 +533,9 @@ class World:
         self.tell("CALM")
         self._calm = True
         self.keeper.left = 0
+        if self.rarer.rival and self.alive:
+            self.keeper.when, self._death, self._deaths = "kept", Deed(0.0, "engine", away_s=3.0), []
+            self._live_again()
         self._mend()
         self.run_for(15)
         self.order(inp.LockdownOrder("release", PERSON))
@@ -467,6 +554,8 @@ class World:
         self.run_until(self._is_quiet, REST_S)
         self.run_for(5)
         self.tell("END")
+        if isinstance(self.flight.driver, AheadDriver):
+            self.flight.driver.flush()
         self._compare()
         self.invariants.finish()
 
@@ -476,6 +565,8 @@ class World:
         self.disk.slow = False
         hub._own_faults.clear()
         hub._own_delay.clear()
+        if self.plan.seed >= MORE_FROM:
+            self.rarer.mend()
         for agent in sorted(self._frozen):
             sim.thaw(agent)
         for agent in sorted(self._down):
@@ -490,6 +581,7 @@ class World:
 
     def _go_on(self) -> None:
         """Give back what a pilot or a failsafe has, and let go on what was stopped."""
+        self.rarer.let_fly()
         for index, (agent, drone) in enumerate(self.drones.items()):
             if drone.state().control != "engine" and not drone.is_airborne:
                 self.sim.hand_back(agent)  # it landed by itself, and somebody went to see it
