@@ -12,7 +12,7 @@ from typing import Final
 from formiga_bt.lang.model import Task
 from formiga_bt.llm.records import Flight, Shortfall
 from formiga_bt.llm.teams import from_to, gap_of
-from formiga_bt.llm.wording import Words, types_said
+from formiga_bt.llm.wording import INTENTS, Words, types_said
 from formiga_bt.llm.world import World
 from formiga_bt.units import NUMBER, UNIT, parse_quantity
 
@@ -29,6 +29,11 @@ _ELSE: Final = r"\b(?:otherwise|if not|else|says? no|on (?:a )?no|unless|si no|e
 """What is said of the other case need not happen in the dry run, in which all answers are yes."""
 _LAND_AT: Final = r"\bland(?:s|ing)?\s+(?:together\s+)?(?:at|in|on|by|near|beside)\s+(?:the\s+)?"
 _TO, _AND_LAND = r"\b(?:to|towards?)\s+(?:the\s+)?", r",?\s+(?:and|to)\s+(?:then\s+)?lands?\b"
+_NO_WAY_HOME: Final = re.compile(
+    r"\b(?:not|never|without|no need to|n't|no|sin)\b(?:(?!\b(?:and|then|y|luego)\b)[^.;:,]){0,25}$"
+    r"|\b(?:stays?|remains?|waits?|keeps?|kept|left|leaves?|se queda|permanece|espera)(?: it| them)? (?:at|in|on|en)? ?$"
+)
+"""What stands before a way home that is not wanted: `does not come home`, `stays at its port`."""
 _QUANTITY: Final = re.compile(rf"(?<![\w.])({NUMBER})\s*({UNIT})(?![\w%])", re.ASCII)
 _CORNER: Final = re.compile(r"\b(?:corners?|angles?|esquinas?|[aá]ngulos?)\b", re.IGNORECASE)
 _NOT: Final = re.compile(
@@ -244,6 +249,11 @@ def _speaks_of_people(text: str) -> bool:
     )
 
 
+def _wants_home(text: str) -> bool:
+    """Return whether a request, in small letters, wants a way home: not only `it does not come home`."""
+    return any(_NO_WAY_HOME.search(text[: found.start()]) is None for found in re.finditer(INTENTS["home"], text))
+
+
 def _ends(words: Words, flight: Flight) -> Iterator[Shortfall]:
     homes = [agent for agent, where in flight.stands.items() if where == "home"]
     landed = {place for places in flight.landed.values() for place in places}
@@ -255,5 +265,5 @@ def _ends(words: Words, flight: Flight) -> Iterator[Shortfall]:
         wanted = re.search(_LAND_AT + there, text) or re.search(_TO + there + _AND_LAND, text)
         if wanted and name not in landed:
             yield Shortfall("not_landed_there", f'the request wants a landing at "{said}", and nobody lands at {name}')
-    if words.means("home") and flight.stands and not homes and not re.search(_ELSE, text):
+    if _wants_home(text) and flight.stands and not homes and not re.search(_ELSE, text):
         yield Shortfall("not_home", "the request wants a machine to come home, and none stands at its port at the end")

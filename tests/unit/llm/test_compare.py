@@ -126,6 +126,10 @@ def test_a_shortfall_is_told(request_: str, answer: Any, said: tuple[str, str]) 
         ("Kevyt drooni lentää paikkaan camp 40 metrin korkeudella ja palaa kotiin", tree(fly_to("camp"), home())),
         ("the drone circles the base at a distance of 10 m", tree(
             {"do": "FlyAlong", "agent": "drone", "way": "circle(base, 10 m)", "height": "20 m"}, home())),
+        ("land at the camp and do not come home", tree(LAND)),
+        ("a drone lands at the camp. There is no need to fly back home", tree(LAND)),
+        ("a drone lands at the camp while the others stay at their ports", tree(LAND)),
+        ("un dron aterriza en el campamento y no vuelve a casa", tree(LAND)),
         ("when the watcher agrees, fly to the camp", tree({"ask": "Go?", "of": ["watcher"]}, fly_to("camp"), home())),
     ],
 )  # fmt: skip
