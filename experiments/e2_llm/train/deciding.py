@@ -2,7 +2,7 @@
 
 from typing import Any, Final
 
-from experiments.e2_llm.train.clauses import Draw, Steps, over
+from experiments.e2_llm.train.clauses import Draw, Steps, along, over
 from experiments.e2_llm.train.missions import (
     Machine,
     Mission,
@@ -17,7 +17,7 @@ from experiments.e2_llm.train.missions import (
     tree,
 )
 from experiments.e2_llm.train.phrases_ways import EITHER, NOTHING, ONLY_IF
-from experiments.e2_llm.train.speaker import Speaker
+from experiments.e2_llm.train.speaker import Metres, Speaker
 
 _FLIGHTS: Final = ("over", "over_plain", "watch", "watch_plain", "ring", "ring_plain", "stop", "leave", "tour", "pass")
 
@@ -52,9 +52,10 @@ def either(draw: Draw) -> Mission:
     """Return a mission in which an answer decides where, or who, and the rest is the same for both."""
     rng = draw.rng
     two_machines = rng.random() < 0.4
-    tail = rng.choice(("wait_home", "wait_home", "home", "wait", "ground_home", "ground"))
-    p, q = draw.spot(), draw.spot(plain=True)
-    h, t = draw.height(), draw.time()
+    tails = ("home", "ring_home", "ground_home") if two_machines else ("ring_home", "wait", "ground_home", "ground")
+    tail = rng.choice(tails)
+    p, q = draw.spot(plain=tail == "ring_home"), draw.spot(plain=True)
+    h, t, r = draw.height(), draw.time(), Metres(rng.choice((10, 15, 20, 25, 30, 40)))
     asked, (question, en, es) = person(draw), draw.fact()
     one = machine(draw, "drone", rng.choice(("lwd", "hwd")), by_id=rng.random() < 0.2)
     other = one
@@ -66,10 +67,12 @@ def either(draw: Draw) -> Mission:
     def job(who: Machine, spot: Any) -> Steps:
         if tail.startswith("ground"):
             return [{"do": "FlyAndLand", "agent": who.role, "at": spot.value}]
+        if tail == "ring_home":
+            return [along(who.role, f"circle({spot.value}, {r.value})", h)]
         return [over(who.role, spot, h)]
 
     def rest(who: Machine, spot: Any) -> Steps:
-        waits: Steps = [{"wait": t.value}] if tail in ("wait_home", "wait", "ground_home") else []
+        waits: Steps = [{"wait": t.value}] if tail in ("wait", "ground_home") else []
         if tail == "wait":
             return [*waits, {"do": "FlyAndLand", "agent": who.role, "at": spot.value}]
         return [*waits, {"do": "ReturnHome", "agent": who.role}] if tail != "ground" else []
@@ -88,12 +91,16 @@ def either(draw: Draw) -> Mission:
 
     def say(speaker: Speaker) -> str:
         values = {"a": one.said(speaker), "b": other.said(speaker), "u": asked.said, "x": (en, es)}
-        values |= {"p": p, "q": q, "h": h, "t": t}
+        values |= {"p": p, "q": q, "h": h, "t": t, "r": r}
         head = speaker.filled(speaker.pick(EITHER["who" if two_machines else "place"]), values)
         return head + speaker.filled(speaker.pick(EITHER[tail]), values)
 
     where = f"{one.role} goes to {p.value}; on no {other.role} to {(p if two_machines else q).value}"
-    then = {"wait_home": f"waits {t.value}, returns", "home": "returns", "wait": f"waits {t.value}, lands there"}
+    then = {
+        "ring_home": f"flies a circle of {r.value} there, returns",
+        "home": "returns",
+        "wait": f"waits {t.value}, lands there",
+    }
     then |= {"ground_home": f"stays {t.value} on the ground, returns", "ground": "stays on the ground there"}
     up = "" if tail.startswith("ground") else f" at {h.value}"
     plan = f"{asked.said[0]} is asked; on yes {where}{up}; in both cases it {then[tail]}"

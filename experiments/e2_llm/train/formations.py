@@ -24,7 +24,10 @@ def formation(draw: Draw) -> Mission:
     name, label, spanish = draw.at.kinds[of]
     have = len(draw.at.ids[of])
     count = rng.randint(2, max(2, min(have, 4)))
-    kinds = [one for one in ("line", "row", "each", "ring", "triangle") if one != "triangle" or count == 3]
+    kinds = [
+        one for one in ("line", "row", "each", "ring", "triangle") if count >= 3 or one not in ("ring", "triangle")
+    ]
+    kinds = [one for one in kinds if count == 3 or one != "triangle"]
     kind = rng.choice([*kinds, "triangle", "triangle"] if count == 3 else kinds)
     p, h, t = draw.spot(plain=True), Metres(rng.choice((15, 20, 25, 30, 35, 40))), draw.time()
     values: dict[str, Any] = {"p": p, "h": h, "n": count, "ms": plural(label, spanish)}
@@ -35,7 +38,7 @@ def formation(draw: Draw) -> Mission:
             way = f"line({p.value}, {q.value}, {count})"
         case "row":
             values["g"] = g = Metres(rng.choice((8, 10, 12, 15, 20, 25)))
-            way = f"line({p.value}, offset({p.value}, east={g.m * (count - 1)} m), {count})"
+            way = in_a_row(p, g, count)
         case "each":
             values["ps"] = spots
             way = "[" + ", ".join(one.value for one in spots) + "]"
@@ -74,6 +77,11 @@ def formation(draw: Draw) -> Mission:
     plan = f"{count} {name} go to {way} at {h.value}, " + (f"{end}, " if end else "") + f"then they {last}"
     names = tuple(name for one in (p, *spots) for name in one.names)
     return Mission("formation", {"tree": {"task": _TASKS[kind], "agents": agents, "steps": steps}}, plan, say, names)
+
+
+def in_a_row(p: Spot, gap: Metres, count: int) -> str:
+    """Return the places of machines side by side, as the tree has them."""
+    return "[" + ", ".join([p.value, *(beside(p, SIDES[2], Metres(gap.m * i)) for i in range(1, count))]) + "]"
 
 
 def plural(label: str, spanish: str) -> tuple[str, str]:

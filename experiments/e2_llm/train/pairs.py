@@ -56,18 +56,19 @@ KINDS: Final[tuple[tuple[Callable[[Draw], Mission], int], ...]] = (
     (missions.refused, 2),
     (missions.follow, 1),
     (deciding.only_if, 6),
-    (deciding.either, 7),
+    (deciding.either, 6),
     (relays.does_same, 4),
     (relays.by_turns, 2),
     (relays.after_yes, 4),
     (settling.settle, 8),
     (settling.parked, 3),
     (rounds.stops, 4),
+    (rounds.two_rounds, 2),
     (rounds.there_and_back, 2),
-    (rounds.periodic, 3),
-    (refusals.impossible, 6),
-    (refusals.dangerous, 5),
-    (refusals.unclear, 7),
+    (rounds.periodic, 2),
+    (refusals.impossible, 5),
+    (refusals.dangerous, 4),
+    (refusals.unclear, 6),
 )
 
 
@@ -272,7 +273,7 @@ def renamed_problem(tree: Mapping[str, Any], at: Practice, pair: Pair | None = N
 
 
 def _fetched(data: Any, meant: Any, fetch: str) -> Any:
-    """Return a task in which a way home begins on the ground where it does in what is meant: the product knows shipped names."""
+    """Return a task whose ways home begin on the ground where they do in what is meant."""
     if isinstance(data, list) and len(data) == len(meant):  # imports may differ
         return [_fetched(one, other, fetch) for one, other in zip(data, meant, strict=True)]
     if not isinstance(data, dict):

@@ -138,20 +138,6 @@ EITHER: Final[Mapping[str, Both]] = {
             "Si {u} dice que {x}, {a} vuela a {p}; si no, vuela {b}.",
         ),
     ),
-    "wait_home": (
-        (
-            " {H} up, {t} there, and home in either case.",
-            " Height {h}, a pause of {t}, then home whichever it is.",
-            " In both cases: {h} high, wait {t}, come home.",
-            " {H}, {t}, home, whatever the answer.",
-            " Either way {h} up, stay {t}, fly home.",
-        ),
-        (
-            " A {h}, {t} allí, y a casa en ambos casos.",
-            " Altura {h}, pausa de {t} y luego a casa en cualquier caso.",
-            " En los dos casos: a {h}, espera {t} y vuelve a casa.",
-        ),
-    ),
     "home": (
         (
             " {H} up, and home in both cases.",
@@ -160,6 +146,17 @@ EITHER: Final[Mapping[str, Both]] = {
             " Both at {h}; then home.",
         ),
         (" A {h}, y a casa en los dos casos.", " Siempre a {h}; después a casa."),
+    ),
+    "ring_home": (
+        (
+            " Circle there at {r}, {h} up, and home in either case.",
+            " A lap of {r} radius at {h}, then home whichever it is.",
+            " {H} up, once round it {r} out, home: the same for both.",
+        ),
+        (
+            " Una vuelta de {r} de radio a {h}, y a casa en ambos casos.",
+            " A {h}, un círculo de {r}, y a casa en cualquier caso.",
+        ),
     ),
     "wait": (
         (
@@ -206,14 +203,14 @@ RELAY: Final[Mapping[str, Both]] = {
     ),
     "turns": (
         (
-            "{A} and {b} take turns over {p}, {h} up: {t} each, then home, {n} each. Only one flies at a time.",
-            "Take turns at {p} with {a} and {b}, {h} high: each stays {t} and is home before the other starts. All that {n}.",
-            "In turns {a} and {b} watch {p} from {h}, {t} at a time; one flies only when the other is home. Do that {n}.",
-            "{A} hovers over {p} at {h} for {t} and goes home, then {b} takes over for as long; that cycle {n}.",
+            "{A} and {b} by turns, {n} each: one {c} while the other stays at its port.",
+            "{A} and {b} relieve each other: each {c} before the other one starts. All that {n}.",
+            "Turn by turn, {a} and {b}: each {c}; only one flies at a time; {n} each.",
+            "{A} {c}, then {b} takes over and does the same; that cycle {n}.",
         ),
         (
-            "{A} y {b} se turnan sobre {p} a {h}: {t} cada uno y a casa, {n}. Solo vuela uno cada vez.",
-            "Por turnos, {a} y {b} vigilan {p} desde {h}, {t} cada vez; uno sale cuando el otro está en casa. Todo eso {n}.",
+            "{A} y {b} por turnos, {n} cada uno: uno {c} y el otro espera en su puerto.",
+            "Por turnos, {a} y {b}: cada uno {c}; uno sale cuando el otro está en casa. Todo eso {n}.",
         ),
     ),
     "after_yes": (
@@ -276,20 +273,6 @@ PARKED: Final[Mapping[str, Both]] = {
 """Machines that land some metres from each other, for good or not: `{e}`."""
 
 ROUNDS: Final[Mapping[str, Both]] = {
-    "stops": (
-        (
-            "{A}: {ps}, in that order; {h}, {t} at each; home.",
-            "Stops for {a}: {ps}. {H} up, {t} at every stop, then home.",
-            "{Ps} with {a}, in this order. Height {h}, {t} each. Home at the end.",
-            "{A}, {h} high, {t} per stop: {ps}; then back home.",
-            "Order of stops: {ps}. {A} at {h}, pause {t} everywhere, home.",
-        ),
-        (
-            "{A}: {ps}, en ese orden; {h}, {t} en cada uno; a casa.",
-            "Paradas de {a}: {ps}. A {h}, {t} en cada parada, y a casa.",
-            "{A} a {h}, {t} por parada: {ps}; luego vuelve a casa.",
-        ),
-    ),
     "stops_pass": (
         (
             "{A}: {ps}, in that order, {h} up, no stops, home.",
@@ -307,6 +290,28 @@ ROUNDS: Final[Mapping[str, Both]] = {
         (
             "Aterrizajes de {a}: {ps}; {t} en tierra en cada uno, y a casa.",
             "{A} aterriza {t} en cada uno, en este orden: {ps}. Luego a casa.",
+        ),
+    ),
+    "stops_ring": (
+        (
+            "{A} circles each of these in that order, {r} out, {h} up: {ps}. Then home.",
+            "{Ps}: one lap of {r} round each with {a}, {h} high; home.",
+            "Laps for {a}: {ps}. Radius {r}, height {h} everywhere, home.",
+        ),
+        (
+            "Vueltas de {a}: {ps}. Radio {r}, altura {h} en todas, y a casa.",
+            "{A} da una vuelta de {r} de radio a cada uno, a {h}: {ps}. Luego a casa.",
+        ),
+    ),
+    "stops_two": (
+        (
+            "Both at once, {h} up, {t} per stop, home at the end. {A}: {ps}. {B}: {qs}.",
+            "{A}: {ps}; {b}: {qs}; at the same time, in the order given, {h}, {t} each, home.",
+            "Two rounds in parallel, {h} high, {t} at each stop, then home: {a} {ps}; {b} {qs}.",
+        ),
+        (
+            "{A}: {ps}; {b}: {qs}; a la vez, por ese orden, a {h}, {t} en cada uno, y a casa.",
+            "Dos rondas en paralelo, a {h}, {t} por parada, y a casa. {A}: {ps}. {B}: {qs}.",
         ),
     ),
     "there_back": (

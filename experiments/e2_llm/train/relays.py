@@ -2,10 +2,10 @@
 
 from typing import Any
 
-from experiments.e2_llm.train.clauses import Draw, Steps, over
+from experiments.e2_llm.train.clauses import Draw, Steps
 from experiments.e2_llm.train.missions import Mission, chain, joined, names_of, parts, person, tree
 from experiments.e2_llm.train.phrases_ways import RELAY
-from experiments.e2_llm.train.speaker import Speaker, Time, Times
+from experiments.e2_llm.train.speaker import Speaker, Times
 from experiments.e2_llm.train.teams import crew_of
 
 _SAME = ("over", "over_plain", "watch", "watch_plain", "ring", "ring_plain", "stop", "tour", "pass", "rings", "line")
@@ -28,22 +28,23 @@ def does_same(draw: Draw) -> Mission:
 
 
 def by_turns(draw: Draw) -> Mission:
-    """Return two machines that relieve each other over a place, one to three times."""
+    """Return two machines that relieve each other, one to three times."""
     rng = draw.rng
-    (one, _), (two, _) = crew_of(draw, 2)
-    p, h, t = draw.spot(), draw.height(), Time(rng.choice((20, 30, 40, 60, 60, 120, 180)))
+    (one, first), (two, second) = crew_of(draw, 2)
+    of = "hwd" if "hwd" in (first, second) else "lwd"
+    clauses = [*parts(draw, of, 2, kinds=("watch", "ring", "ring_plain", "stop", "stop", "pass")), draw.clause("home")]
     n = Times(rng.choice((1, 2, 2, 3)))
-    cycle: Steps = []
-    for who in (one, two):
-        cycle += [over(who.role, p, h), {"wait": t.value}, {"do": "ReturnHome", "agent": who.role}]
+    cycle = [*chain(clauses, one.role), *chain(clauses, two.role)]
     steps: Steps = cycle if n.n == 1 else [{"repeat": n.value, "steps": cycle}]
 
     def say(speaker: Speaker) -> str:
-        values = {"a": one.said(speaker), "b": two.said(speaker), "p": p, "h": h, "t": t, "n": n}
+        text = joined(clauses, speaker, 1 if speaker.language == "en" else 0)
+        values = {"a": one.said(speaker), "b": two.said(speaker), "c": text, "n": n}
         return speaker.filled(speaker.pick(RELAY["turns"]), values)
 
-    plan = f"{n.n} times: {one.role} hovers over {p.value} at {h.value} for {t.value} and returns, then {two.role}"
-    return Mission("by_turns", tree("TakeTurns", (one, two), steps), plan, say, p.names)
+    told = ", ".join(clause.plan for clause in clauses)
+    plan = f"{n.n} times: {one.role} {told}; then {two.role} does the same"
+    return Mission("by_turns", tree("TakeTurns", (one, two), steps), plan, say, names_of(clauses))
 
 
 def after_yes(draw: Draw) -> Mission:

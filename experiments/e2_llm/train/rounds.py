@@ -1,25 +1,26 @@
 """Missions said tersely: stops in an order with one height and one pause for all, there and back, every so often."""
 
+from collections.abc import Sequence
 from typing import Any
 
 from experiments.e2_llm.train.clauses import Draw, Steps, along, over
 from experiments.e2_llm.train.missions import Mission, machine, tree
 from experiments.e2_llm.train.phrases_ways import ROUNDS
-from experiments.e2_llm.train.speaker import Speaker, Time, Times
+from experiments.e2_llm.train.speaker import Metres, Speaker, Spot, Time, Times
+from experiments.e2_llm.train.teams import crew_of
 
 
 def stops(draw: Draw) -> Mission:
     """Return one machine that has a list of places to go to, in their order."""
     rng = draw.rng
     who = machine(draw, "drone", rng.choice(("lwd", "hwd", "drone")), plain=True)
-    how = rng.choice(("stops", "stops", "stops", "stops_pass", "stops_ground"))
+    how = rng.choice(("stops_pass", "stops_ring", "stops_ring", "stops_ground", "stops_ground"))
     spots = draw.spots(rng.choice((2, 3, 3, 4, 4)) if how != "stops_pass" else rng.choice((3, 4)))
-    h, t = draw.height(), draw.time()
+    h, t, r = draw.height(), draw.time(), Metres(rng.choice((10, 15, 20, 25, 30)))
     steps: Steps = []
     match how:
-        case "stops":
-            for spot in spots:
-                steps += [over("drone", spot, h), {"wait": t.value}]
+        case "stops_ring":
+            steps += [along("drone", f"circle({one.value}, {r.value})", h) for one in spots]
         case "stops_ground":
             for spot in spots:
                 steps += [{"do": "FlyAndLand", "agent": "drone", "at": spot.value}, {"wait": t.value}]
@@ -29,16 +30,44 @@ def stops(draw: Draw) -> Mission:
 
     def say(speaker: Speaker) -> str:
         between = speaker.of((", ", ", ", " - ", "; ", " > "))
-        values = {"a": who.said(speaker), "ps": between.join(speaker.say(one) for one in spots), "h": h, "t": t}
+        values = {"a": who.said(speaker), "ps": between.join(speaker.say(one) for one in spots), "h": h, "t": t, "r": r}
         return speaker.filled(speaker.pick(ROUNDS[how]), values)
 
     where = ", ".join(one.value for one in spots)
     plan = {
-        "stops": f"One drone visits {where} at {h.value} and waits {t.value} at each, returns",
+        "stops_ring": f"One drone flies a circle of {r.value} round {where} at {h.value}, returns",
         "stops_ground": f"One drone lands at {where} for {t.value} each, returns",
     }.get(how, f"One drone flies along {where} at {h.value}, returns")
     names = tuple(name for one in spots for name in one.names)
     return Mission("stops", tree("StopsInOrder", (who,), steps), plan, say, names)
+
+
+def two_rounds(draw: Draw) -> Mission:
+    """Return two machines with a list of places each, at the same time."""
+    rng = draw.rng
+    (one, _), (two, _) = crew_of(draw, 2)
+    spots = draw.spots(4)
+    cut = rng.choice((1, 2, 2, 3))
+    h, t = draw.height(), draw.time()
+
+    def way(role: str, stops: Sequence[Spot]) -> Steps:
+        found: Steps = []
+        for spot in stops:
+            found += [over(role, spot, h), {"wait": t.value}]
+        return [*found, {"do": "ReturnHome", "agent": role}]
+
+    ways = ((one, spots[:cut]), (two, spots[cut:]))
+    steps: Steps = [{"parallel": [{"sequence": way(who.role, some)} for who, some in ways]}]
+
+    def say(speaker: Speaker) -> str:
+        ps, qs = (", ".join(speaker.say(spot) for spot in some) for _, some in ways)
+        values = {"a": one.said(speaker), "b": two.said(speaker), "ps": ps, "qs": qs, "h": h, "t": t}
+        return speaker.filled(speaker.pick(ROUNDS["stops_two"]), values)
+
+    told = "; ".join(f"{who.role} visits {', '.join(spot.value for spot in some)}" for who, some in ways)
+    plan = f"In parallel: {told}; at {h.value}, {t.value} at each; both return"
+    names = tuple(name for spot in spots for name in spot.names)
+    return Mission("stops", tree("TwoRounds", (one, two), steps), plan, say, names)
 
 
 def there_and_back(draw: Draw) -> Mission:

@@ -3,7 +3,7 @@
 from typing import Any
 
 from experiments.e2_llm.train.clauses import Clause, Draw, Steps, beside
-from experiments.e2_llm.train.formations import plural
+from experiments.e2_llm.train.formations import in_a_row, plural
 from experiments.e2_llm.train.missions import (
     RINGS,
     SIDES,
@@ -91,8 +91,7 @@ def parked(draw: Draw) -> Mission:
         count = 2
     else:
         count = rng.randint(2, min(len(draw.at.ids[of]), 3)) if len(draw.at.ids[of]) > 1 else 2
-        more = [p.value, *(f"offset({p.value}, east={g.m * i} m)" for i in range(1, count))]
-        steps = [{"do": "FlyAndLand", "agent": "drones", "at": "[" + ", ".join(more) + "]"}]
+        steps = [{"do": "FlyAndLand", "agent": "drones", "at": in_a_row(p, g, count)}]
         back = [{"do": "ReturnHome", "agent": "drones"}]
         agents = [Team("drones", name, count)]
     steps += [] if end == "good" else [*between, *back]

@@ -203,9 +203,13 @@ def practice(number: int, seed: int) -> Practice:
 
 
 def _people_aside(site: Site) -> Site:
-    """Return a site whose simulated people stand where nobody lands: they are put at its first places."""
+    """Return a site whose simulated people stand where nobody lands, and say so.
+
+    They are put at its first places; the engine asks `watchers`, whatever the site calls them.
+    """
     aside = {f"aside_{i + 1}": Place(10.0 * i, -20.0) for i in range(4)}
-    return replace(site, places={**aside, **site.places})
+    watchers = tuple(one for members in site.people.values() for one in members)
+    return replace(site, places={**aside, **site.places}, people={**site.people, "watchers": watchers})
 
 
 _HOW_MANY: Final = {"lwd": (2, 4), "hwd": (1, 3), "picker": (1, 2), "watcher": (1, 2)}
