@@ -1,4 +1,4 @@
-"""A driver whose engine goes on while its steps are committed: what `RealtimeDriver` does with a `PersistAhead`, in virtual time.
+"""A driver whose engine goes on while its steps are committed: a `RealtimeDriver` with a `PersistAhead`, in virtual time.
 
 Steps are taken at once; their effects leave, and who asked is answered, when the batch that they are in is on disk. An engine
 that dies takes with it all that was not: the batch under way is on disk or not, what came after it never was.

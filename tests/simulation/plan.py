@@ -135,10 +135,11 @@ def _real_of(drones: int, people: tuple[tuple[str, str], ...]) -> Site:
 
 def plan(seed: int) -> Plan:
     """Return the plan of a seed; from `more.MORE_FROM` on it has more in it."""
-    return more(_plan(seed)) if seed >= MORE_FROM else _plan(seed)
+    return more(plan_without(seed)) if seed >= MORE_FROM else plan_without(seed)
 
 
-def _plan(seed: int) -> Plan:
+def plan_without(seed: int) -> Plan:
+    """Return what every seed draws."""
     dice = Random(f"simulation/{seed}")
     drones = dice.randint(4, len(DRONES))
     people = tuple(

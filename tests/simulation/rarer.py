@@ -120,7 +120,7 @@ class Rarer:
 
     # -- people --------------------------------------------------------------------------------------------------------
     def carry(self, agent: str, to: str) -> None:
-        """Somebody carries a machine that stands to a port: its own, or another's that is free. `?`: one that stands, or flies."""
+        """Somebody carries a machine that stands (`?`: any) to a free port: its own, or another's (`?`: of one that flies)."""
         world = self.world
         flies = {name: drone.is_airborne for name, drone in world.drones.items()}
         agent = next((name for name in flies if not flies[name]), "") if agent == "?" else agent
