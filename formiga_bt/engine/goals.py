@@ -259,6 +259,8 @@ class Goals:
     def _on_unknown(self, goal: GoalRecord) -> None:
         # The agent never had it: a cancel is done with, a goal is sent again under the same id, if it still may go.
         asked = goal.owner == "!question"
+        if goal.state == "interrupted":
+            return  # told before: it was stopped, and waits for a person's word
         if goal.cancel_why in (STOPPED, GO_ON):
             self._stopped(goal)
         elif goal.cancel_asked:

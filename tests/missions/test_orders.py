@@ -2,11 +2,12 @@
 
 import pytest
 
-from formiga_bt.engine.inputs import LockdownOrder, Operator, SendGoal, Submit
+from formiga_bt.engine.inputs import GoalEventInput, LockdownOrder, Operator, SendGoal, Submit
 from formiga_bt.errors import TaskError
 from formiga_bt.geo import Place, Position, horizontal_m
 from formiga_bt.rehearsal import Rehearsal
 from formiga_bt.testing import alarms, effects, packaged_world, task_of
+from formiga_bt.transport.messages import GoalEvent
 from tests.missions.conftest import Fly
 from tests.missions.test_faults import crossing, pool
 
@@ -56,6 +57,21 @@ def test_hold_hovers_and_continue_sends_the_leg_anew_under_another_id(fly: Fly) 
     assert rehearsal.run_until_ended(task)
     assert rehearsal.task(task).status == "SUCCEEDED"
     assert standing(rehearsal) is None
+
+
+def test_a_goal_that_was_stopped_stays_so_when_its_machine_says_once_more_that_it_never_had_it(fly: Fly) -> None:
+    rehearsal = fly()
+    task = crossing(rehearsal)
+    order(rehearsal, "hold", "hwd_1")
+    rehearsal.run_for(5)
+    goal = sent(rehearsal)[-1]
+
+    rehearsal.driver.feed(GoalEventInput(GoalEvent(goal_id=goal, agent="hwd_1", state="unknown", n=0)))
+
+    assert rehearsal.engine.state.goals[goal].state == "interrupted"
+    order(rehearsal, "continue", "hwd_1")
+    assert rehearsal.run_until_ended(task)
+    assert rehearsal.task(task).status == "SUCCEEDED"
 
 
 def test_the_same_order_twice_changes_nothing(fly: Fly) -> None:
