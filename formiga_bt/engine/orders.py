@@ -323,8 +323,8 @@ class Orders:
         `steps=False`: only cleanup and the way home, which wait for no person's word. What can no longer be done ends.
         """
         for goal in self.waiting(agent):
-            if goal.section == "steps" and not steps:
-                continue
+            if goal.section == "steps" and not steps and not self._core.task(goal.task).outcome:
+                continue  # once its end is decided, what is left of its steps is a `finally`
             if goal.state == "gated" and goal.code not in ("stopped", "held", "lockdown", "control", "clearance"):
                 continue
             cannot = self.cannot(goal, agent)
@@ -365,6 +365,12 @@ class Orders:
         for cause in core.task(task_id).held:
             if cause.startswith("operator") or cause == "resume":
                 unhold(core, task_id, cause)
+
+    def tidy_goes_on(self, task_id: str) -> None:
+        """The steps of a task were stopped on a person's word: each `finally` of them that an order had stopped goes on."""
+        for agent in self.machines_of(self._core.task(task_id)):
+            if agent.id not in self._core.state.orders and agent.control == "engine" and not agent.taken:
+                self.resume(agent, steps=False)
 
     def _lift(self, order: StandingOrder, agent: AgentRecord) -> None:
         """An order ends with its task: cleanup, or a way home, that it stopped goes on."""

@@ -197,6 +197,10 @@ class OrderPort(Protocol):
         """A person ends a task."""
         ...
 
+    def tidy_goes_on(self, task_id: str) -> None:
+        """The steps of a task were stopped on a person's word."""
+        ...
+
 
 class BreachPort(Protocol):
     """`Breaches`, for the fleet."""

@@ -245,6 +245,7 @@ class Tasks:
         self._decide(task_id, "CANCELED", "aborted" if why == "restart" else why, reason)
         if not core.task(task_id).stopping:
             self.stop(task_id, "steps")
+        self.orders.tidy_goes_on(task_id)
 
     def _begin_anew(self, task_id: str) -> None:
         core = self._core
@@ -362,6 +363,7 @@ class Tasks:
         self.orders.ended_by_word(task.id)
         if not task.stopping and task.section != "recover":
             self.stop(task.id, task.section)
+        self.orders.tidy_goes_on(task.id)
         if order.how == "now":
             self.children.hurry(task.id)
         return ""

@@ -370,6 +370,52 @@ steps:
     assert (rehearsal.task(task).status, rehearsal.task(task).run) == ("SUCCEEDED", 2)
 
 
+TIDY = """imports: [lib/flying.yaml]
+agents: {drone: {type: lwd}}
+steps:
+  - call: FlyTo
+    with: {drone: "${drone}", to: "${site.places.lake_shore}", height: 60 m}
+  - parallel:
+      - sequence:
+          - wait: 10 min
+        finally:
+          - do: drone.GoTo
+            with: {to: "${above(site.places.camp, 60 m)}"}
+      - wait: 1 s
+    need: any
+  - call: ReturnHome
+    with: {drone: "${drone}"}
+"""
+
+
+@pytest.mark.parametrize("word", ["abort", "restart"])
+@pytest.mark.parametrize("stop", ["lockdown", "hold"])
+def test_a_finally_that_an_order_stopped_goes_on_when_its_task_is_ended(fly: Fly, stop: str, word: str) -> None:
+    """It waits for nobody's word then; what it cannot do any more ends."""
+    rehearsal = fly(task_of(TIDY, *packaged_world(), "Tidy"))
+    task = rehearsal.submit("Tidy")
+    assert rehearsal.run_until(lambda: bool(rehearsal.task(task).tidying), 600)
+    rehearsal.run_for(2)
+    (drone,) = rehearsal.task(task).roles["drone"]
+    if stop == "lockdown":
+        rehearsal.ask(LockdownOrder("land", "ann"))
+        rehearsal.run_for(60)
+        rehearsal.ask(LockdownOrder("release", "ann"))
+    else:
+        order(rehearsal, stop, drone)
+        rehearsal.run_for(60)
+    (goal,) = [goal for goal in rehearsal.engine.state.goals.values() if goal.agent == drone]
+    assert goal.state == "interrupted"
+
+    rehearsal.abort(task) if word == "abort" else order(rehearsal, "restart", task)
+    rehearsal.run_for(1)
+
+    left = rehearsal.engine.state.goals.get(goal.id)
+    assert left is None or left.state != "interrupted"
+    rehearsal.abort(task) if word == "restart" else None
+    assert rehearsal.run_until_ended(task, limit_s=300)
+
+
 def test_a_machine_whose_motors_were_cut_is_nobodys_until_a_person_has_looked(fly: Fly) -> None:
     rehearsal = fly(change={"hwd_1": {"cut": True}})
     task = crossing(rehearsal)

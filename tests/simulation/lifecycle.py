@@ -237,7 +237,7 @@ TABLES: Final[Mapping[str, Mapping[str, tuple[str, ...]]]] = MappingProxyType({
         "canceled": ("-",),
         "canceling": (
             "canceled", "failed", "in_doubt", "interrupted",
-            "lost", "succeeded", "superseded", "taken_over",
+            "lost", "rejected", "succeeded", "superseded", "taken_over",
         ),
         "failed": ("-",),
         "gate_refused": ("-",),
@@ -364,7 +364,7 @@ TABLES: Final[Mapping[str, Mapping[str, tuple[str, ...]]]] = MappingProxyType({
         "gated": ("-", "sent"),
         "in_doubt": ("-",),
         "rejected": ("-",),
-        "sent": ("-", "accepted", "canceled", "gated", "rejected", "succeeded"),
+        "sent": ("-", "accepted", "canceled", "failed", "gated", "rejected", "succeeded"),
         "succeeded": ("-",),
     },
     "taken over": {

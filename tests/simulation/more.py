@@ -69,7 +69,7 @@ def _words(dice: Random, tasks: Sequence[str], lasts: float) -> list["Deed"]:
     return [*found, *(Deed(at, "duty", pilot, "on") for at in (lasts / 3, lasts / 2) for pilot in PILOTS)]
 
 
-def _story(dice: Random, story: str, at: float, machines: Sequence[str], people: Sequence[str]) -> list["Deed"]:  # noqa: PLR0911
+def _story(dice: Random, story: str, at: float, machines: Sequence[str], people: Sequence[str]) -> list["Deed"]:
     from tests.simulation.plan import Deed
 
     agent, soon = dice.choice(machines), round(at + dice.choice((0.2, 0.6, 1.5, 3.0, 6.0)), 3)
