@@ -215,7 +215,8 @@ def _order(words: Words, flight: Flight) -> Iterator[Shortfall]:
     """Find ways that are flown the other way round than from the one place to the other."""
     for a, b in sorted(from_to(words)):
         ways = [way for way in flight.visited.values() if a in way and b in way]
-        if ways and not any(way.index(a) < way.index(b) for way in ways):
+        often = any(words.text.casefold().count(words.places[one].casefold()) > 1 for one in (a, b))
+        if ways and not often and not any(way.index(a) < way.index(b) for way in ways):
             yield Shortfall(
                 "wrong_way",
                 f'the request says from "{words.places[a]}" to "{words.places[b]}", the task flies back to front',
@@ -250,7 +251,8 @@ def _speaks_of_people(text: str) -> bool:
 
 
 def _wants_home(text: str) -> bool:
-    """Return whether a request, in small letters, wants a way home: not only `it does not come home`."""
+    """Return whether a request, in small letters, wants a way home: not `it does not come home`, nor in a message."""
+    text = re.sub(r'"[^"]*"', " ", text)
     return any(_NO_WAY_HOME.search(text[: found.start()]) is None for found in re.finditer(INTENTS["home"], text))
 
 

@@ -258,7 +258,7 @@ PARKED: Final[Mapping[str, Both]] = {
         ),
     ),
     "good": (
-        ("", "", " for good", "; they are not to come home", "; there they remain"),
+        ("", "", ", for good", "; they are not to come home", "; there they remain"),
         ("", "", "; no vuelven a casa", "; allí se quedan"),
     ),
     "home": (

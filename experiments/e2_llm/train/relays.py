@@ -43,7 +43,7 @@ def by_turns(draw: Draw) -> Mission:
         return speaker.filled(speaker.pick(RELAY["turns"]), values)
 
     told = ", ".join(clause.plan for clause in clauses)
-    plan = f"{n.n} times: {one.role} {told}; then {two.role} does the same"
+    plan = f"{'Once' if n.n == 1 else f'{n.n} times'}: {one.role} {told}; then {two.role} does the same"
     return Mission("by_turns", tree("TakeTurns", (one, two), steps), plan, say, names_of(clauses))
 
 

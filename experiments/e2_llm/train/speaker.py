@@ -188,6 +188,8 @@ class Speaker:
         """
         if self.language == "es":
             text = re.sub(r"\b([Aa]|[Dd]e) el ", lambda m: m[1] + "l ", text)
+            text = re.sub(r"\ben (?=\d+ m al \w+ de)", "a ", text)
+        text = re.sub(r"\bat (?=\d+ m (?:north|south|east|west) of )", "", text)
         text = re.sub(r"\s+", " ", text).replace("..", ".").strip()
         text = text[:1].upper() + text[1:]
         dice = self.rng.random()

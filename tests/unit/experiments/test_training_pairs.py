@@ -2,6 +2,9 @@
 
 import json
 import random
+import re
+from collections.abc import Callable
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -10,18 +13,23 @@ import pytest
 from experiments.e2_llm.fly import world_of
 from experiments.e2_llm.requests import WORDS
 from experiments.e2_llm.second_set import second_set
-from experiments.e2_llm.train import make
+from experiments.e2_llm.train import deciding, make, refusals, relays, rounds, settling
+from experiments.e2_llm.train.clauses import Draw
 from experiments.e2_llm.train.leaks import OF_PAPER, Guard, grams, leaked
-from experiments.e2_llm.train.pairs import Made, Maker, renamed_problem, told_in_spanish, with_points_of
+from experiments.e2_llm.train.missions import Mission
+from experiments.e2_llm.train.pairs import KINDS, Made, Maker, renamed_problem, told_in_spanish, with_points_of
 from experiments.e2_llm.train.phrases import CASES, CLAUSES, SINGLE, TWO
-from experiments.e2_llm.train.refusing import DANGEROUS, IMPOSSIBLE, UNCLEAR
+from experiments.e2_llm.train.phrases_ways import EITHER, ENDINGS, NOTHING, ONLY_IF, PARKED, RELAY, ROUNDS
+from experiments.e2_llm.train.refusing import IMPOSSIBLE, UNCLEAR
+from experiments.e2_llm.train.refusing_dangers import DANGEROUS
 from experiments.e2_llm.train.renaming import verbs_renamed
 from experiments.e2_llm.train.score import marks_of, messages_of, without_role_names
-from experiments.e2_llm.train.sites import practice
+from experiments.e2_llm.train.sites import PLACES, practice
 from experiments.e2_llm.train.speaker import Metres, Speaker, Time
 from formiga_bt.lang.llm_out import from_yaml
 from formiga_bt.llm.envelope import Answer, schema_of
 from formiga_bt.llm.judge import judge
+from formiga_bt.llm.spoken import SPANISH, said
 from formiga_bt.llm.vocabulary import offered
 from formiga_bt.llm.wording import read, roles_of
 from formiga_bt.packaged import folder
@@ -111,6 +119,8 @@ def test_no_wording_in_the_tables_shares_six_words_with_an_evaluation() -> None:
     tables = [
         *CLAUSES.values(),
         *CASES.values(),
+        *(both for of in (ENDINGS, ONLY_IF, EITHER, RELAY, PARKED, ROUNDS) for both in of.values()),
+        NOTHING,
         *(row[0] for of in (IMPOSSIBLE, DANGEROUS, UNCLEAR) for row in of.values()),
     ]
     texts = [text for both in tables for wordings in both for text in wordings]
@@ -201,3 +211,111 @@ def test_a_message_is_copied_in_the_language_of_the_request() -> None:
     }
 
     assert json.dumps(told_in_spanish(answer)) == json.dumps(answer).replace("Round finished", "Ronda terminada")
+
+
+def drawn(make_one: Callable[[Draw], Mission], count: int = 30) -> list[Mission]:
+    at = practice(0, SEED)
+    return [make_one(Draw(random.Random(number), at)) for number in range(count)]
+
+
+def kinds_of(steps: Any) -> str:
+    return " ".join("home" if one.get("do") == "ReturnHome" else next(iter(one)) for one in steps)
+
+
+def test_where_nothing_else_is_to_happen_there_is_no_else() -> None:
+    for mission in drawn(deciding.only_if):
+        last = mission.answer["tree"]["steps"][-1]
+        assert "else" not in last
+        assert last["then"]
+
+
+def test_what_is_said_once_for_both_answers_is_in_both_branches_or_behind_them() -> None:
+    for mission in drawn(deciding.either):
+        steps = mission.answer["tree"]["steps"]
+        yes, no = steps[1]["then"], steps[1]["else"]
+        assert kinds_of(yes) == kinds_of(no)
+        homes = json.dumps(yes).count("ReturnHome") + json.dumps(steps[2:]).count("ReturnHome")
+        assert homes == json.dumps(no).count("ReturnHome") + json.dumps(steps[2:]).count("ReturnHome")
+        assert homes == ("returns" in mission.plan)
+
+
+def test_of_two_machines_in_turn_the_first_is_home_before_the_second_starts() -> None:
+    for make_one in (relays.does_same, relays.by_turns, relays.after_yes):
+        for mission in drawn(make_one):
+            agents = [one["agent"] for one in steps_in(mission.answer["tree"]["steps"])]
+            homes = [one["agent"] for one in steps_in(mission.answer["tree"]["steps"]) if one["do"] == "ReturnHome"]
+            changes = [a for a, b in pairwise(agents) if a != b]
+            assert len(changes) == 1
+            assert homes[0] == changes[0] == agents[0]
+            assert "parallel" not in json.dumps(mission.answer)
+
+
+def test_who_lands_for_good_has_no_way_home_and_who_goes_to_its_port_has_one() -> None:
+    missions = drawn(settling.settle, 60)
+
+    assert {one.kind for one in missions} == {"for_good", "own_port"}
+    for mission in missions:
+        last = mission.answer["tree"]["steps"][-1]
+        assert last["do"] == ("FlyAndLand" if mission.kind == "for_good" else "ReturnHome")
+        assert ("ReturnHome" in json.dumps(mission.answer)) == (mission.kind == "own_port")
+
+
+def test_machines_that_are_parked_stay_so_far_apart_as_is_said() -> None:
+    for mission in drawn(settling.parked):
+        gap = re.search(r"(\d+) m apart", mission.plan)
+        assert gap is not None
+        assert f"east={gap[1]} m)" in json.dumps(mission.answer)
+
+
+def test_a_list_of_stops_is_flown_in_its_order() -> None:
+    for mission in drawn(rounds.stops):
+        at = [json.dumps(mission.answer).find(name) for name in mission.names]
+        assert at == sorted(at)
+
+
+def test_there_and_back_ends_where_it_began() -> None:
+    for mission in drawn(rounds.there_and_back):
+        flights = [one for one in steps_in(mission.answer["tree"]["steps"]) if one["do"] != "ReturnHome"]
+        places = [one.get("to") or one.get("at") for one in flights]
+        assert places[0] == places[2] != places[1]
+
+
+def test_a_question_names_what_there_is() -> None:
+    at = practice(0, SEED)
+    texts = [one.answer["question"] for one in drawn(refusals.unclear, 60)]
+
+    assert any(all(name in text for name in at.shown.site.places) for text in texts)
+    assert any(all(name in text for name in (*at.ids["lwd"], *at.ids["hwd"])) for text in texts)
+    assert any("The site has no place called" in text for text in texts)
+
+
+def test_places_in_spanish_are_as_the_product_knows_them() -> None:
+    known = [name for name in PLACES if all(part in SPANISH for part in name.split("_"))]
+
+    assert len(known) > 25
+    assert [name for name in known if not said(name, PLACES[name][1])] == []
+
+
+def test_a_third_is_of_the_kinds_that_a_model_finds_hard_and_a_sixth_is_refused() -> None:
+    def share(*modules: Any) -> float:
+        names = {one.__name__ for one in modules}
+        return sum(weight for one, weight in KINDS if one.__module__ in names) / sum(weight for _, weight in KINDS)
+
+    assert 0.28 < share(deciding, relays, settling, rounds) < 0.38
+    assert 0.14 < share(refusals) < 0.2
+
+
+def test_who_has_landed_flies_home_under_any_names() -> None:
+    at = next(one for one in map(lambda n: practice(n, SEED), range(20)) if "ReturnHome" in one.renaming.verbs)
+    place = next(iter(at.shown.site.places))
+    steps = [
+        {"do": "FlyAndLand", "agent": "drone", "at": place},
+        {"wait": "20 s"},
+        {"do": "ReturnHome", "agent": "drone"},
+    ]
+
+    assert (
+        renamed_problem({"task": "Stop", "agents": [{"name": "drone", "type": at.kinds["lwd"][0]}], "steps": steps}, at)
+        == ""
+    )
+    assert at.flown.site.people["watchers"]  # whom the engine asks to stand clear
