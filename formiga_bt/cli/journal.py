@@ -65,7 +65,7 @@ def command(
     """Tell what is in a journal, write tables of it, or remove what is older than is kept.
 
     stats and export work while an engine runs; compact does not: a running engine does that by itself, each hour.
-    Example: formiga journal export --what tasks --what goals --since "-7 days" -o week
+    Example: formiga journal export --what tasks --what goals --since "-7 d" -o week
     """
     from formiga_bt.journal.keep import Retention
 
@@ -172,7 +172,7 @@ def _export(
 
     if out is None:
         raise UnusableFile("where to? Name a folder: formiga journal export -o FOLDER")
-    first = moment_of(machine, since) if since else 0
+    first = moment_of(machine, since, or_first=True) if since else 0
     last = moment_of(machine, until) if until else None
     for file in export(machine.journal, out, form=form, since=first, until=last, what=tables):
         typer.echo(f"written: {file}", err=True)

@@ -96,15 +96,15 @@ def looked_at(machine: "TimeMachine", at: str, why: str = "") -> "JournalSource"
     return source
 
 
-def moment_of(machine: "TimeMachine", text: str) -> int:
-    """Return the moment that a text means.
+def moment_of(machine: "TimeMachine", text: str, *, or_first: bool = False) -> int:
+    """Return the moment that a text means; `or_first`: one before the history is its beginning.
 
     Raises:
         UnusableFile: it means none.
     """
     from formiga_bt.replay.when import Times, moment
 
-    return moment(text, Times(machine.first, machine.last, machine.record, zone()))
+    return moment(text, Times(machine.first, machine.last, machine.record, zone()), or_first=or_first)
 
 
 def zone() -> tzinfo:

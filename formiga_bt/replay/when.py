@@ -32,8 +32,13 @@ class Times(Struct, frozen=True):
     zone: tzinfo = UTC
 
 
-def moment(text: str, times: Times) -> Micros:
+def moment(text: str, times: Times, *, or_first: bool = False) -> Micros:
     """Return the moment that a text means, in engine time.
+
+    Args:
+        text: see `FORMS`.
+        times: what it is reckoned from.
+        or_first: a moment before the history is its beginning, as the lower limit of a look has it.
 
     Raises:
         UnusableFile: it means none, or one before the history begins.
@@ -49,11 +54,11 @@ def moment(text: str, times: Times) -> Micros:
     if base is None:
         raise UnusableFile(f"'{text}' is no moment that the journal knows\n  help: say for example {FORMS}")
     at = base + shift
-    if at < times.first:
+    if at < times.first and not or_first:
         raise UnusableFile(
             f"'{text}' is {in_words(at, times.zone)}; the journal begins at {in_words(times.first, times.zone)}"
         )
-    return min(at, times.last)
+    return max(times.first, min(at, times.last))
 
 
 def _base(words: str, times: Times) -> Micros | None:

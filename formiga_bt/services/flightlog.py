@@ -273,6 +273,9 @@ class FlightLog:
         self._folder = folder
         self._flights = Flights(site, flying(folder), utc or on_the_wall)
         self._kept = dict(self._flights.flying)
+        self._ended: list[Flight] = []
+        """Not on disk yet."""
+        self._is_told = False
         self._queue: SimpleQueue[Step | None] = SimpleQueue()
         self._thread: threading.Thread | None = None
 
@@ -295,15 +298,23 @@ class FlightLog:
         while (step := self._queue.get()) is not None:
             try:
                 self._keep(self._flights.take(step))
-            except Exception:  # neither a full disk nor a bug here may end the log of all later flights
+            except SiteError as error:  # a full disk, say: told once, tried again with each step
+                if not self._is_told:
+                    log.error("the flight log waits to be written: %s", error)
+                self._is_told = True
+            except Exception:  # a bug here may not end the log of all later flights
                 log.exception("the flight log missed step %s", step.seq)
 
     def _keep(self, ended: Iterable[Flight]) -> None:
-        for flight in ended:
-            append_line(self._folder / FLIGHTS, msgspec.to_builtins(flight))
+        self._ended += ended
+        while self._ended:
+            append_line(self._folder / FLIGHTS, msgspec.to_builtins(self._ended[0]))
+            self._ended.pop(0)
         if self._flights.flying != self._kept:
-            self._kept = dict(self._flights.flying)
-            write_durably(self._folder / FLYING, msgspec.json.encode(self._kept).decode() + "\n")
+            now = dict(self._flights.flying)
+            write_durably(self._folder / FLYING, msgspec.json.encode(now).decode() + "\n")
+            self._kept = now
+        self._is_told = False
 
 
 def flying(folder: Path) -> dict[str, Open]:

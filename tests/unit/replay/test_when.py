@@ -61,3 +61,9 @@ def test_before_the_beginning_is_told() -> None:
     with pytest.raises(UnusableFile, match="'-3 h' is 2026-07-01 07:30:00; the journal begins at 2026-07-01 08:00:00"):
         moment("-3 h", Times(us("2026-07-01T08:00"), TIMES.last, TIMES.task))
     assert in_words(TIMES.last, UTC) == "2026-07-01 10:30:00"
+
+
+def test_a_lower_limit_before_the_beginning_is_the_beginning() -> None:
+    times = Times(us("2026-07-01T08:00"), TIMES.last, TIMES.task)
+    assert moment("-7 d", times, or_first=True) == us("2026-07-01T08:00")
+    assert moment("-1 h", times, or_first=True) == us("2026-07-01T09:30")

@@ -13,6 +13,7 @@ from formiga_bt.engine.records import AgentRecord, StandingOrder
 from formiga_bt.errors import SiteError
 from formiga_bt.geo import Position
 from formiga_bt.rehearsal import Rehearsal, fleet_of
+from formiga_bt.services import flightlog
 from formiga_bt.services.flightlog import Flight, FlightLog, Flights, as_csv, as_json, flights, flying, iso
 from formiga_bt.site_folder import FLIGHTS, FLYING
 from formiga_bt.testing import packaged_task, packaged_world, task_of
@@ -265,3 +266,28 @@ def test_stamps_are_of_the_wall_and_durations_of_the_engine_and_never_negative()
     log._utc = lambda _: "2026-07-01T09:01:00Z"
     (flight,) = story.drone("grounded")
     assert flight.duration_s == 0.0
+
+
+def test_a_full_disk_is_told_once_in_words_and_no_flight_is_lost(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    left = [2]
+    whole = flightlog.append_line
+
+    def full(file: Path, record: dict[str, object]) -> None:
+        if left[0]:
+            left[0] -= 1
+            raise SiteError(f"cannot write {file}: No space left on device")
+        whole(file, record)
+
+    monkeypatch.setattr(flightlog, "append_line", full)
+    log, told = log_in(tmp_path)
+    for landed in ("airborne", "grounded", "airborne", "grounded"):
+        told.drone(landed)
+    log.stop()
+
+    assert len(flights(tmp_path)) == 2
+    assert flying(tmp_path) == {}
+    (line,) = [record for record in caplog.records if record.levelname == "ERROR"]
+    assert line.message.endswith("flights.jsonl: No space left on device")
+    assert line.exc_info is None
