@@ -28,14 +28,14 @@ def does_same(draw: Draw) -> Mission:
 
 
 def by_turns(draw: Draw) -> Mission:
-    """Return two machines that relieve each other, one to three times."""
+    """Return two machines that relieve each other, twice or three times."""
     rng = draw.rng
     (one, first), (two, second) = crew_of(draw, 2)
     of = "hwd" if "hwd" in (first, second) else "lwd"
     clauses = [*parts(draw, of, 2, kinds=("watch", "ring", "ring_plain", "stop", "stop", "pass")), draw.clause("home")]
-    n = Times(rng.choice((1, 2, 2, 3)))
+    n = Times(rng.choice((2, 2, 3)))
     cycle = [*chain(clauses, one.role), *chain(clauses, two.role)]
-    steps: Steps = cycle if n.n == 1 else [{"repeat": n.value, "steps": cycle}]
+    steps: Steps = [{"repeat": n.value, "steps": cycle}]
 
     def say(speaker: Speaker) -> str:
         text = joined(clauses, speaker, 1 if speaker.language == "en" else 0)
@@ -43,7 +43,7 @@ def by_turns(draw: Draw) -> Mission:
         return speaker.filled(speaker.pick(RELAY["turns"]), values)
 
     told = ", ".join(clause.plan for clause in clauses)
-    plan = f"{'Once' if n.n == 1 else f'{n.n} times'}: {one.role} {told}; then {two.role} does the same"
+    plan = f"{n.n} times: {one.role} {told}; then {two.role} does the same"
     return Mission("by_turns", tree("TakeTurns", (one, two), steps), plan, say, names_of(clauses))
 
 
