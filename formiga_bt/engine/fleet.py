@@ -443,6 +443,9 @@ class Fleet:
             if not self.at_port(agent):
                 core.put_agent(agent_id, pool="PARKED_AWAY")
                 core.effect(Alarm("parked_away", f"{agent_id} stands away from its port", task_id, agent_id))
+        elif agent.landed == "airborne" and core.agent_type(agent).recover is not None:
+            # It landed, and was sent up again by an engine that could not keep that.
+            self.orders.bring_home_if_idle(agent_id, "engine")
 
 
 def _wind(status: AgentStatus) -> tuple[float, float] | None:

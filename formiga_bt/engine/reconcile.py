@@ -61,6 +61,7 @@ class Reconcile:
         core.emit(ch.CounterSet("epoch", given.epoch))
         if core.state.counters.get("deposed"):
             core.emit(ch.CounterSet("deposed", 0))
+            core.stale.add(EVERYTHING)  # goals that the other engine held up wait for something else now
         if core.state.counters.get(JOURNAL):
             core.emit(ch.CounterSet(JOURNAL, LEVELS["ok"]))
         old = core.state.resume

@@ -266,7 +266,7 @@ def test_low_elsewhere_than_where_it_was_to_land_still_breaks_the_limit() -> Non
     body = rehearsal.sim["hwd_1"].body
     here = body.position()
     record = rehearsal.engine.core.put_agent("hwd_1", position=type(here)(here.east_m + 20.0, here.north_m, here.up_m))
-    rehearsal.engine.breaches.look(record.id)
+    rehearsal.engine.breaches.look(record.id, "")
 
     assert rehearsal.engine.state.agents["hwd_1"].breach == "terrain_clearance"
     rehearsal.close()

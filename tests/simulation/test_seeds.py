@@ -21,6 +21,8 @@ BLOCK, FEW, MORE = 3, 12, 212
 FOUND = {
     80: "a question that an engine took back, and forgot with a full journal, was shown to nobody any more",
     124: "a machine whose start was under way when its order was withdrawn was left in the air",
+    1307: "a machine that an engine with a full journal had sent up, and the next one took for landed, was left in the air",
+    1494: "goals that another engine had held up said so still after the restart",
 }
 """Seed -> what it found. What a seed draws may not change: new kinds of faults get seeds from another number on (`more`)."""
 
