@@ -306,7 +306,7 @@ def test_a_third_is_of_the_kinds_that_a_model_finds_hard_and_a_sixth_is_refused(
 
 
 def test_who_has_landed_flies_home_under_any_names() -> None:
-    at = next(one for one in map(lambda n: practice(n, SEED), range(20)) if "ReturnHome" in one.renaming.verbs)
+    at = next(one for one in (practice(n, SEED) for n in range(20)) if "ReturnHome" in one.renaming.verbs)
     place = next(iter(at.shown.site.places))
     steps = [
         {"do": "FlyAndLand", "agent": "drone", "at": place},
