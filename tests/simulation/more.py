@@ -46,10 +46,11 @@ def more(drawn: "Plan") -> "Plan":
     real = dice.random() < 0.12
     if real:
         deeds += _words(dice, [ask.task for ask in asks], lasts)
-    return replace(
-        drawn, asks=asks, deeds=tuple(sorted([*drawn.deeds, *deeds], key=lambda deed: deed.at)), real=real,
-        ahead=dice.random() < 0.25,
-    )  # fmt: skip
+    ahead = dice.random() < 0.25
+    if dice.random() < 0.1:
+        deeds += _story(dice, "blame_in_cleanup", round(dice.uniform(5.0, lasts - 5.0), 3), machines, people)
+    deeds = sorted([*drawn.deeds, *deeds], key=lambda deed: deed.at)
+    return replace(drawn, asks=asks, deeds=tuple(deeds), real=real, ahead=ahead)
 
 
 def _words(dice: Random, tasks: Sequence[str], lasts: float) -> list["Deed"]:
@@ -141,6 +142,12 @@ def _story(dice: Random, story: str, at: float, machines: Sequence[str], people:
             return [
                 Deed(at, "engine", how=how, much=float(dice.randint(1, 60)), away_s=away, blames=dice.randrange(1, 20))
             ]
+        case "blame_in_cleanup":  # while what its stopped steps tidy up is itself being stopped
+            slow = [Deed(at, "slow", name, much=2.0) for name in machines]
+            off = [Deed(round(at + 8.0, 3), "slow_off", name) for name in machines]
+            aborts = [Deed(round(at + 0.5, 3), "abort", f"@{name}", "now") for name in machines]
+            end = Deed(round(at + 0.6, 3), "engine", how="kept", much=1.0, away_s=1.0, blames=1)
+            return [*slow, *off, *aborts, end]
         case "carry":  # who stands somewhere is carried home
             return [Deed(until, "carry", one) for one in machines]
         case "port":  # a machine is put down on another's port, and carried home later
