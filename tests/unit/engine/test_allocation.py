@@ -116,7 +116,7 @@ def test_battery_min_filters_with_the_numbers(make: Make) -> None:
     ("status", "code"),
     [
         ({"position": Position(5.0, 0.0, 0.0)}, "parked_away"),
-        ({"landed": "airborne"}, "airborne"),
+        ({"landed": "airborne"}, "ordered"),  # nobody sent it up: it is brought home first
         ({"landed": "unknown"}, "airborne"),
         ({"position": None}, "no_position"),
     ],
@@ -129,6 +129,8 @@ def test_only_a_machine_at_rest_is_granted(make: Make, status: dict[str, Any], c
     task_id = yard.start()
 
     assert codes(yard, task_id)["c1"] == code
+    yard.cart.say(landed="grounded")
+    yard.run_for(0.1)
 
 
 def test_a_role_with_away_takes_one_that_stands_elsewhere(make: Make) -> None:
