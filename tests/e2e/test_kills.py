@@ -24,4 +24,6 @@ def test_killed_between_send_and_answer_at_random_and_while_it_asks(tmp_path: Pa
     assert [death.point for death in run.deaths] == ["after_send", "random", "in_reconcile"]
     found = judge(tmp_path / "site", run.accepted, run.deaths, run.held)
     assert found.is_good, found.text()
-    assert found.right == found.accepted == len(run.accepted) >= 2
+    assert (
+        found.right == found.accepted >= len(run.accepted) >= 2
+    )  # an engine may die before it has said that it accepted
