@@ -6,7 +6,8 @@ from typing import Any, Final
 
 from msgspec import Struct
 
-from experiments.e2_llm.train.phrases import CLAUSES, FACTS, PLANS, TOLD
+from experiments.e2_llm.train.phrases import CLAUSES, PLANS
+from experiments.e2_llm.train.phrases_cases import FACTS, TOLD
 from experiments.e2_llm.train.phrases_plain import PLAIN, PLAIN_PLANS
 from experiments.e2_llm.train.phrases_ways import ENDING_PLANS, ENDINGS
 from experiments.e2_llm.train.sites import Practice

@@ -38,7 +38,11 @@ def only_if(draw: Draw) -> Mission:
         steps = [{"if": f"drone.battery > {percent} %", "then": flight}]
 
     def say(speaker: Speaker) -> str:
-        values = {"a": third(speaker, who, clauses), "m": who.said(speaker), "b": percent_said(speaker, percent)}
+        values: dict[str, Any] = {
+            "a": third(speaker, who, clauses),
+            "m": who.said(speaker),
+            "b": percent_said(speaker, percent),
+        }
         values |= {"u": asked.said, "x": (en, es), "z": speaker.pick(NOTHING)}
         return speaker.filled(speaker.pick(ONLY_IF["charge" if by_charge else "asked"]), values)
 
@@ -90,7 +94,7 @@ def either(draw: Draw) -> Mission:
     ]
 
     def say(speaker: Speaker) -> str:
-        values = {"a": one.said(speaker), "b": other.said(speaker), "u": asked.said, "x": (en, es)}
+        values: dict[str, Any] = {"a": one.said(speaker), "b": other.said(speaker), "u": asked.said, "x": (en, es)}
         values |= {"p": p, "q": q, "h": h, "t": t, "r": r}
         head = speaker.filled(speaker.pick(EITHER["who" if two_machines else "place"]), values)
         return head + speaker.filled(speaker.pick(EITHER[tail]), values)

@@ -6,7 +6,8 @@ from typing import Any, Final
 from msgspec import Struct
 
 from experiments.e2_llm.train.clauses import Clause, Draw, Steps, steps_of
-from experiments.e2_llm.train.phrases import CASES, JOINS, SINGLE
+from experiments.e2_llm.train.phrases import JOINS, SINGLE
+from experiments.e2_llm.train.phrases_cases import CASES
 from experiments.e2_llm.train.speaker import Speaker, Time, Times
 
 

@@ -18,7 +18,7 @@ from experiments.e2_llm.train import deciding, formations, missions, refusals, r
 from experiments.e2_llm.train.clauses import Draw
 from experiments.e2_llm.train.leaks import Guard, leaked, shape
 from experiments.e2_llm.train.missions import Mission
-from experiments.e2_llm.train.phrases import TOLD
+from experiments.e2_llm.train.phrases_cases import TOLD
 from experiments.e2_llm.train.sites import Practice, practice
 from experiments.e2_llm.train.speaker import Speaker
 from formiga_bt.lang.llm_in import load_task_json

@@ -4,7 +4,7 @@ from typing import Any
 
 from experiments.e2_llm.train.clauses import Draw, Steps
 from experiments.e2_llm.train.missions import Mission, chain, joined, names_of, parts, person, tree
-from experiments.e2_llm.train.phrases_ways import RELAY
+from experiments.e2_llm.train.phrases_turns import RELAY
 from experiments.e2_llm.train.speaker import Speaker, Times
 from experiments.e2_llm.train.teams import crew_of
 

@@ -5,7 +5,7 @@ from typing import Any
 
 from experiments.e2_llm.train.clauses import Draw, Steps, along, over
 from experiments.e2_llm.train.missions import Mission, machine, tree
-from experiments.e2_llm.train.phrases_ways import ROUNDS
+from experiments.e2_llm.train.phrases_turns import ROUNDS
 from experiments.e2_llm.train.speaker import Metres, Speaker, Spot, Time, Times
 from experiments.e2_llm.train.teams import crew_of
 

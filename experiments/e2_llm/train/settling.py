@@ -19,7 +19,8 @@ from experiments.e2_llm.train.missions import (
     tree,
 )
 from experiments.e2_llm.train.phrases import SINGLE
-from experiments.e2_llm.train.phrases_ways import NOT_HOME, PARKED
+from experiments.e2_llm.train.phrases_turns import PARKED
+from experiments.e2_llm.train.phrases_ways import NOT_HOME
 from experiments.e2_llm.train.speaker import Metres, Speaker
 
 

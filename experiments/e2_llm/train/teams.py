@@ -18,7 +18,8 @@ from experiments.e2_llm.train.missions import (
     person,
     tree,
 )
-from experiments.e2_llm.train.phrases import CASES, THREE, TURNS, TWO
+from experiments.e2_llm.train.phrases import THREE, TURNS, TWO
+from experiments.e2_llm.train.phrases_cases import CASES
 from experiments.e2_llm.train.speaker import Speaker
 
 _KINDS: Final = (

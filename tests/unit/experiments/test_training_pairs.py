@@ -18,8 +18,10 @@ from experiments.e2_llm.train.clauses import Draw
 from experiments.e2_llm.train.leaks import OF_PAPER, Guard, grams, leaked
 from experiments.e2_llm.train.missions import Mission
 from experiments.e2_llm.train.pairs import KINDS, Made, Maker, renamed_problem, told_in_spanish, with_points_of
-from experiments.e2_llm.train.phrases import CASES, CLAUSES, SINGLE, TWO
-from experiments.e2_llm.train.phrases_ways import EITHER, ENDINGS, NOTHING, ONLY_IF, PARKED, RELAY, ROUNDS
+from experiments.e2_llm.train.phrases import CLAUSES, SINGLE, TWO
+from experiments.e2_llm.train.phrases_cases import CASES
+from experiments.e2_llm.train.phrases_turns import PARKED, RELAY, ROUNDS
+from experiments.e2_llm.train.phrases_ways import EITHER, ENDINGS, NOTHING, ONLY_IF
 from experiments.e2_llm.train.refusing import IMPOSSIBLE, UNCLEAR
 from experiments.e2_llm.train.refusing_dangers import DANGEROUS
 from experiments.e2_llm.train.renaming import verbs_renamed
