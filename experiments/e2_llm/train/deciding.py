@@ -3,6 +3,7 @@
 from typing import Any, Final
 
 from experiments.e2_llm.train.clauses import Draw, Steps, along, over
+from experiments.e2_llm.train.conditions import percent_said
 from experiments.e2_llm.train.missions import (
     Machine,
     Mission,
@@ -10,7 +11,6 @@ from experiments.e2_llm.train.missions import (
     ended,
     machine,
     names_of,
-    percent_said,
     person,
     third,
     told,

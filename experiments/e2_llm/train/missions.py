@@ -1,4 +1,4 @@
-"""Missions of one machine: parts in a row, and what people, charge and time have to do with them."""
+"""Missions of one machine: parts in a row; who takes part, and how it is called."""
 
 from collections.abc import Callable, Sequence
 from typing import Any, Final
@@ -7,8 +7,7 @@ from msgspec import Struct
 
 from experiments.e2_llm.train.clauses import Clause, Draw, Steps, steps_of
 from experiments.e2_llm.train.phrases import JOINS, SINGLE
-from experiments.e2_llm.train.phrases_cases import CASES
-from experiments.e2_llm.train.speaker import Speaker, Time, Times
+from experiments.e2_llm.train.speaker import Speaker
 
 
 class Mission(Struct, frozen=True):
@@ -247,162 +246,6 @@ def single(draw: Draw) -> Mission:
     )
 
 
-def _branch(draw: Draw) -> tuple[Clause, Clause]:
-    return draw.clause(draw.rng.choice(("over", "watch", "ring", "over_plain"))), draw.clause("home")
-
-
 def third(speaker: Speaker, who: Machine, clauses: Sequence[Clause]) -> str:
     """Return what a machine does, in words: `a light drone flies ...`."""
     return f"{who.said(speaker)} {joined(clauses, speaker, 1 if speaker.language == 'en' else 0)}"
-
-
-def yes_no(draw: Draw) -> Mission:
-    """Return a mission that depends on an answer: two ways, or nothing on a no."""
-    who, asked = machine(draw, "drone", draw.rng.choice(("lwd", "hwd"))), person(draw)
-    question, en, es = draw.fact()
-    yes, no = list(_branch(draw)), draw.clause("tell") if draw.rng.random() < 0.5 else None
-    other = [no] if no is not None else list(_branch(draw))
-    step: dict[str, Any] = {"if": "reply.answer == 'yes'", "then": chain(yes, "drone")}
-    two = draw.rng.random() < 0.7
-    if two:
-        step["else"] = chain(other, "drone")
-    steps: Steps = [{"ask": question, "of": [asked.role], "save_as": "reply"}, step]
-
-    def say(speaker: Speaker) -> str:
-        b = (
-            other[0].said(speaker, 1 if speaker.language == "en" else 0)
-            if no is not None
-            else third(speaker, who, other)
-        )
-        b = (
-            (("send the word: " if speaker.language == "en" else "di: ") + no.values["x"][speaker.language == "es"])
-            if no is not None
-            else b
-        )
-        values = {"u": asked.said, "x": (en, es), "a": third(speaker, who, yes), "b": b}
-        return speaker.filled(speaker.pick(CASES["yes_no" if two else "if_yes"]), values)
-
-    plan = f"{asked.said[0]} is asked first; on yes the drone {', '.join(c.plan for c in yes)}" + (
-        f"; on no: {', '.join(c.plan for c in other)}" if two else ""
-    )
-    return Mission("answer", tree("AskThenFly", (who, asked), steps), plan, say, names_of([*yes, *other]))
-
-
-def percent_said(speaker: Speaker, percent: int) -> str:
-    """Return a charge in words."""
-    words = f"{percent} percent" if speaker.language == "en" else f"{percent} por ciento"
-    return str(speaker.of((f"{percent} %", f"{percent}%", words)))
-
-
-def battery(draw: Draw) -> Mission:
-    """Return a mission that depends on the charge."""
-    who = machine(draw, "drone", draw.rng.choice(("lwd", "hwd")), by_id=draw.rng.random() < 0.4)
-    clauses, percent, text = (
-        list(_branch(draw)),
-        draw.rng.choice((35, 40, 45, 50, 55, 60, 65, 70, 75, 80, 85)),
-        draw.told(),
-    )
-    waits = draw.rng.random() < 0.4
-    flight = chain(clauses, "drone")
-    test = f"drone.battery > {percent} %"
-    steps: Steps = (
-        [{"wait_until": f"drone.battery >= {percent} %"}, *flight]
-        if waits
-        else [{"if": test, "then": flight, "else": [{"notify": text[0]}]}]
-    )
-
-    def say(speaker: Speaker) -> str:
-        amount = percent_said(speaker, percent)
-        name = who.said(speaker)
-        values = {"b": amount, "x": text, "m": name, "a": third(speaker, who, clauses)}
-        return speaker.filled(speaker.pick(CASES["charged" if waits else "battery"]), values)
-
-    plan = f"With {'at least' if waits else 'more than'} {percent} % of charge {told(clauses, 'the drone')}"
-    return Mission("battery", tree("IfCharged", (who,), steps), plan, say, names_of(clauses))
-
-
-def again(draw: Draw) -> Mission:
-    """Return a mission that is done every so often."""
-    who = machine(draw, "drone", draw.rng.choice(("lwd", "hwd")), by_id=draw.rng.random() < 0.2)
-    clauses, n, t = (
-        list(_branch(draw)),
-        Times(draw.rng.choice((2, 3, 4, 5))),
-        Time(60 * draw.rng.choice((6, 8, 12, 15, 20, 30))),
-    )
-    steps: Steps = [{"repeat": n.value, "every": t.value, "steps": chain(clauses, "drone")}]
-
-    def say(speaker: Speaker) -> str:
-        return speaker.filled(speaker.pick(CASES["again"]), {"n": n, "t": t, "a": third(speaker, who, clauses)})
-
-    plan = f"{n.n} times, every {t.value}, {told(clauses, 'the drone')}"
-    return Mission("every", tree("AgainAndAgain", (who,), steps), plan, say, names_of(clauses))
-
-
-def escalate(draw: Draw) -> Mission:
-    """Return a mission for which a second person is asked if the first one does not say yes."""
-    who, one, two = machine(draw, "drone", "lwd"), person(draw, "picker"), person(draw, "watcher")
-    question, en, es = draw.fact()
-    clauses = list(_branch(draw))
-    steps: Steps = [
-        {"ask": question, "of": [one.role], "save_as": "reply"},
-        {"if": "reply.answer != 'yes'", "then": [{"ask": question, "of": [two.role]}]},
-        *chain(clauses, "drone"),
-    ]
-
-    def say(speaker: Speaker) -> str:
-        values = {"u": one.said, "v": two.said, "x": (en, es), "a": third(speaker, who, clauses)}
-        return speaker.filled(speaker.pick(CASES["escalate"]), values)
-
-    plan = (
-        f"{one.said[0]} is asked, without a yes {two.said[0]} too; then the drone {', '.join(c.plan for c in clauses)}"
-    )
-    return Mission("escalate", tree("AskTwo", (who, one, two), steps), plan, say, names_of(clauses))
-
-
-def refused(draw: Draw) -> Mission:
-    """Return a mission in which a no is told, and the machine comes home in any case."""
-    who, asked = machine(draw, "drone", draw.rng.choice(("lwd", "hwd"))), person(draw)
-    question, en, es = draw.fact()
-    first, text = draw.clause(draw.rng.choice(("over", "over_plain", "watch"))), draw.told()
-    steps: Steps = [
-        *chain([first], "drone"),
-        {"ask": question, "of": [asked.role], "save_as": "reply"},
-        {"if": "reply.answer == 'no'", "then": [{"notify": text[0]}]},
-        {"do": "ReturnHome", "agent": "drone"},
-    ]
-
-    def say(speaker: Speaker) -> str:
-        values = {"a": third(speaker, who, [first]), "u": asked.said, "x": (en, es), "y": text}
-        return speaker.filled(speaker.pick(CASES["refused"]), values)
-
-    plan = f"The drone {first.plan}, {asked.said[0]} is asked, a no is told; it returns"
-    return Mission("refused", tree("AskAndTell", (who, asked), steps), plan, say, first.names)
-
-
-def follow(draw: Draw) -> Mission:
-    """Return a mission that goes where a tracker says. Only simulated pickers have one."""
-    if draw.at.kinds["picker"][0] != "picker":
-        return refused(draw)
-    who, asked = machine(draw, "drone", draw.rng.choice(("lwd", "hwd"))), person(draw, "picker")
-    h, t = draw.height(), Time(draw.rng.choice((10, 20, 25, 30, 40)))
-    base = "base"
-    steps: Steps = [
-        {"do": "FlyTo", "agent": "drone", "to": base, "height": h.value},
-        {
-            "repeat": "1 h",
-            "every": t.value,
-            "steps": [
-                {"do": "MiniFinder", "agent": asked.role, "base": base, "save_as": "fix"},
-                {"break_if": "fix.in_range"},
-                {"do": "FlyTo", "agent": "drone", "to": "fix.go_to", "height": h.value},
-            ],
-        },
-        {"do": "ReturnHome", "agent": "drone"},
-    ]
-
-    def say(speaker: Speaker) -> str:
-        values = {"a": who.said(speaker), "u": asked.said, "h": h, "t": t}
-        return speaker.filled(speaker.pick(CASES["follow"]), values)
-
-    plan = f"The drone asks the tracker every {t.value} and follows it at {h.value} until in range, then returns"
-    return Mission("follow", tree("FollowTracker", (who, asked), steps), plan, say)

@@ -14,7 +14,17 @@ from typing import Any, Final
 
 from msgspec import Struct
 
-from experiments.e2_llm.train import deciding, formations, missions, refusals, relays, rounds, settling, teams
+from experiments.e2_llm.train import (
+    conditions,
+    deciding,
+    formations,
+    missions,
+    refusals,
+    relays,
+    rounds,
+    settling,
+    teams,
+)
 from experiments.e2_llm.train.clauses import Draw
 from experiments.e2_llm.train.leaks import Guard, leaked, shape
 from experiments.e2_llm.train.missions import Mission
@@ -49,12 +59,12 @@ KINDS: Final[tuple[tuple[Callable[[Draw], Mission], int], ...]] = (
     (formations.parting, 6),
     (teams.in_turn, 2),
     (teams.meet, 2),
-    (missions.yes_no, 3),
-    (missions.battery, 2),
-    (missions.again, 2),
-    (missions.escalate, 1),
-    (missions.refused, 2),
-    (missions.follow, 1),
+    (conditions.yes_no, 3),
+    (conditions.battery, 2),
+    (conditions.again, 2),
+    (conditions.escalate, 1),
+    (conditions.refused, 2),
+    (conditions.follow, 1),
     (deciding.only_if, 5),
     (deciding.either, 4),
     (relays.does_same, 3),
