@@ -31,6 +31,7 @@ RULES: Final = {
     "wake": "who has something to do is woken in that very step",
     "life": "each transition stands in the tables of life cycles",
     "twice": "no goal id is begun twice by a machine",
+    "released": "no task gives back a machine in the air, unless an engine that could not keep it had sent it up anew",
     "left": "no machine stays in the air without a task, an order, an errand, or a quarantine with an alarm",
     "fold": "the folded steps give the live state",
     "journal": "what is read from the journal is the state that was kept",
@@ -203,6 +204,11 @@ class Invariants:
     def _agent(self, agent: AgentRecord, before: AgentRecord | None) -> None:
         if agent.pool != "QUARANTINED" and (before is None or before.pool != agent.pool):
             self._alarmed.discard(agent.id)
+        released = before is not None and before.task and not agent.task and agent.pool == "STANDBY"
+        if released and agent.landed == "airborne" and not self.forgotten:
+            self.tell(
+                "released", f"{agent.id} is in the air, and {before.task if before else ''} gives it back", agent.id
+            )
         if agent.task and (before is None or before.task != agent.task):
             task = self.state.tasks.get(agent.task)
             if task is None or task.section == "done":

@@ -231,7 +231,7 @@ TABLES: Final[Mapping[str, Mapping[str, tuple[str, ...]]]] = MappingProxyType({
         "-": ("canceling", "gated"),
         "accepted": (
             "canceled", "canceling", "failed", "in_doubt", "interrupted",
-            "lost", "running", "succeeded", "taken_over",
+            "lost", "running", "succeeded", "superseded", "taken_over",
         ),
         "again": ("-",),
         "canceled": ("-",),

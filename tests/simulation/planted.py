@@ -454,7 +454,7 @@ PLANTS: Final[dict[str, tuple[Callable[[Patch], None], Where, frozenset[str]]]] 
         (a_machine_is_granted_twice, 0, "two_tasks"),
         (the_allocator_sleeps, 0, "wait"),
         (an_aborted_task_still_waits_for_agents, 0, "leak"),
-        (the_way_home_is_skipped, 0, "left", "wait"),
+        (the_way_home_is_skipped, 0, "released", "left", "wait"),
         (a_second_try_is_forgotten, 0, "wait"),
         (a_quarantined_machine_is_used, 0, "life"),
         (a_restart_loses_its_request, 0, "wait"),
