@@ -298,7 +298,7 @@ TABLES: Final[Mapping[str, Mapping[str, tuple[str, ...]]]] = MappingProxyType({
     "machine pool": {
         "-": ("STANDBY",),
         "ASSIGNED": ("EXECUTING ACTION", "QUARANTINED", "STANDBY"),
-        "EXECUTING ACTION": ("ASSIGNED", "STANDBY"),
+        "EXECUTING ACTION": ("ASSIGNED", "QUARANTINED", "STANDBY"),
         "PARKED_AWAY": ("ASSIGNED", "EXECUTING ACTION", "QUARANTINED", "STANDBY"),
         "QUARANTINED": ("STANDBY",),
         "STANDBY": ("ASSIGNED", "EXECUTING ACTION", "PARKED_AWAY", "QUARANTINED"),
@@ -364,7 +364,7 @@ TABLES: Final[Mapping[str, Mapping[str, tuple[str, ...]]]] = MappingProxyType({
         "gated": ("-", "sent"),
         "in_doubt": ("-",),
         "rejected": ("-",),
-        "sent": ("-", "accepted", "canceled", "failed", "gated", "rejected", "succeeded"),
+        "sent": ("-", "accepted", "canceled", "failed", "gated", "in_doubt", "rejected", "succeeded"),
         "succeeded": ("-",),
     },
     "taken over": {

@@ -46,7 +46,9 @@ def more(drawn: "Plan") -> "Plan":
     real = dice.random() < 0.12
     if real:
         deeds += _words(dice, [ask.task for ask in asks], lasts)
-    ahead = dice.random() < 0.25
+    ahead = (
+        dice.random() < 0.25 and not drawn.on_file
+    )  # how a real file is filled here would undo what is written ahead
     if dice.random() < 0.1:
         deeds += _story(dice, "blame_in_cleanup", round(dice.uniform(5.0, lasts - 5.0), 3), machines, people)
     deeds = sorted([*drawn.deeds, *deeds], key=lambda deed: deed.at)
