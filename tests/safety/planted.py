@@ -277,7 +277,7 @@ PLANTS: dict[str, tuple[Callable[[Patch], None], frozenset[str]]] = {
         (gate_ignores_clearance, {"clearance"}),
         (clearance_never_expires, {"clearance"}),
         (clearance_counts_everywhere, {"clearance"}),
-        (recover_is_skipped, {"release", "left"}),
+        (recover_is_skipped, {"release", "left", "order"}),
         (gate_checks_no_limit, {"reserve", "keep_in", "keep_out", "max_height"}),
         (gate_checks_ends_only, {"keep_out", "keep_in"}),
         (breach_only_alarms, {"breach"}),
