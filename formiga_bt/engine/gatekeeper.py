@@ -57,29 +57,36 @@ class Gatekeeper:
         goal = core.state.goals[goal_id]
         match self.verdict(goal):
             case Go() as go:
-                if core.action(goal.action).lands and self.room.approach(goal):
+                back = self.room.approach(goal) if core.action(goal.action).lands else None
+                if back is None:
+                    self._send(goal, go)
+                elif isinstance(back, Go):
                     core.put_goal(goal_id, code="draining", text=core.state.agents[goal.agent].goal)
                 else:
-                    self._send(goal, go)
-            case Hold(code, whom):
-                if goal.code != code or goal.text != whom:
-                    goal = core.put_goal(goal_id, code=code, text=whom)
-                if code == "clearance":
-                    self.clearances.need(goal)
-                elif code in BUSY:
-                    self.room.waits(goal)
-            case Refuse(code, text):
-                self.forget(goal)
-                core.put_goal(goal_id, state="gate_refused", code=code, text=text)
+                    self._waits(goal, back)
+            case Hold() | Refuse() as no:
+                self._waits(goal, no)
 
-    def _send_at_once(self, goal: GoalRecord) -> bool:
+    def _waits(self, goal: GoalRecord, no: Hold | Refuse) -> None:
+        """A goal may not go now, or never."""
+        if isinstance(no, Refuse):
+            self.forget(goal)
+            self._core.put_goal(goal.id, state="gate_refused", code=no.code, text=no.text)
+            return
+        if goal.code != no.code or goal.text != no.whom:
+            goal = self._core.put_goal(goal.id, code=no.code, text=no.whom)
+        if no.code == "clearance":
+            self.clearances.need(goal)
+        elif no.code in BUSY:
+            self.room.waits(goal)
+
+    def _send_at_once(self, goal: GoalRecord) -> Verdict:
         verdict = self.verdict(goal)
-        if not isinstance(verdict, Go):
-            return False
-        self._core.count("safety")
-        self._core.emit(ch.GoalPut(goal))
-        self._send(goal, verdict)
-        return True
+        if isinstance(verdict, Go):
+            self._core.count("safety")
+            self._core.emit(ch.GoalPut(goal))
+            self._send(goal, verdict)
+        return verdict
 
     def _send(self, goal: GoalRecord, go: Go) -> None:
         core = self._core

@@ -21,7 +21,7 @@ from formiga_bt.engine.ports import ClearancePort
 from formiga_bt.engine.records import BUSY, PRIORITIES, AgentRecord, GoalRecord
 from formiga_bt.geo import Place, Position, distance_m, horizontal_m
 from formiga_bt.lang.model import Port
-from formiga_bt.safety.gate import Go
+from formiga_bt.safety.gate import Go, Verdict
 from formiga_bt.safety.traffic import VERTICAL_M, first_in_the_way, path, traffic_of
 
 ASIDE_US = 60 * SECOND
@@ -39,8 +39,8 @@ SOON_US = 5 * SECOND
 THERE_M = 1.0
 """So near to where it should wait a machine stays."""
 
-Send = Callable[[GoalRecord], bool]
-"""Show a new safety goal to the gate: send it if it may go now, else forget it; return which."""
+Send = Callable[[GoalRecord], Verdict]
+"""Show a new safety goal to the gate: send it if it may go now, else forget it; return what the gate says."""
 
 
 class Room:
@@ -173,7 +173,7 @@ class Room:
         for layer in core.site.layers_m:
             if abs(layer - here.up_m) < core.site.separation_m:
                 continue
-            if self._move(agent, Position(here.east_m, here.north_m, layer), goal.order):
+            if isinstance(self._move(agent, Position(here.east_m, here.north_m, layer), goal.order), Go):
                 core.put_agent(agent.id, layer_m=layer)
                 return True
         return False
@@ -193,7 +193,9 @@ class Room:
     def port_waited(self, goal_id: str) -> None:
         """A machine waited 2 min for its own port: it gets the nearest free one; without any, a person must act."""
         core = self._core
-        if self._waiting(goal_id, "draining", "suspect") is not None:  # on its way aside, or not heard of just now
+        if (
+            self._waiting(goal_id, "draining", "suspect", "leg_busy") is not None
+        ):  # on its way, or not heard of just now
             core.set_deadline(f"port|{goal_id}", core.now + SOON_US, core.state.goals[goal_id].task)
             return
         goal = self._waiting(goal_id, "port_busy")
@@ -233,26 +235,29 @@ class Room:
                 return port
         return None
 
-    def approach(self, goal: GoalRecord) -> bool:
-        """A landing may go on after a wait for its port: bring the machine back above it first; return whether it must."""
+    def approach(self, goal: GoalRecord) -> Verdict | None:
+        """A landing may go on after a wait for its port: bring the machine back above it first.
+
+        Returns:
+            what the gate says of that way; None if the machine is there, or cannot fly it.
+        """
         core = self._core
         agent = core.state.agents[goal.agent]
         spec = core.action(goal.action)
         target, here = goal.fields.get(spec.moves_to), agent.position
         if f"port|{goal.id}" not in core.state.deadlines or here is None or not isinstance(target, Place):
-            return False
+            return None
         if horizontal_m(here, target) <= VERTICAL_M:
-            return False
+            return None
         layer = agent.layer_m if agent.layer_m is not None else here.up_m
-        self._move(agent, Position(target.east_m, target.north_m, layer), goal.order)
-        return True
+        return self._move(agent, Position(target.east_m, target.north_m, layer), goal.order)
 
     # -- moves -------------------------------------------------------------------------------------------------------
-    def _move(self, agent: AgentRecord, target: Position, order: int) -> bool:
+    def _move(self, agent: AgentRecord, target: Position, order: int) -> Verdict | None:
         core = self._core
         action = goes_by(agent, core.action)
         if agent.goal or agent.landed != "airborne" or not action:
-            return False
+            return None
         number = core.state.counters.get("safety", 0) + 1
         move = GoalRecord(
             id=f"safety/{agent.id}/{number}", agent=agent.id, action=action, owner="!none", section="recover",

@@ -23,6 +23,7 @@ FOUND = {
     124: "a machine whose start was under way when its order was withdrawn was left in the air",
     1307: "a machine that an engine with a full journal had sent up, and the next one took for landed, was left in the air",
     1494: "goals that another engine had held up said so still after the restart",
+    2155: "a landing at a port that had become free waited without a cause while the way back above it was not free",
 }
 """Seed -> what it found. What a seed draws may not change: new kinds of faults get seeds from another number on (`more`)."""
 
