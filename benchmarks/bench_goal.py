@@ -33,7 +33,7 @@ from formiga_bt.transport.zenoh_agent import ZenohAgentLink
 class Body:
     todo = []
     def start(self, request):
-        self.todo.append(request.goal_id)
+        self.todo.append((request.goal_id, request.action))
         return ""
     def cancel(self, goal_id):
         return True
@@ -48,7 +48,12 @@ beat = time.monotonic()
 while True:
     link.pump(0.2)
     while body.todo:
-        side.finish(body.todo.pop(0), "succeeded")
+        goal_id, action = body.todo.pop(0)
+        if action != "GoTo":
+            up_m = 15.0 if action == "TakeOff" else 0.0
+            side.set_status(position=Position(15.0, 40.0, up_m), landed="airborne" if up_m else "grounded")
+            side.publish_status()
+        side.finish(goal_id, "succeeded")
     if time.monotonic() - beat > 1.0:
         beat = time.monotonic()
         side.publish_status()

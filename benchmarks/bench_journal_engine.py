@@ -14,7 +14,8 @@ Agents report each two seconds. (More often: the engine has more to do of which 
 taken for silent after three seconds, and not any more with the next report, and all of that is kept.)
 
 **Reaction.** The real driver in its thread, a wire in this process, so many tasks active: from a goal's result handed in to the
-next goal handed to the wire. By the clock.
+next goal handed to the wire. By the clock, with threads that take turns as in `formiga up`, once all tasks have begun and
+the first snapshot is written. `snapshots`: how many were written meanwhile; `p99_beside_us`: of the reactions while one was.
 """
 
 import argparse
@@ -30,6 +31,8 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
+
+from msgspec.structs import replace
 
 from agents_sim.referee import Referee
 from agents_sim.world import AgentSpec, grid_fleet
@@ -52,6 +55,7 @@ from formiga_bt.lang.loader import load_catalogue, load_task
 from formiga_bt.lang.types import AgentRef
 from formiga_bt.packaged import files, folder
 from formiga_bt.rehearsal import Rehearsal
+from formiga_bt.services.turns import short_turns
 from formiga_bt.simulation import fleet_site
 from formiga_bt.transport import messages as msg
 
@@ -288,14 +292,50 @@ class Wire:
         pass
 
 
+class Beside:
+    """Notes when snapshots are written beside the engine."""
+
+    def __init__(self, journal: Journal) -> None:
+        self.spans: list[tuple[float, float]] = []
+        self.began: float | None = None
+        self._write = journal.snapshot_beside
+        journal.snapshot_beside = self._timed  # type: ignore[method-assign]
+
+    def _timed(self, *args: Any) -> None:
+        self.began = time.perf_counter()
+        try:
+            self._write(*args)
+        finally:
+            self.spans.append((self.began, time.perf_counter()))
+            self.began = None
+
+    def settle(self) -> None:
+        """Wait until none was written for a second."""
+        while self.began is not None or (self.spans and time.perf_counter() - self.spans[-1][1] < 1.0):
+            time.sleep(0.05)
+
+    def figures(self, began: Sequence[float], took: Sequence[float]) -> dict[str, Any]:
+        """Return how many there were since the first of these moments, and the reactions beside them."""
+        spans = [(a, z) for a, z in self.spans if z > began[0]]
+        if self.began is not None:
+            spans.append((self.began, time.perf_counter()))
+        beside = [t for b, t in zip(began, took, strict=True) if any(a < b + t and b < z for a, z in spans)]
+        found: dict[str, Any] = {"snapshots": len(spans), "reactions_beside": len(beside)}
+        if beside:
+            found |= {f"{name.removesuffix('_us')}_beside_us": value for name, value in figures(beside).items()}
+        return found
+
+
 def reaction(way: Durability | None, tasks: int, goals: int, path: Path, gap_s: float) -> dict[str, Any]:
     """Hand in results one by one; return how long the next goal took."""
-    fleet = OurFleet(task_text("mission", mission()), tasks)
-    wire, journal, writer = Wire(), None, None
+    # Engine time goes on from the time of day: begun earlier, all actions would have run out of their time.
+    fleet = OurFleet(task_text("mission", mission()), tasks, time.time_ns() // 1000)
+    wire, journal, writer, beside = Wire(), None, None, None
     engine = fleet.engine
     if way is not None:
         journal = Journal(path / f"reaction_{way}.db", "bench", durability=way)
         journal.take()
+        beside = Beside(journal)
         writer = Writer(
             journal, lambda: engine.state, wall=lambda: time.time_ns() // 1000, clock=time.monotonic, beside=True,
         )  # fmt: skip
@@ -308,16 +348,25 @@ def reaction(way: Durability | None, tasks: int, goals: int, path: Path, gap_s: 
     wire.tell(msg.AgentSeen(msg.AgentCard(id="worker_0", type="worker", boot_id="b", actions=("Work",), human=True)))
     status = msg.AgentStatus(id="worker_0", type="worker", boot_id="b", seq=2, position=Position(0.0, 0.0, 0.0))
     wire.tell(msg.StatusArrived(status))
-    time.sleep(1.0)
-    took: list[float] = []
+    time.sleep(2.0)
+    if beside is not None:
+        beside.settle()
+        wire.tell(msg.StatusArrived(replace(status, seq=3)))  # it was silent meanwhile
+        time.sleep(0.5)
+    starts, took = list[float](), list[float]()
     try:
+        told = time.perf_counter()
         for n in range(goals):
+            if time.perf_counter() - told > 1.0:
+                told, status = time.perf_counter(), replace(status, seq=status.seq + 10)
+                wire.tell(msg.StatusArrived(status))
             goal = open_goals[n % len(open_goals)]
             wire.came.clear()
             event = msg.GoalEvent(goal_id=goal, agent="worker_0", state="succeeded", n=fleet.n + n + 1)
             began = time.perf_counter()
             wire.tell(msg.GoalReported(event))
             assert wire.came.wait(20.0), f"no goal after result {n}: {driver.error}"
+            starts.append(began)
             took.append(wire.at - began)
             open_goals[n % len(open_goals)] = wire.goals[-1].goal_id
             time.sleep(gap_s)
@@ -327,7 +376,8 @@ def reaction(way: Durability | None, tasks: int, goals: int, path: Path, gap_s: 
         if writer is not None and journal is not None:
             writer.end()
             journal.close()
-    return {**figures(took), "worst_us": round(max(took) * 1e6, 1)}
+    more = beside.figures(starts, took) if beside is not None else {}
+    return {**figures(took), "worst_us": round(max(took) * 1e6, 1), **more}
 
 
 def main() -> int:
@@ -359,10 +409,11 @@ def main() -> int:
         if options.missions:
             found["missions"] = missions_of(options.missions, options.rounds, group, path)
         if options.tasks:
-            found["reaction"] = {
-                str(way or "none"): reaction(way, options.tasks, options.goals, path, options.gap_ms / 1000)
-                for way in WAYS
-            } | {"tasks": options.tasks, "goals": options.goals}
+            with short_turns():
+                found["reaction"] = {
+                    str(way or "none"): reaction(way, options.tasks, options.goals, path, options.gap_ms / 1000)
+                    for way in WAYS
+                } | {"tasks": options.tasks, "goals": options.goals}
     print(json.dumps(found, indent=1))
     if options.out is not None:
         options.out.write_text(json.dumps(found, indent=1), encoding="utf-8")

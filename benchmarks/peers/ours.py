@@ -6,7 +6,7 @@ from importlib.metadata import version
 from pathlib import Path
 
 from benchmarks.peers.trees import Node, task_text
-from formiga_bt.clock import SECOND
+from formiga_bt.clock import SECOND, Micros
 from formiga_bt.engine import inputs as inp
 from formiga_bt.engine.engine import Engine
 from formiga_bt.geo import Position
@@ -58,15 +58,21 @@ def world() -> tuple[Site, Catalogue]:
 
 
 class OurFleet:
-    """One engine with so many tasks."""
+    """One engine with so many tasks.
 
-    def __init__(self, text: str, count: int) -> None:
+    Args:
+        text: of the task.
+        count: how many.
+        start: engine time at which it begins.
+    """
+
+    def __init__(self, text: str, count: int, start: Micros = START) -> None:
         site, catalogue = world()
         loaded = load_task_text(text, "peer.yaml", catalogue=catalogue, site=site)
         assert loaded.task is not None, loaded.diagnostics
         self.task = loaded.task.name
         self.engine = Engine(site, catalogue, {self.task: loaded.task})
-        self.now = START
+        self.now = start
         self.ids: list[str] = []
         self.goals: dict[str, dict[str, str]] = {}
         """Task -> action -> its goal."""

@@ -102,6 +102,7 @@ def command(
     from formiga_bt.services.collector import Collector
     from formiga_bt.services.host import EngineHost
     from formiga_bt.services.journaling import SITE_FILES, JournalAt
+    from formiga_bt.services.turns import short_turns
 
     texts[SITE_FILES] = dict(world.sources)
     kept = None if no_journal else JournalAt(journal, durability.value)
@@ -111,7 +112,7 @@ def command(
         beside=beside, speed=speed, http=http, desk=people, listen=listen, refused=refused, needs_token=token,
         journal=kept, texts=texts, failpoint=named(os.environ, world.site.mode),
     )  # fmt: skip
-    with host, _fleet(host, world, people, sim) as agents, Collector() as collector:
+    with host, _fleet(host, world, people, sim) as agents, Collector() as collector, short_turns():
         _banner(host, people, sim)
         _serve(host, agents, collector, quiet=quiet)
         left = host.open_tasks()

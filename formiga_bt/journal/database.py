@@ -7,6 +7,7 @@ process, a file lock beside the SQLite file, or a session lock in PostgreSQL.
 import fcntl
 import hashlib
 from collections.abc import Callable, Mapping
+from itertools import chain
 from pathlib import Path
 from typing import IO, Any, Final, Literal
 
@@ -23,6 +24,8 @@ Durability = Literal["full", "normal"]
 """`full`: a commit survives a power cut. `normal`: it survives the end of the process; a power cut may take the last ones."""
 WRITES: Final = "formiga_writes"
 BUSY_S: Final = 10.0
+ROWS: Final = 32
+"""So many rows go into a statement."""
 SQLITE_HEAD: Final = b"SQLite format 3\x00"
 
 
@@ -250,12 +253,23 @@ class Prepared:
         compiled: Any = statement.compile(dialect=engine.dialect)
         self._text = str(compiled)
         self._order: list[str] | None = compiled.positiontup
+        head, _, values = self._text.partition(" VALUES ")
+        self._insert = (head, values) if values and self._order is not None else None
 
     def run(self, connection: Connection, *rows: Mapping[str, Any]) -> int:
         """Run it for each row; return how many rows of the table it touched."""
-        order = self._order
-        given: Any = rows if order is None else [tuple([row[name] for name in order]) for row in rows]
-        return connection.exec_driver_sql(self._text, given[0] if len(rows) == 1 else list(given)).rowcount
+        if self._order is None:
+            return connection.exec_driver_sql(self._text, rows[0] if len(rows) == 1 else list(rows)).rowcount
+        given = [tuple([row[name] for name in self._order]) for row in rows]
+        if self._insert is None or len(rows) == 1:
+            return connection.exec_driver_sql(self._text, given[0] if len(rows) == 1 else given).rowcount
+        # One statement for many rows: after each one other threads may take the interpreter, and keep it for a while.
+        head, values = self._insert
+        touched = 0
+        for part in (given[at : at + ROWS] for at in range(0, len(given), ROWS)):
+            text = f"{head} VALUES {', '.join([values] * len(part))}"
+            touched += connection.exec_driver_sql(text, tuple(chain.from_iterable(part))).rowcount
+        return touched
 
 
 class mapped:  # noqa: N801 - it is used as a statement

@@ -21,10 +21,13 @@ from formiga_bt.journal.thin import Point
 
 SNAPSHOT_STEPS: Final = 2000
 SNAPSHOT_US: Final[Micros] = 3600 * SECOND
-"""A snapshot comes after so many kept steps, or so long with any."""
+"""A snapshot comes after so many kept steps, and not before as many as there are open tasks, which it costs; or so long."""
 CHECKPOINT_COMMITS: Final = 200
-TURN_S: Final = 0.001
-"""So long the thread works before others have their turn."""
+TURN_S: Final = 0.0002
+"""So long the thread works before it rests."""
+REST: Final = 4.0
+"""It rests so many times as long. (Who only offers the interpreter to others takes it back before they wake up, and the
+engine's thread lets go of it at each call of the database.)"""
 AGAIN_S: Final = 5.0
 """A snapshot that could not be written is tried again after so long."""
 END_S: Final = 10.0
@@ -46,12 +49,13 @@ class Cadence:
         self._since = 0
         self._at: Micros | None = None
 
-    def count(self, steps: int, now: Micros) -> bool:
-        """Note so many kept steps; return whether a snapshot is due."""
+    def count(self, steps: int, now: Micros, state: EngineState) -> bool:
+        """Note so many kept steps, which led to this state; return whether a snapshot is due."""
         self._since += steps
         if self._at is None:
             self._at = now
-        return self._since >= self._steps or (now - self._at >= SNAPSHOT_US and self._since > 0)
+        open_tasks = len(state.memory) + len(state.requests)
+        return self._since >= max(self._steps, open_tasks) or (now - self._at >= SNAPSHOT_US and self._since > 0)
 
     def begin(self, now: Micros) -> None:
         """Note that there is one."""
@@ -68,6 +72,8 @@ class Shadow:
     """
 
     def __init__(self, journal: Journal, state: EngineState, cadence: Cadence) -> None:
+        self.is_broken = False
+        """It ended by a fault of its own: begin another one, with the present state."""
         self._journal, self._state, self._cadence = journal, state, cadence
         self._given: list[tuple[EngineState | None, Sequence[Item], Micros]] = []
         self._news = threading.Condition()
@@ -112,7 +118,8 @@ class Shadow:
             except SiteError:
                 return  # another engine has the site: whoever commits next is told
             except Exception:
-                log.exception("no more snapshots are written until the next start; steps are")
+                log.exception("a snapshot could not be made; another one is begun soon, steps are kept meanwhile")
+                self.is_broken = True
                 return
 
     def _follow(self, given: Sequence[tuple[EngineState | None, Sequence[Item], Micros]]) -> None:
@@ -133,9 +140,9 @@ class Shadow:
                     agent = self._state.agents.get(name)
                     if agent is not None:
                         self._state.agents[name] = point.on(agent)
-            due = self._cadence.count(steps, now)
+                self._pause()
+            due = self._cadence.count(steps, now, self._state)
             self._commits += 1
-            self._pause()
         if due and time.monotonic() >= self._again:
             self._write(now)
         if self._commits >= CHECKPOINT_COMMITS:
@@ -152,6 +159,7 @@ class Shadow:
         self._cadence.begin(now)
 
     def _pause(self) -> None:
-        if time.monotonic() - self._turn >= TURN_S:
-            time.sleep(0)  # whoever waits for the interpreter has it now
+        worked = time.monotonic() - self._turn
+        if worked >= TURN_S:
+            time.sleep(worked * REST)
             self._turn = time.monotonic()

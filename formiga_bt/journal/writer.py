@@ -28,6 +28,8 @@ SLOW_S: Final = 0.5
 CALM_S: Final = 10.0
 """Without a slow commit for so long it is no longer slow."""
 RETRY_S: Final = 1.0
+MEND_S: Final = 60.0
+"""Between two attempts to write snapshots again after a fault."""
 BACKLOG_BYTES: Final = 64 * 1024 * 1024
 
 Level = Literal["ok", "slow", "full"]
@@ -76,6 +78,9 @@ class Writer:
         self._cadence = Cadence(snapshot_steps)
         self._beside = beside
         self._shadow: Shadow | None = None
+        self._fresh: EngineState | None = None
+        """For the shadow, once it is on disk."""
+        self._mend_at = 0.0
         self._items: list[Item] = []
         """For the shadow, once they are on disk."""
         self._began = 0.0
@@ -127,6 +132,7 @@ class Writer:
         except Unwritable as error:
             self._outcome = self._failed(error)
             return False
+        self._fresh = copy_of(self._thinner.view(self._state())) if self._shadow_needs_state() else None
         self._outcome = None
         return True
 
@@ -149,9 +155,8 @@ class Writer:
         kept = len(self._rows)
         self.kept += kept
         self._rows, self._rows_bytes, self._gap = [], 0, None
-        was_full = self._level == "full"
         news = self._level_after(self._began, self._clock())
-        self._tidy(kept, was_full=was_full)
+        self._tidy(kept)
         return Outcome(True, news)
 
     def end(self) -> None:
@@ -183,7 +188,7 @@ class Writer:
             self._items.append(step)
 
     # -- after a commit ------------------------------------------------------------------------------------------------
-    def _tidy(self, kept: int, *, was_full: bool) -> None:
+    def _tidy(self, kept: int) -> None:
         """Write a snapshot, or teach the codec, when it is time; whatever fails here is tried again later."""
         try:
             if len(self._lesson) >= LESSON:
@@ -191,16 +196,26 @@ class Writer:
                 self.journal.teach(lesson)
             if self._shadow is not None:
                 now = self._state().now
-                if was_full:
-                    self._shadow.reset(copy_of(self._thinner.view(self._state())), now)
+                fresh, self._fresh = self._fresh, None
+                if fresh is not None and self._shadow.is_broken:
+                    self._mend_at = self._clock() + MEND_S
+                    self._shadow = Shadow(self.journal, fresh, self._cadence)
+                elif fresh is not None:
+                    self._shadow.reset(fresh, now)
                 elif self._items:
                     self._shadow.take(self._items, now)
                 self._items = []
-            elif self._cadence.count(kept, self._state().now):
+            elif self._cadence.count(kept, self._state().now, self._state()):
                 self.journal.append((), self._thinner.blocks(0, all_=True))
                 self._put_snapshot(None)
         except Unwritable:
             return
+
+    def _shadow_needs_state(self) -> bool:
+        """Return whether what is followed begins anew with the state that is written now."""
+        if self._shadow is None:
+            return False
+        return self._level == "full" or (self._shadow.is_broken and self._clock() >= self._mend_at)
 
     def _level_after(self, began: float, ended: float) -> JournalState | None:
         took = ended - began

@@ -6,12 +6,15 @@ from collections.abc import Callable
 import msgspec
 import pytest
 
+from formiga_bt.clock import SECOND
 from formiga_bt.engine.drivers.persist import DURABLE, Ahead, Outcome, PersistAhead
 from formiga_bt.engine.state import EngineState, fold
 from formiga_bt.journal import codec
 from formiga_bt.journal.codec import SLICE, Codec
 from formiga_bt.journal.past import Past, without_ended
-from formiga_bt.journal.store import Journal, Overtaken
+from formiga_bt.journal.shadow import Cadence
+from formiga_bt.journal.store import Journal, Overtaken, Unwritable
+from formiga_bt.journal.writer import MEND_S
 from tests.unit.journal.conftest import Opener, Recording, as_told, folded, steps_of
 
 LONG = steps_of("pick_up")
@@ -112,3 +115,71 @@ def test_an_error_of_the_commit_comes_back_with_the_batch(taken: Journal, monkey
     assert batch == 7
     assert isinstance(kept, Overtaken)
     ahead.close()
+
+
+def test_after_a_fault_snapshots_are_made_again_each_minute_at_most(
+    taken: Journal, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    recording = Recording(taken, thin=False, snapshot_steps=40, beside=True)
+
+    def is_broken() -> bool:
+        return recording.writer._shadow is not None and recording.writer._shadow.is_broken
+
+    with monkeypatch.context() as broken:
+        broken.setattr(taken, "snapshot_beside", raises(RuntimeError("a bug")))
+        recording.feed(LONG[:40], 8)
+        wait_until(is_broken)
+        recording.feed(LONG[40:88], 8)  # the first batch is where it begins again
+        wait_until(is_broken)
+    recording.feed(LONG[88:96], 8)
+    assert is_broken()
+    recording.clock += MEND_S
+    recording.feed(LONG[96:200], 8)
+    wait_until(lambda: len(taken.snapshots()) > 1)
+    assert not is_broken()
+    live = as_told(recording.writer.view(recording.state))
+    recording.writer.end()
+    assert as_told(Past(taken).state()) == live
+
+
+def test_what_is_followed_after_a_full_disk_is_not_ahead_of_what_is_written(
+    taken: Journal, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    recording = Recording(taken, thin=False, snapshot_steps=8, beside=True)
+    with monkeypatch.context() as full:
+        full.setattr(taken, "stage", raises(Unwritable("the disk is full")))
+        for step in LONG[:10]:
+            fold(recording.state, recording.board, step)
+        assert not recording.writer.keep(LONG[:10]).durable
+    recording.clock += 2.0
+    assert recording.writer.start(())
+    for step in LONG[10:20]:  # the engine goes on while that is committed
+        fold(recording.state, recording.board, step)
+    recording.writer.commit()
+    assert recording.writer.finish().durable
+
+    assert recording.writer._shadow is not None
+    wait_until(lambda: not recording.writer._shadow._given)  # type: ignore[union-attr]
+    assert recording.writer._shadow._state.seq <= LONG[9].seq
+    assert recording.writer.keep(LONG[10:20]).durable
+    recording.writer.end()
+
+
+@pytest.mark.parametrize("open_tasks", [0, 500])
+def test_a_snapshot_is_due_after_so_many_steps_and_not_before_as_many_as_there_are_open_tasks(open_tasks: int) -> None:
+    state = EngineState()
+    state.memory = {f"Task-{n}": {} for n in range(open_tasks)}
+    cadence = Cadence(100)
+    assert not cadence.count(99, 0, state)
+    assert cadence.count(1, 0, state) == (open_tasks == 0)
+    assert cadence.count(400, 0, state)
+    cadence.begin(0)
+    assert not cadence.count(1, 3599 * SECOND, state)
+    assert cadence.count(0, 3600 * SECOND, state)
+
+
+def raises(error: Exception) -> Callable[..., None]:
+    def fail(*_: object) -> None:
+        raise error
+
+    return fail
