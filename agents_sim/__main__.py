@@ -10,12 +10,14 @@ import os
 import signal
 import sys
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 import msgspec
 
 from agents_sim.faults import Order
+from agents_sim.lines import say
 from agents_sim.spec import AgentSpec
 from formiga_bt.errors import TransportError
 from formiga_bt.geo import Place, Position
@@ -184,14 +186,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
         )
         agent.run(wishes.is_stopping, wishes.orders)
     except (ValueError, OSError, TransportError) as error:
-        print(f"agents_sim: {options.id}: {error}", file=sys.stderr)  # noqa: T201
+        say(f"agents_sim: {options.id}: {error}")
         return 1
     return 0
 
 
 if __name__ == "__main__":
     status = main()
-    sys.stdout.flush()
-    sys.stderr.flush()
+    with suppress(OSError):  # what it printed may be a file on a full disk
+        sys.stdout.flush()
+        sys.stderr.flush()
     # Not sys.exit: a session that hangs while it closes must not keep the process alive.
     os._exit(status)

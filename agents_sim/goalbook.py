@@ -13,6 +13,7 @@ from typing import Any, Literal
 import msgspec
 from msgspec import Struct
 
+from agents_sim.lines import Disk, Lines
 from agents_sim.pacing import PacedSide
 from formiga_bt.clock import Micros
 from formiga_bt.transport.base import AgentBody
@@ -34,11 +35,18 @@ class GoalNote(Struct, frozen=True, omit_defaults=True):
 
 
 class GoalBook:
-    """The file of one agent, open for appending."""
+    """The file of one agent, open for appending.
 
-    def __init__(self, folder: Path, agent: str, now: Callable[[], Micros]) -> None:
+    Args:
+        folder: where it is.
+        agent: whose.
+        now: engine time.
+        disk: whom to tell that it cannot be written.
+    """
+
+    def __init__(self, folder: Path, agent: str, now: Callable[[], Micros], disk: Disk | None = None) -> None:
         self._agent, self._now = agent, now
-        self._file = (folder / f"{agent}.goals.jsonl").open("ab", buffering=0)
+        self._lines = Lines(folder / f"{agent}.goals.jsonl", disk if disk is not None else Disk(agent))
 
     def note(
         self,
@@ -47,13 +55,17 @@ class GoalBook:
         action: str = "",
         fields: Mapping[str, Any] = MappingProxyType({}),
     ) -> None:
-        """Append a line; it is with the operating system when this returns."""
+        """Append a line; if there is room it is with the operating system when this returns."""
         line = GoalNote(self._agent, goal, state, time.time_ns() // 1000, self._now(), action, dict(fields))
-        self._file.write(msgspec.json.encode(line) + b"\n")
+        self._lines.write(msgspec.json.encode(line))
+
+    def try_again(self) -> None:
+        """Write what had no room."""
+        self._lines.try_again()
 
     def close(self) -> None:
         """Close the file."""
-        self._file.close()
+        self._lines.close()
 
 
 class BookedBody:

@@ -5,6 +5,7 @@ demo's to handle), and end by themselves when the process that started them is g
 """
 
 import contextlib
+import errno
 import json
 import os
 import signal
@@ -13,7 +14,7 @@ import sys
 from collections.abc import Iterable
 from pathlib import Path
 from types import TracebackType
-from typing import Final, Self
+from typing import IO, Final, Self
 
 import msgspec
 
@@ -25,6 +26,9 @@ from formiga_bt.geo import Place
 
 END_S: Final = 5.0
 """So long a process may take to end after SIGTERM, before SIGKILL."""
+
+FULL: Final = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EROFS})
+"""What a disk says that takes nothing any more."""
 
 REFEREE: Final = "referee"
 """The name of the referee's log; no agent may be called so."""
@@ -127,8 +131,7 @@ class FleetProcesses:
         self._referee = self._spawn(words, REFEREE)
 
     def _spawn(self, words: list[str], name: str) -> "subprocess.Popen[bytes]":
-        self._state_dir.mkdir(parents=True, exist_ok=True)
-        with self.log_of(name).open("ab") as log:
+        with self._open_log(name) as log:
             return subprocess.Popen(
                 [sys.executable, *words],
                 stdin=subprocess.PIPE,
@@ -137,6 +140,16 @@ class FleetProcesses:
                 start_new_session=True,
                 bufsize=0,
             )
+
+    def _open_log(self, name: str) -> IO[bytes]:
+        """Open the log of a process; on a full disk it has none, and what it prints is lost."""
+        try:
+            self._state_dir.mkdir(parents=True, exist_ok=True)
+            return self.log_of(name).open("ab")
+        except OSError as error:
+            if error.errno not in FULL:
+                raise
+            return Path(os.devnull).open("ab")
 
     @staticmethod
     def _hang_up(process: "subprocess.Popen[bytes]") -> None:
@@ -214,8 +227,8 @@ class FleetProcesses:
             process.terminate()
             with contextlib.suppress(subprocess.TimeoutExpired):
                 process.wait(END_S)
-            said = self.log_of(REFEREE).read_bytes().strip().split(b"\n")[-1]
-            with contextlib.suppress(msgspec.DecodeError):
+            with contextlib.suppress(msgspec.DecodeError, OSError):
+                said = self.log_of(REFEREE).read_bytes().strip().split(b"\n")[-1]
                 return msgspec.json.decode(said, type=Verdict)
         referee = Referee()
         return referee.verdict(judge(self._state_dir, referee))

@@ -14,6 +14,7 @@ from typing import Any
 import msgspec
 from msgspec import Struct
 
+from agents_sim.lines import Disk, Lines
 from agents_sim.motion import BodyState, MotionKind, PersonState, Recorder, Segment
 from formiga_bt.clock import Micros
 from formiga_bt.geo import Place
@@ -30,16 +31,31 @@ class Saved(Struct, frozen=True, kw_only=True):
 
 
 class BodyFile:
-    """The state file of one agent."""
+    """The state file of one agent.
 
-    def __init__(self, folder: Path, agent: str) -> None:
+    Args:
+        folder: where it is.
+        agent: whose.
+        disk: whom to tell that it cannot be written.
+    """
+
+    def __init__(self, folder: Path, agent: str, disk: Disk | None = None) -> None:
         self._path = folder / f"{agent}.body.json"
         self._new = folder / f"{agent}.body.json.new"
+        self._disk = disk if disk is not None else Disk(agent)
 
     def save(self, saved: Saved) -> None:
-        """Replace the file at once: a reader finds the old state or the new one, never half of it."""
-        self._new.write_bytes(msgspec.json.encode(saved))
-        os.replace(self._new, self._path)
+        """Replace the file at once: a reader finds the old state or the new one, never half of it.
+
+        On a full disk the old one stays.
+        """
+        try:
+            self._new.write_bytes(msgspec.json.encode(saved))
+            os.replace(self._new, self._path)
+        except OSError as error:
+            self._disk.failed(self._path.name, error)
+        else:
+            self._disk.worked(self._path.name)
 
     def load(self) -> Saved | None:
         """Return what was saved, None if there is nothing.
@@ -120,18 +136,28 @@ class NoteTaker:
 
 
 class Ledger:
-    """The ledger file of one agent, open for appending."""
+    """The ledger file of one agent, open for appending.
 
-    def __init__(self, folder: Path, agent: str) -> None:
-        self._file = (folder / f"{agent}.motion.jsonl").open("ab", buffering=0)
+    Args:
+        folder: where it is.
+        agent: whose.
+        disk: whom to tell that it cannot be written.
+    """
+
+    def __init__(self, folder: Path, agent: str, disk: Disk | None = None) -> None:
+        self._lines = Lines(folder / f"{agent}.motion.jsonl", disk if disk is not None else Disk(agent))
 
     def write(self, note: Note) -> None:
-        """Append a line; it is with the operating system when this returns."""
-        self._file.write(msgspec.json.encode(note) + b"\n")
+        """Append a line; if there is room it is with the operating system when this returns."""
+        self._lines.write(msgspec.json.encode(note))
+
+    def try_again(self) -> None:
+        """Write what had no room."""
+        self._lines.try_again()
 
     def close(self) -> None:
         """Close the file."""
-        self._file.close()
+        self._lines.close()
 
 
 def judge(folder: Path, recorder: Recorder) -> Micros:

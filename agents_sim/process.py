@@ -2,7 +2,8 @@
 
 One thread owns the body, its rules and its timers; Zenoh's threads only queue what they hear. The loop runs due timers,
 answers the engine, publishes the status twice a second of wall time, and keeps the body's state in a file, so that a
-drone killed in flight is found where it was. A picker's process also listens to where the drones fly, for the tracker.
+drone killed in flight is found where it was. A full disk does not end it: what has no room waits in memory. A picker's
+process also listens to where the drones fly, for the tracker.
 Called by `__main__`.
 """
 
@@ -18,6 +19,7 @@ from agents_sim.drone import Drone
 from agents_sim.faults import FaultyBody, FaultyLink, Order, obey
 from agents_sim.goalbook import BookedBody, BookedSide, GoalBook
 from agents_sim.ledger import BodyFile, Ledger, MotionNote, Note, NoteTaker, Saved
+from agents_sim.lines import Disk
 from agents_sim.motion import BodyState
 from agents_sim.pacing import PacedScheduler
 from agents_sim.person import MINI_FINDER
@@ -101,11 +103,12 @@ class AgentProcess:
     """
 
     def __init__(self, spec: AgentSpec, *, site: str, connect: str, state_dir: Path | None) -> None:
-        self._file = self._ledger = None
+        self._file = self._ledger = disk = None
         saved: Saved | None = None
         if state_dir is not None:
             state_dir.mkdir(parents=True, exist_ok=True)
-            self._file, self._ledger = BodyFile(state_dir, spec.id), Ledger(state_dir, spec.id)
+            disk = Disk(spec.id)
+            self._file, self._ledger = BodyFile(state_dir, spec.id, disk), Ledger(state_dir, spec.id, disk)
             saved = self._file.load()
         start, speed = calendar_us(), 1.0
         if saved is not None:
@@ -126,7 +129,7 @@ class AgentProcess:
         self._radar = radar if MINI_FINDER in self.body.actions else None
         self._front, self._faulty = FaultyBody(self.body), FaultyLink(self._link, wall_us)
         boot_id = f"{spec.id}-{calendar_us():x}-{os.getpid()}"
-        self._book = GoalBook(state_dir, spec.id, self.scheduler.now) if state_dir is not None else None
+        self._book = GoalBook(state_dir, spec.id, self.scheduler.now, disk) if state_dir is not None else None
         front = self._front if self._book is None else BookedBody(self._front, self._book)
         self.side = BookedSide(
             build_card(spec, self.body, boot_id), front, self._faulty, self.scheduler, self._follow_jump
@@ -159,6 +162,7 @@ class AgentProcess:
                     self._dirty = True  # never found behind where it was last reported
                     if self._newest is not None:
                         self._link.publish_extra("motion", self._newest)  # for a referee that came late
+                    self._write_what_waits()
                     next_status = max(next_status + STATUS_EVERY_US, now)
                 if self._dirty or now >= next_save:
                     self._save()
@@ -200,6 +204,11 @@ class AgentProcess:
     def _follow_jump(self, by: Micros) -> None:
         self.body.shift(by)
         self._dirty = True
+
+    def _write_what_waits(self) -> None:
+        for file in (self._ledger, self._book):
+            if file is not None:
+                file.try_again()
 
     def _save(self) -> None:
         self._dirty = False

@@ -1,6 +1,8 @@
 """A simulated drone as an OS process over real Zenoh: flown, killed in flight, found again."""
 
 import os
+import re
+import resource
 import subprocess
 import sys
 import time
@@ -10,6 +12,7 @@ from pathlib import Path
 import msgspec
 import pytest
 
+from agents_sim.goalbook import read_books
 from agents_sim.launch import FleetProcesses
 from agents_sim.ledger import judge
 from agents_sim.referee import Referee, Verdict
@@ -217,3 +220,26 @@ def test_a_process_that_stood_still_refuses_what_is_too_old(engine: Engine, tmp_
         fleet.thaw("hwd_1")
         engine.wait(lambda: engine.has_ended("old", "rejected"))
         assert engine.events("old")[-1].code == "goal_expired"
+
+
+def test_a_drone_flies_on_while_nothing_of_it_can_be_written(engine: Engine, tmp_path: Path) -> None:
+    """No file of its process can grow, as on a full disk: also not the log that its stderr is."""
+    spec = AgentSpec(id="hwd_1", type="hwd", at=Place(0.0, -20.0))
+    book, log = tmp_path / "hwd_1.goals.jsonl", tmp_path / "hwd_1.log"
+    with FleetProcesses([spec], site="sim-test", connect=engine.wire.endpoint, state_dir=tmp_path) as fleet:
+        engine.wait(lambda: (s := engine.status()) is not None and s.beat > 0)
+        before = resource.prlimit(fleet.pid("hwd_1"), resource.RLIMIT_FSIZE, (0, resource.RLIM_INFINITY))
+        engine.order("up", "TakeOff", altitude=10.0)
+        engine.wait(lambda: engine.has_ended("up"))
+        assert (book.read_bytes(), log.read_bytes()) == (b"", b"")
+
+        resource.prlimit(fleet.pid("hwd_1"), resource.RLIMIT_FSIZE, before)
+        engine.wait(lambda: book.read_bytes().count(b"\n") == 2)
+        engine.wait(lambda: b"written again" in log.read_bytes())
+        assert fleet.is_running("hwd_1")
+    assert [(note.goal, note.state) for note in read_books(tmp_path)] == [("up", "begun"), ("up", "succeeded")]
+    told = log.read_text(encoding="utf-8").splitlines()
+    assert re.fullmatch(r"hwd_1: \S+ cannot be written \(File too large\); it goes on, and writes again .*", told[0])
+    assert told[1:] == ["hwd_1: its files are written again"]
+    referee = Referee()
+    assert referee.verdict(judge(tmp_path, referee)).is_clean
