@@ -134,8 +134,9 @@ class Command:
     def _keep_stopped(self, task: TaskRecord, machines: list[AgentRecord]) -> None:
         """A task's other machines that only its hold stopped wait on, and say so: their steps need a word of their own."""
         for agent in self._orders.machines_of(task):
-            if agent.id in self._core.state.orders or any(agent.id == one.id for one in machines):
-                continue
+            order = self._core.state.orders.get(agent.id)
+            if any(agent.id == one.id for one in machines) or (order is not None and order.scope != "engine"):
+                continue  # one of the engine ends by itself, and holds nothing any more then
             if any(goal.state == "interrupted" and goal.section == "steps" for goal in self._orders.waiting(agent)):
                 hold(self._core, task.id, f"operator:{agent.id}")
 

@@ -353,7 +353,7 @@ class Fleet:
         task_id = agent.task
         self.orders.forget(agent_id)
         core.put_agent(agent_id, pool="QUARANTINED", quarantine=why, task="", role="", breach="")
-        if agent.landed != "grounded":
+        if agent.may_be_airborne:
             text = f"{agent_id} may be airborne and is out of control: {why}"
             core.effect(Alarm("quarantined_airborne", text, task_id, agent_id))
         elif why == "cancel_unconfirmed":

@@ -219,7 +219,7 @@ class Goals:
         stopped = goal.cancel_why in (STOPPED, GO_ON)
         taken = event.state == "taken_over" or (event.state == "rejected" and event.code == "not_in_command")
         if event.state == "rejected" and event.code == "epoch_old":
-            self._deposed(goal)
+            self._deposed(goal, stopped=stopped)
             return
         if taken and (stopped or not goal.cancel_asked) and not core.state.agents[goal.agent].human:
             self.interrupt(goal.id, "taken_over")
@@ -243,12 +243,17 @@ class Goals:
                 return
         self.end(goal.id, event.state, event.code, event.text, result)
 
-    def _deposed(self, goal: GoalRecord) -> None:
+    def _deposed(self, goal: GoalRecord, *, stopped: bool) -> None:
         # Another engine of a later epoch commands this site: nothing leaves this one any more.
         core = self._core
         core.clear_walls(goal.id)
-        core.put_goal(goal.id, state="gated", code="epoch", leg=None, n=-1)  # its agent remembers nothing of it
-        self._free_agent(goal)
+        if stopped:
+            self._stopped(goal)
+        elif goal.cancel_asked:
+            self.end(goal.id, "canceled")
+        else:
+            core.put_goal(goal.id, state="gated", code="epoch", leg=None, n=-1)  # its agent remembers nothing of it
+            self._free_agent(goal)
         if not core.state.counters.get("deposed"):
             core.emit(ch.CounterSet("deposed", 1))
             core.stale.add(EVERYTHING)

@@ -335,6 +335,11 @@ class AgentRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
     """The question of which a person was last told that the answer came too late."""
     order: int = 0
 
+    @property
+    def may_be_airborne(self) -> bool:
+        """Return whether it flies for all that is known: one that was lost on its way up from the ground, too."""
+        return self.landed != "grounded" or self.lost_leg is not None
+
 
 class GoalRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
     """A goal, from the leaf's wish to its end. `ended` goals go when their owner has taken the outcome."""

@@ -85,9 +85,8 @@ def told_of(skipped: list[out.SkippedOut]) -> str:
 def passed_over(state: EngineState, agent: AgentRecord, code: str, text: str, hint: str = "") -> out.SkippedOut:
     """Return a machine that did not get an order."""
     text = text if text.startswith(agent.id) else f"{agent.id}: {text}"
-    return out.SkippedOut(
-        who=agent.id, code=code, text=text, hint=hint, may_be_airborne=state.agents[agent.id].landed != "grounded"
-    )
+    may_fly = state.agents[agent.id].may_be_airborne
+    return out.SkippedOut(who=agent.id, code=code, text=text, hint=hint, may_be_airborne=may_fly)
 
 
 def after_stop(state: EngineState, order: str, target: str, catalogue: Catalogue | None) -> list[str]:

@@ -24,6 +24,11 @@ FOUND = {
     1307: "a machine that an engine with a full journal had sent up, and the next one took for landed, was left in the air",
     1494: "goals that another engine had held up said so still after the restart",
     2155: "a landing at a port that had become free waited without a cause while the way back above it was not free",
+    2489: "a machine that an order of the engine had brought home waited for a word of which its task did not tell",
+    2723: "a machine that was lost while it took off was quarantined without an alarm, for it had last said that it stood",
+    3048: "a goal that was being canceled waited at the gate again when another engine commanded the site",
+    3405: "a task whose machine a pilot had taken from an order waited without a cause",
+    3882: "a task whose machine had not cut its motors waited without a cause",
 }
 """Seed -> what it found. What a seed draws may not change: new kinds of faults get seeds from another number on (`more`)."""
 

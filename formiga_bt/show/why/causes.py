@@ -64,7 +64,7 @@ CAUSES: Final[Mapping[str, str]] = {
     "release": "a machine that it gives back is on its way home, or has a goal still",
     "finally": "a `finally` of steps that were stopped runs, or waits for their goals",
     "recover.pause": "a way home failed and is tried again in a moment",
-    "recover.order": "its machine is brought down by an order, not by the task",
+    "recover.order": "its machine is brought down by an order, not by the task, or a person says how it goes on",
     "held.operator": "a person stopped it, and says how it goes on",
     "held.clearance": "HELD until people say that they stand clear",
     "held.take-over": "HELD until its machine is handed back",
@@ -332,12 +332,13 @@ class _Waits:
         for agent_id in task.granted:
             order = state.orders.get(agent_id)
             agent = state.agents[agent_id]
-            # A new order begins when the goal of the one that it replaces has ended.
-            brought = (
-                order is not None and order.state == "open" and (order.task or agent.goal) and order.task != task.id
-            )
-            if agent.task == task.id and order is not None and brought:
-                yield Cause("recover.order", agent_id, order.task or agent.goal)
+            if agent.task != task.id or order is None or order.state == "done" or order.task == task.id:
+                continue
+            # An order begins when the goal of the one that it replaces has ended, and its pilot has given the machine back.
+            # One that failed stands, with an alarm, until a person gives another.
+            person = "a person" if agent.taken or agent.control != "engine" or order.state == "failed" else ""
+            if order.task or agent.goal or person:
+                yield Cause("recover.order", agent_id, order.task or agent.goal or person)
                 return
         yield Cause("", "recover", "a way home")
 
