@@ -1,7 +1,8 @@
-"""`formiga sim`: play a scenario: in virtual time in this process, or as processes beside a running engine.
+"""`formiga sim`: a simulated fleet of its own, or a scenario: in virtual time here, or as processes beside a running engine.
 
-With `--virtual` the whole scenario is over in a moment: agents, engine and wire are in this process. Without, the agents
-are started as processes that join the engine at `--connect`; its API takes the scenario's tasks.
+Without a scenario the agents of the site are started as processes that live on while no engine is there (`sim_fleet`). With
+`--virtual` a whole scenario is over in a moment: agents, engine and wire are in this process. Else its agents are processes
+that join the engine at `--connect`, whose API takes the scenario's tasks (`sim_live`).
 """
 
 import json
@@ -12,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from formiga_bt.cli.inputs import UnusableFile
 from formiga_bt.cli.scenarios import read_scenario
 
 if TYPE_CHECKING:
@@ -25,12 +27,31 @@ EXIT_NO = 1
 def command(
     scenario: Annotated[
         str,
-        typer.Argument(help="A scenario file, or one that ships with formiga, for example demo.", metavar="SCENARIO"),
-    ],
+        typer.Argument(
+            help="A scenario file, or one that ships with formiga, for example demo. Default: the agents of the site.",
+            metavar="SCENARIO",
+        ),
+    ] = "",
     virtual: Annotated[bool, typer.Option("--virtual", help="In this process, on the virtual clock.")] = False,
     connect: Annotated[
         str | None,
-        typer.Option(help="Where the running engine listens. Default: the engine of this folder.", metavar="ENDPOINT"),
+        typer.Option(
+            help="Where the engine listens. Default: the engine of this folder, or what the site file says.",
+            metavar="ENDPOINT",
+        ),
+    ] = None,
+    site: Annotated[
+        Path | None,
+        typer.Option(
+            help="Without a scenario: the site file, or `demo`. Default: site.yaml of this folder.", metavar="FILE"
+        ),
+    ] = None,
+    without: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="Without a scenario: an agent that is not simulated, such as a --desk person; may be repeated.",
+            metavar="AGENT",
+        ),
     ] = None,
     speed: Annotated[
         float | None,
@@ -44,11 +65,21 @@ def command(
     actions: Annotated[list[Path] | None, typer.Option(help="Catalogue file; may be repeated.", metavar="FILE")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object instead of text.")] = False,
 ) -> None:
-    """Play a scenario: simulated agents, tasks at their times, and what goes wrong.
+    """Start the site's agents, simulated, each a process of its own; or play a scenario: agents, tasks, and what goes wrong.
 
-    Exit code 0: every task succeeded and nothing crashed. 1: not so, or the scenario has errors. 2: the command line cannot
-    be used.
+    The site's agents live on when the engine ends or is killed, as real ones do, and connect to the next one; Ctrl-C ends them.
+
+    Of a scenario, exit code 0: every task succeeded and nothing crashed. 1: not so, or the scenario has errors. 2: the
+    command line cannot be used.
     """
+    if not scenario:
+        _only_scenarios(virtual=virtual, speed=speed, seed=seed, as_json=as_json)
+        from formiga_bt.cli.sim_fleet import run as run_fleet
+
+        run_fleet(site or Path("site.yaml"), actions or [], connect, without or [])
+        return
+    if site is not None or without:
+        raise UnusableFile("--site and --without are for the agents of a site; a scenario names its own")
     play = read_scenario(scenario, actions or ())
     if not virtual:
         from formiga_bt.cli.sim_live import run
@@ -64,6 +95,14 @@ def command(
     good = in_time and not report["refused"] and not report["crashes"]
     if not good or any(task["status"] != "SUCCEEDED" for task in report["tasks"]):
         raise typer.Exit(EXIT_NO)
+
+
+def _only_scenarios(**options: Any) -> None:
+    """Refuse options that mean something for scenarios only."""
+    for name, value in options.items():
+        if value not in (None, False):
+            word = name.removeprefix("as_")
+            raise UnusableFile(f"--{word} is for scenarios: name one, for example formiga sim demo --{word}")
 
 
 def _pace(speed: float) -> Any:

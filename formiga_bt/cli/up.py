@@ -13,7 +13,7 @@ from formiga_bt.cli.inputs import UnusableFile, World, find_tasks, is_demo, read
 from formiga_bt.cli.visible import visible
 from formiga_bt.errors import FormigaError, TreeError
 from formiga_bt.packaged import folder
-from formiga_bt.site_folder import check_free
+from formiga_bt.site_folder import SiteFolder, check_free
 
 if TYPE_CHECKING:
     from contextlib import AbstractContextManager
@@ -86,12 +86,14 @@ def command(
     end at once: agents go on with the goals they have; simulated ones of --sim end too. The next `formiga up` goes on with the
     tasks from the journal, also after a crash. Exit code 0 if it ended on request.
     """
-    world = _world(actions or [], site)
+    world = site_world(actions or [], site)
     assert world.site is not None
     for gap in gaps(world.site, speed):
         typer.echo(f"warning: {gap}\n", err=True)
     beside = Path() if is_demo(site) else site.parent
     check_free(beside, world.site.name)
+    if sim:
+        _check_sim(beside, world.site)
     if no_journal and journal:
         raise UnusableFile("--no-journal and --journal URL: say one of them")
     texts: dict[str, dict[str, str]] = {}
@@ -124,7 +126,13 @@ def command(
         _say("the engine has ended")
 
 
-def _world(actions: list[Path], site: Path) -> World:
+def site_world(actions: list[Path], site: Path) -> World:
+    """Return a site with its catalogue; warnings are told.
+
+    Raises:
+        UnusableFile: a file cannot be read.
+        TreeError: the site or its catalogue has errors.
+    """
     if not site.exists() and not is_demo(site):
         raise UnusableFile(
             f"there is no {site}\n  help: make a site with `formiga init`, or name its file: formiga up --site FILE"
@@ -232,6 +240,14 @@ def _people(words: list[str], world: World) -> dict[str, str]:
     return found
 
 
+def _check_sim(beside: Path, site: "Site") -> None:
+    if site.mode != "simulation":
+        raise FormigaError(f"--sim is for sites in mode simulation; {site.name} is in mode {site.mode}")
+    from formiga_bt.services.simulated import check_unsimulated
+
+    check_unsimulated(SiteFolder(beside, site.name).path)
+
+
 def _fleet(
     host: "EngineHost", world: World, people: dict[str, str], sim: bool
 ) -> "AbstractContextManager[Simulated | None]":
@@ -239,12 +255,11 @@ def _fleet(
 
     if not sim:
         return nullcontext()
-    assert world.site is not None
-    if world.site.mode != "simulation":
-        raise FormigaError(f"--sim is for sites in mode simulation; {world.site.name} is in mode {world.site.mode}")
     from formiga_bt.services.simulated import Simulated
 
-    return Simulated(host, world.site, world.catalogue, without=people)
+    assert world.site is not None
+    host.with_simulated = True
+    return Simulated(world.site, world.catalogue, connect=host.endpoint, folder=host.runtime_folder, without=people)
 
 
 def _banner(host: "EngineHost", people: dict[str, str], sim: bool) -> None:

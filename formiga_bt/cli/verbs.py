@@ -42,7 +42,7 @@ _TABLE = (
     Verb("import", "import_", "Read an XML file of BehaviorTree.CPP as a task."),
     Verb("dryrun", "dryrun", "Run a task against simulated agents in virtual time."),
     Verb("test", "test", "Play the cases of test files on the virtual clock."),
-    Verb("sim", "sim", "Play a scenario: a fleet, its tasks, and what goes wrong."),
+    Verb("sim", "sim", "Start the site's agents, simulated; or play a scenario: a fleet, its tasks, what goes wrong."),
     Verb("demo", "demo", "See a small fleet work through missions in simulation."),
     Verb("up", "up", "Start the engine of a site as a service."),
     Verb("run", "run", "Request a task; with --follow, watch it to its end."),

@@ -29,6 +29,7 @@ from formiga_bt.services.door import is_loopback
 from formiga_bt.services.feed import Feed
 from formiga_bt.services.flightlog import FlightLog
 from formiga_bt.services.journaling import JournalAt, Journaling
+from formiga_bt.services.listening import listen_of
 from formiga_bt.services.loading import Loading, served_again
 from formiga_bt.services.orders import Orders
 from formiga_bt.services.past_routes import PastReader
@@ -41,7 +42,6 @@ from formiga_bt.site_folder import SiteFolder
 from formiga_bt.transport.base import AgentTransport
 from formiga_bt.transport.desk import DeskTransport
 from formiga_bt.transport.zenoh import ZenohTransport
-from formiga_bt.transport.zenoh_session import DEFAULT_ENDPOINT
 
 
 class EngineHost:
@@ -392,9 +392,3 @@ class EngineHost:
 def count(number: int, noun: str) -> str:
     """Return how many there are, in words."""
     return f"{number} {noun}{'' if number == 1 else 's'}"
-
-
-def listen_of(site: Site) -> str:
-    """Return the endpoint that the site file names, or the default."""
-    zenoh = site.transports.get("zenoh")
-    return str(zenoh.get("listen", DEFAULT_ENDPOINT)) if isinstance(zenoh, Mapping) else DEFAULT_ENDPOINT

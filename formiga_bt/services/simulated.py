@@ -1,36 +1,65 @@
-"""The site's agents as simulated ones, each in a process of its own, beside a running engine: `formiga up --sim`."""
+"""The site's agents as simulated ones, each in a process of its own: `formiga up --sim`, and `formiga sim` beside any engine.
 
+One process simulates the agents of a site: it holds `sim.lock` of the runtime folder, which goes when the process goes.
+"""
+
+import fcntl
+import os
 import shutil
 from collections import Counter
 from collections.abc import Container
+from contextlib import suppress
+from pathlib import Path
 from types import TracebackType
-from typing import Final
+from typing import IO, Final
 
 from agents_sim.launch import FleetProcesses
+from formiga_bt.errors import SiteError
 from formiga_bt.lang.model import Catalogue, Site
 from formiga_bt.rehearsal import fleet_of
-from formiga_bt.services.host import EngineHost
 
 STARTS: Final = 3
 """So often an agent whose process ended by itself is started again."""
+LOCK: Final = "sim.lock"
+FILES: Final = "sim"
+"""The folder of the agents' files, in the runtime folder."""
 
 
 class Simulated:
     """A context manager: the agents run inside, none is left after.
 
     Args:
-        host: the engine they connect to; entered already when this is.
         site, catalogue: which agents there are.
-        without: people who answer at the desk.
+        connect: where they look for an engine.
+        folder: the site's runtime folder.
+        without: agents that are not simulated: people who answer at the desk.
+        anew: how a person starts all of them anew.
+
+    Raises:
+        SiteError: they are simulated already, or the runtime folder cannot be written.
     """
 
-    def __init__(self, host: EngineHost, site: Site, catalogue: Catalogue, *, without: Container[str] = ()) -> None:
-        self._host = host
+    def __init__(
+        self,
+        site: Site,
+        catalogue: Catalogue,
+        *,
+        connect: str,
+        folder: Path,
+        without: Container[str] = (),
+        anew: str = "end the engine and start it again: formiga down, then formiga up --sim",
+    ) -> None:
         self._specs = [spec for spec in fleet_of(site, catalogue) if spec.id not in without]
-        self._site = site.name
+        self._site, self._connect, self._folder, self._anew = site.name, connect, folder, anew
+        self._lock: IO[str] | None = None
         self._fleet: FleetProcesses | None = None
         self._again: Counter[str] = Counter()
         self._left: set[str] = set()
+
+    @property
+    def agents(self) -> list[str]:
+        """Return the ids of all that are simulated."""
+        return [spec.id for spec in self._specs]
 
     def look(self) -> list[str]:
         """Start agents again whose processes ended by themselves, `STARTS` times each; return what to tell."""
@@ -48,17 +77,21 @@ class Simulated:
                 self._left.add(agent)
                 told.append(
                     f"{what}\n  it is not started again; what it printed: {self._fleet.log_of(agent)}\n"
-                    "  help: end the engine and start it again: formiga down, then formiga up --sim"
+                    f"  help: {self._anew}"
                 )
         return told
 
     def __enter__(self) -> "Simulated":
-        # Afresh at each start: this engine would know nothing of goals that an old body still flies.
-        state_dir = self._host.runtime_folder / "sim"
+        self._lock = _take(self._folder)
+        # Afresh at each start: an engine that is new, too, would know nothing of goals that an old body still flies.
+        state_dir = self._folder / FILES
         shutil.rmtree(state_dir, ignore_errors=True)
-        self._fleet = FleetProcesses(self._specs, site=self._site, connect=self._host.endpoint, state_dir=state_dir)
-        self._fleet.__enter__()
-        self._host.with_simulated = True
+        self._fleet = FleetProcesses(self._specs, site=self._site, connect=self._connect, state_dir=state_dir)
+        try:
+            self._fleet.__enter__()
+        except BaseException:
+            self._lock.close()
+            raise
         return self
 
     def __exit__(
@@ -66,3 +99,42 @@ class Simulated:
     ) -> None:
         if self._fleet is not None:
             self._fleet.close()
+        if self._lock is not None:
+            self._lock.close()
+
+
+def check_unsimulated(folder: Path) -> None:
+    """Look whether the agents of a runtime folder's site are not simulated yet; only `Simulated` makes sure of it.
+
+    Raises:
+        SiteError: they are, or the folder cannot be written.
+    """
+    _take(folder).close()
+
+
+def _take(folder: Path) -> IO[str]:
+    """Return the lock, taken.
+
+    Raises:
+        SiteError: somebody has it, or it cannot be made.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        lock = (folder / LOCK).open("a+", encoding="utf-8")
+    except OSError as error:
+        raise SiteError(f"cannot write the site's runtime folder {folder}: {error.strerror or error}") from error
+    try:
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError as error:
+        lock.seek(0)
+        who = lock.read().strip()
+        lock.close()
+        raise SiteError(
+            f"the agents of the site '{folder.name}' are simulated already{f' ({who})' if who else ''}\n"
+            "  help: start the engine without --sim, they connect to it; or end that process first"
+        ) from error
+    with suppress(OSError):  # on a full disk nobody knows who has it
+        lock.truncate(0)
+        lock.write(f"process {os.getpid()}")
+        lock.flush()
+    return lock
