@@ -1,5 +1,8 @@
 """`formiga journal`: what is in a journal, tables of it, and removing what is old."""
 
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -12,7 +15,10 @@ from formiga_bt.errors import FormigaError, UnusableFile
 from formiga_bt.site_folder import JOURNAL, is_running
 
 if TYPE_CHECKING:
+    from formiga_bt.cli.past import Place
+    from formiga_bt.journal.figures import Leaving
     from formiga_bt.journal.keep import Retention
+    from formiga_bt.journal.store import Journal
     from formiga_bt.replay.machine import TimeMachine
 
 
@@ -52,10 +58,12 @@ def command(
     form: Annotated[Literal["csv", "parquet"], typer.Option("--format", help="Of the tables.")] = "csv",
     out: Annotated[
         Path | None,
-        typer.Option("--out", "-o", help="Folder for the tables; files there are replaced.", metavar="FOLDER"),
+        typer.Option("--out", "-o", help="Folder for the tables.", metavar="FOLDER"),
     ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace files in FOLDER of --out.")] = False,
     since: Annotated[str, typer.Option(help="Rows from then on, for example '-8 h'.", metavar="TIME")] = "",
     until: Annotated[str, typer.Option(help="Rows until then.", metavar="TIME")] = "",
+    yes: Annotated[bool, typer.Option("--yes", "-y", help="Do not ask before something is removed (compact).")] = False,
     site: Annotated[
         Path | None,
         typer.Option(help="Site file. Default: the site of this folder, or of one above it.", metavar="FILE"),
@@ -64,21 +72,25 @@ def command(
 ) -> None:
     """Tell what is in a journal, write tables of it, or remove what is older than is kept.
 
-    stats and export work while an engine runs; compact does not: a running engine does that by itself, each hour.
+    stats and export work while an engine runs; compact does not: a running engine does that by itself, each hour. compact says
+    what would be gone, and asks.
     Example: formiga journal export --what tasks --what goals --since "-7 d" -o week
     """
     from formiga_bt.journal.keep import Retention
 
+    before = (
+        _bytes(journal) if journal and what is What.COMPACT else None
+    )  # whoever opens it empties its log into the file
     place = place_of(site, journal)
     rule = Retention(history_days=history, telemetry_days=tracks)
     if what is What.COMPACT:
-        _compact(place.where, place.site, rule, as_json=as_json)
+        _compact(place, rule, before or _bytes(place.where), yes=yes, as_json=as_json)
         return
     with machine_at(place) as machine:
         if what is What.STATS:
             _stats(machine, rule, as_json=as_json)
         else:
-            _export(machine, out, form, [str(one) for one in tables or ()], since, until)
+            _export(machine, out, form, [str(one) for one in tables or ()], since, until, force=force)
 
 
 # -- stats -------------------------------------------------------------------------------------------------------------
@@ -106,13 +118,16 @@ def _stats(machine: "TimeMachine", rule: "Retention", *, as_json: bool) -> None:
     typer.echo(f"{found.where}, site {found.site}")
     typer.echo(f"from {in_words(first, zone())} to {in_words(last, zone())}, {_days(days)}")
     typer.echo(f"{size(whole)}" + (f", {size(a_day)} a day" if a_day is not None else ""))
-    rest = f"{found.starts} starts of an engine, {found.bundles} versions of files"
-    typer.echo(rest + (f", {found.gaps} gaps that could not be written" if found.gaps else ""))
+    rest = f"{_many(found.starts, 'start')} of an engine, {_many(found.bundles, 'version')} of files"
+    typer.echo(rest + (f", {_many(found.gaps, 'gap')} that could not be written" if found.gaps else ""))
     rows: list[tuple[str, ...]] = [("KIND", "COUNT", "BYTES", "EACH")]
     rows += [(one.name, f"{one.count}", size(one.bytes), size(one.bytes / one.count)) for one in parts]
     print_table(rows)
-    kept = f"steps are kept for {rule.history_days:g} days, way points for {rule.telemetry_days:g}"
-    typer.echo(f"{kept}: {removed_words(gone.steps, gone.snapshots, gone.points)} would be removed now")
+    typer.echo(f"{_kept(rule)}: {removed_words(gone.steps, gone.snapshots, gone.points)} would be removed now")
+
+
+def _kept(rule: "Retention") -> str:
+    return f"steps are kept for {rule.history_days:g} days, way points for {rule.telemetry_days:g}"
 
 
 def _days(days: float) -> str:
@@ -129,49 +144,125 @@ def size(count: float) -> str:
 
 def removed_words(steps: int, snapshots: int, points: int) -> str:
     """Return how much is removed."""
-    parts = [(steps, "steps"), (snapshots, "snapshots"), (points, "way points")]
-    return ", ".join(f"{count} {name}" for count, name in parts if count) or "nothing"
+    parts = [(steps, "step"), (snapshots, "snapshot"), (points, "way point")]
+    return ", ".join(_many(count, name) for count, name in parts if count) or "nothing"
+
+
+def _many(count: int, name: str) -> str:
+    return f"{count} {name}{'' if count == 1 else 's'}"
 
 
 # -- compact -----------------------------------------------------------------------------------------------------------
-def _compact(where: str, site: str, rule: "Retention", *, as_json: bool) -> None:
-    from formiga_bt.journal.keep import compact, stats
-    from formiga_bt.journal.store import Journal
+def _bytes(where: str) -> int | None:
+    from formiga_bt.journal.keep import file_bytes
 
-    Journal(where, site, read_only=True).close()  # it is there, and nothing is made where there is none
-    with Journal(where, site) as journal:
-        if not _is_alone(journal, where):
-            raise FormigaError(
-                f"an engine writes {journal.where} now; it removes by itself what is old, each hour\n"
-                "  help: to remove more, end it first: formiga down"
-            )
-        before = stats(journal).bytes_file
-        done = compact(journal, journal.last()[1], rule)
-        after = stats(journal).bytes_file
+    return file_bytes(where)
+
+
+def _compact(place: "Place", rule: "Retention", before: int | None, *, yes: bool, as_json: bool) -> None:
+    from formiga_bt.journal.figures import leaving
+    from formiga_bt.journal.keep import Removed, compact
+    from formiga_bt.journal.past import Past
+
+    with _alone(place) as journal:
+        now = journal.last()[1]
+        gone = leaving(journal, now, rule)
+        lines: list[str] = []
+        if not (gone.is_nothing or yes):
+            open_ = {task.id for task in Past(journal).state().tasks.values() if not task.ended}
+            lines = _losses(gone, len(open_), len(gone.tasks & open_))
+    done, after = Removed(), before
+    if not gone.is_nothing:
+        if not yes:
+            _confirm(place.where, lines)
+        with _alone(place) as journal:  # it is not kept from engines while a person thinks
+            done = compact(journal, now, rule)
+        after = _bytes(place.where)  # closed: nothing waits in its log any more
     if as_json:
         found: dict[str, Any] = {"steps": done.steps, "snapshots": done.snapshots, "points": done.points}
         print_json({**found, "bytes_before": before, "bytes_after": after})
+        return
+    if gone.is_nothing:
+        left = f"; {size(before)}" if before is not None else ""
+        typer.echo(f"nothing to remove: {_kept(rule)}{left}")
         return
     sizes = f"; {size(before)} before, {size(after)} now" if before is not None and after is not None else ""
     typer.echo(f"removed: {removed_words(done.steps, done.snapshots, done.points)}{sizes}")
 
 
-def _is_alone(journal: Any, where: str) -> bool:
-    """Return whether no engine has the site; then none gets it until `journal` is closed."""
-    file = Path(where)
-    if file.name == JOURNAL and is_running(file.parent):
-        return False
-    return bool(journal.hold())
+def _losses(gone: "Leaving", open_: int, shorter: int) -> list[str]:
+    """Return what a compaction removes and what it leaves, in lines."""
+    from formiga_bt.replay.when import in_words
+
+    lines = [f"{removed_words(gone.steps, gone.snapshots, gone.points)}: about {size(gone.bytes)}"]
+    if gone.first is not None and gone.until is not None:
+        span = f"from {in_words(gone.first, zone())} to {in_words(gone.until, zone())}"
+        lines += [
+            f"all moments {span}",
+            f"what {_many(len(gone.tasks), 'task')} did then: no verb shows or explains it any more",
+        ]
+    stays = "what an engine needs to go on stays"
+    if open_:
+        stays += f", with {_many(open_, 'open task')}" + (
+            f", of which {shorter} would lose {'its' if shorter == 1 else 'their'} beginning" if shorter else ""
+        )
+    return [*lines, stays]
+
+
+def _confirm(where: str, lines: list[str]) -> None:
+    """Have a person confirm what is lost.
+
+    Raises:
+        UnusableFile: this is no terminal.
+    """
+    text = "\n".join(f"  {line}" for line in lines)
+    if not sys.stdin.isatty():
+        raise UnusableFile(f"to compact {where} removes for ever\n{text}\n  help: confirm it: --yes")
+    typer.echo(f"To compact {where} removes for ever\n{text}", err=True)
+    typer.confirm("Remove it?", abort=True, err=True)
+
+
+@contextmanager
+def _alone(place: "Place") -> Iterator["Journal"]:
+    """Open a journal that no engine writes; none gets it until it is closed.
+
+    Raises:
+        FormigaError: an engine writes it.
+        JournalError: there is none, or it cannot be written.
+    """
+    from formiga_bt.journal.store import Journal
+
+    Journal(place.where, place.site, read_only=True).close()  # it is there, and nothing is made where there is none
+    file = Path(place.where)
+    is_busy = file.name == JOURNAL and is_running(file.parent)
+    with Journal(place.where, place.site) as journal:
+        if is_busy or not journal.hold():
+            raise FormigaError(
+                f"an engine writes {journal.where} now; it removes by itself what is old, each hour\n"
+                "  help: to remove more, end it first: formiga down"
+            )
+        yield journal
 
 
 # -- export ------------------------------------------------------------------------------------------------------------
 def _export(
-    machine: "TimeMachine", out: Path | None, form: Literal["csv", "parquet"], tables: list[str], since: str, until: str
+    machine: "TimeMachine",
+    out: Path | None,
+    form: Literal["csv", "parquet"],
+    tables: list[str],
+    since: str,
+    until: str,
+    *,
+    force: bool,
 ) -> None:
-    from formiga_bt.journal.export import export
+    from formiga_bt.journal.export import export, paths
 
     if out is None:
         raise UnusableFile("where to? Name a folder: formiga journal export -o FOLDER")
+    there = [one for one in paths(out, form, tables) if one.exists()]
+    if there and not force:
+        more = f", and {len(there) - 1} more of its tables" if len(there) > 1 else ""
+        raise UnusableFile(f"{there[0]} is there already{more}; --force replaces what is there")
     first = moment_of(machine, since, or_first=True) if since else 0
     last = moment_of(machine, until) if until else None
     for file in export(machine.journal, out, form=form, since=first, until=last, what=tables):

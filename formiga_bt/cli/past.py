@@ -126,7 +126,10 @@ def machine_at(place: Place) -> "TimeMachine":
     """Return the time machine on a journal."""
     from formiga_bt.replay.machine import TimeMachine
 
-    return TimeMachine(place.where, place.site)
+    machine = TimeMachine(place.where, place.site)
+    if machine.journal.database.note:
+        print(machine.journal.database.note, file=sys.stderr)
+    return machine
 
 
 def place_of(site: Path | None, journal: str = "") -> Place:

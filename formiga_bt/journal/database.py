@@ -6,6 +6,7 @@ process, a file lock beside the SQLite file, or a session lock in PostgreSQL.
 
 import fcntl
 import hashlib
+import sqlite3
 from collections.abc import Callable, Mapping
 from itertools import chain
 from pathlib import Path
@@ -19,6 +20,7 @@ from sqlalchemy.exc import ArgumentError, DBAPIError, SQLAlchemyError
 from formiga_bt.errors import JournalError
 from formiga_bt.journal import schema
 from formiga_bt.journal.codec import RESTORE
+from formiga_bt.journal.looking import Look, look_at
 
 Durability = Literal["full", "normal"]
 """`full`: a commit survives a power cut. `normal`: it survives the end of the process; a power cut may take the last ones."""
@@ -60,7 +62,7 @@ class Database:
     Args:
         word: a path or a URL.
         durability: of commits.
-        create: make an SQLite file that is not there.
+        create: make an SQLite file that is not there; False: only look, also where nothing can be written.
 
     Raises:
         JournalError: it cannot be used; nothing in it was changed.
@@ -75,7 +77,16 @@ class Database:
         self.durability = durability
         if self.is_sqlite:
             _check_file(Path(self.where), create=create)
+        self._look = look_at(Path(self.where)) if self.is_sqlite and not create else Look()
+        self.note = self._look.note
+        """What people are told of how it is looked at; mostly nothing."""
         self.engine = self._engine()
+
+    def close(self) -> None:
+        """Let it go; may be called twice."""
+        self.engine.dispose()
+        if self._look.folder is not None:
+            self._look.folder.cleanup()
 
     @property
     def address(self) -> str:
@@ -98,7 +109,11 @@ class Database:
                 engine = sa.create_engine(self.url, pool_pre_ping=True)
                 sa.event.listen(engine, "connect", self._on_connect_postgres)
                 return engine
-            engine = sa.create_engine(self.url, connect_args={"timeout": BUSY_S, "check_same_thread": False})
+            options: dict[str, Any] = {"timeout": BUSY_S, "check_same_thread": False}
+            if uri := self._look.uri:
+                engine = sa.create_engine(self.url, creator=lambda: sqlite3.connect(uri, uri=True, **options))
+            else:
+                engine = sa.create_engine(self.url, connect_args=options)
         except ModuleNotFoundError as error:
             raise JournalError(
                 f"a journal in PostgreSQL needs {error.name}, which is not installed\n"
@@ -217,7 +232,9 @@ def _check_file(path: Path, *, create: bool) -> None:
         else:
             raise JournalError(f"there is no journal {path}\n  help: formiga up makes one")
     except OSError as error:
-        raise JournalError(f"cannot use the journal {path}: {error.strerror or error}") from error
+        raise JournalError(
+            f"cannot use the journal {path}: {error.strerror or error}\n  help: look who may read the file and its folder"
+        ) from error
 
 
 def _begin(connection: Connection) -> None:
@@ -290,6 +307,7 @@ class mapped:  # noqa: N801 - it is used as a statement
             raise JournalError(told(self._where, error)) from error
 
 
+REFUSED: Final = ("readonly database", "unable to open database file")
 DAMAGED: Final = ("malformed", "not a database", "corrupt")
 FULL: Final = ("database or disk is full", "No space left", "disk I/O error")
 
@@ -302,6 +320,11 @@ def told(where: str, error: SQLAlchemyError) -> str:
         return f"the journal {where} is damaged: {text}\n  help: {RESTORE}"
     if any(word in text for word in FULL):
         return f"the journal {where} cannot be written: {text}\n  help: make room on its disk"
+    if any(word in text for word in REFUSED):
+        return (
+            f"the journal {where} cannot be written: {text}\n"
+            "  help: look who may write the file and its folder; or copy it into a folder of yours, and name that"
+        )
     if "locked" in text:
         return f"the journal {where} is kept busy by another program: {text}\n  help: end what else writes to it"
     return f"the journal {where} cannot be used: {text}"

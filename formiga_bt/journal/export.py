@@ -85,13 +85,14 @@ def export(
     write = _write_csv if form == "csv" else _parquet()
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        return [
-            write(folder / f"{name}.{form}", COLUMNS[name], make())
-            for name, make in rows.items()
-            if not what or name in what
-        ]
+        return [write(path, COLUMNS[path.stem], rows[path.stem]()) for path in paths(folder, form, what)]
     except OSError as error:
         raise JournalError(f"cannot write into {folder}: {error.strerror or error}") from error
+
+
+def paths(folder: Path, form: Format = "csv", what: Collection[str] = ()) -> list[Path]:
+    """Return the files that `export` writes."""
+    return [folder / f"{name}.{form}" for name in COLUMNS if not what or name in what]
 
 
 def _millis(at: Micros | None) -> int | None:

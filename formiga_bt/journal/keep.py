@@ -8,6 +8,7 @@ little at a time.
 import logging
 import threading
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any, Final
 
 import sqlalchemy as sa
@@ -16,7 +17,8 @@ from msgspec import Struct
 from formiga_bt.clock import SECOND, Micros
 from formiga_bt.errors import FormigaError, JournalError
 from formiga_bt.journal import schema
-from formiga_bt.journal.database import mapped, writing
+from formiga_bt.journal.database import mapped, read_url, writing
+from formiga_bt.journal.looking import beside
 from formiga_bt.journal.past import Past
 from formiga_bt.journal.store import Journal
 
@@ -240,16 +242,21 @@ def stats(journal: Journal) -> Stats:
         site=journal.site, where=journal.where, steps=steps, kinds={row[0]: row[1] for row in kinds},
         points=int(points), snapshots=snapshots, starts=others[0], bundles=others[1], gaps=others[2],
         first=first, last=last, bytes_steps=int(bytes_steps), bytes_points=int(bytes_points),
-        bytes_snapshots=int(bytes_snapshots), bytes_file=_file_bytes(journal),
+        bytes_snapshots=int(bytes_snapshots), bytes_file=file_bytes(journal.where),
     )  # fmt: skip
 
 
-def _file_bytes(journal: Journal) -> int | None:
-    file = journal.database.file
-    if file is None:
+def file_bytes(where: str) -> int | None:
+    """Return how much of the disk an SQLite journal takes, with what waits in its write-ahead log; None: it is no file.
+
+    Raises:
+        JournalError: it cannot be read.
+    """
+    url = read_url(where)
+    if url.get_backend_name() != "sqlite" or not url.database:
         return None
-    beside = (file, file.with_name(file.name + "-wal"))
+    file = Path(url.database)
     try:
-        return sum(one.stat().st_size for one in beside if one.exists())
+        return sum(one.stat().st_size for one in (file, beside(file)) if one.exists())
     except OSError as error:
         raise JournalError(f"cannot read {file}: {error.strerror or error}") from error

@@ -41,7 +41,7 @@ class Readable:
         try:
             self._open()
         except BaseException:
-            self.database.engine.dispose()
+            self.database.close()
             raise
 
     def _open(self) -> None:
@@ -250,7 +250,7 @@ def sites_of(where: str | Path) -> list[str]:
         with _Reading(database) as connection:
             return list(connection.execute(sa.select(schema.sites.c.name).order_by(schema.sites.c.name)).scalars())
     finally:
-        database.engine.dispose()
+        database.close()
 
 
 class _Reading:

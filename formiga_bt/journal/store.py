@@ -85,7 +85,7 @@ class Journal(Readable):
         if self._write is not None:
             self._write.close()
             self._write = None
-        self.database.engine.dispose()
+        self.database.close()
 
     # -- writing: who ------------------------------------------------------------------------------------------------
     def take(self, at_least: int = 1) -> int:

@@ -12,6 +12,7 @@ from formiga_bt.clock import SECOND
 from formiga_bt.errors import JournalError
 from formiga_bt.journal import export as exporting
 from formiga_bt.journal.export import COLUMNS, export
+from formiga_bt.journal.figures import Leaving, leaving
 from formiga_bt.journal.keep import DAY_US, Removed, Retention, compact, stats
 from formiga_bt.journal.past import Past
 from formiga_bt.journal.store import Journal
@@ -44,7 +45,9 @@ def test_what_is_left_after_a_compaction_tells_the_same(
             moments = [before + 2, (before + last) // 2, last]
             was = [as_told(past.state(at)) for at in moments]
             resume = as_told(past.state())
-            compact(journal, last + SECOND, keep((last + SECOND - before) / SECOND))
+            rule = keep((last + SECOND - before) / SECOND)
+            told = leaving(journal, last + SECOND, rule)
+            assert compact(journal, last + SECOND, rule) == Removed(told.steps, told.snapshots, told.points)
             assert as_told(past.state()) == resume
             assert [as_told(past.state(at)) for at in moments] == was
             assert all(kept.at >= before for kept in journal.read())
@@ -69,6 +72,19 @@ def test_however_old_it_is_what_resume_needs_stays(taken: Journal) -> None:
     assert (before.steps, after.steps, after.snapshots) == (150, 0, 1)
     taken.append([])
     assert taken.last()[0] == 150, "numbers go on"
+
+
+def test_what_would_be_removed_is_told_and_stays(taken: Journal) -> None:
+    """Which steps, of which tasks, from when to when, and how much room they take."""
+    steps = steps_of("move_task")
+    Recording(taken, thin=False).feed(steps, 10)
+    before = stats(taken)
+    told = leaving(taken, steps[-1].at, Retention(history_days=0, telemetry_days=None))
+    assert (told.steps, told.first, told.until) == (len(steps), steps[0].at, steps[-1].at)
+    assert told.tasks == {"MoveTask-1"}
+    assert told.bytes == before.bytes_steps + before.bytes_snapshots + before.bytes_points
+    assert leaving(taken, steps[-1].at) == Leaving()
+    assert stats(taken) == before
 
 
 def test_nothing_young_is_removed(taken: Journal) -> None:

@@ -1,0 +1,167 @@
+"""A journal is looked at also where nothing can be written: a copy from a site that belongs to somebody else."""
+
+import os
+import shutil
+import sqlite3
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from formiga_bt.cli.app import run
+from formiga_bt.errors import JournalError
+from formiga_bt.journal import looking
+from formiga_bt.journal.looking import Look, look_at
+from formiga_bt.journal.past import Past
+from formiga_bt.journal.reading import sites_of
+from formiga_bt.journal.store import Journal
+from tests.unit.journal.conftest import Recording, as_told, steps_of
+
+Captured = pytest.CaptureFixture[str]
+NOBODY = 65534
+
+
+@contextmanager
+def nobody() -> Iterator[None]:
+    """Be somebody whom permissions refuse."""
+    if os.geteuid() != 0:
+        yield
+        return
+    os.seteuid(NOBODY)
+    try:
+        yield
+    finally:
+        os.seteuid(0)
+
+
+@pytest.fixture
+def site() -> Iterator[Path]:
+    """Return a folder with a journal whose last steps are in its write-ahead log, as a killed engine leaves it."""
+    with tempfile.TemporaryDirectory() as made:  # that of pytest may only be entered by its owner
+        Path(made).chmod(0o755)
+        folder = Path(made) / "site"
+        folder.mkdir()
+        with Journal(Path(made) / "journal.db", "demo", durability="normal") as journal:
+            journal.take()
+            recording = Recording(journal, thin=False, snapshot_steps=10**9)
+            recording.feed(steps_of("move_task")[:40], 10)
+            journal.database.engine.dispose()
+            journal.checkpoint()
+            recording.feed(steps_of("move_task")[40:60], 10)
+            for end in ("", "-wal", "-shm"):
+                shutil.copy(Path(made) / f"journal.db{end}", folder)
+        yield folder
+        folder.chmod(0o755)
+
+
+def shut(folder: Path) -> Path:
+    for file in folder.iterdir():
+        file.chmod(0o444)
+    folder.chmod(0o555)
+    return folder / "journal.db"
+
+
+def seen(file: Path) -> tuple[int, bytes]:
+    with Journal(file, "demo", read_only=True) as journal:
+        return journal.last()[0], as_told(Past(journal).state())
+
+
+def test_without_a_log_the_file_alone_is_looked_at(site: Path) -> None:
+    wanted = seen(site / "journal.db")  # whoever closes it last brings the log into the file
+    (site / "journal.db-wal").unlink(missing_ok=True)
+    (site / "journal.db-shm").unlink(missing_ok=True)
+    file = shut(site)
+    with nobody():
+        assert look_at(file).uri == f"{file.resolve().as_uri()}?mode=ro&immutable=1"
+        assert seen(file) == wanted
+        assert sites_of(file) == ["demo"]
+    assert [one.name for one in site.iterdir()] == ["journal.db"]
+
+
+def test_steps_in_the_log_are_seen_in_a_copy_and_that_is_told(site: Path) -> None:
+    (site / "journal.db-shm").unlink()
+    file = shut(site)
+    with nobody():
+        with Journal(file, "demo", read_only=True) as journal:
+            assert journal.last()[0] == 60
+            assert "its newest steps are in journal.db-wal: a copy of both is looked at, in " in journal.database.note
+            copy = Path(journal.database.note.rpartition(" ")[2])
+            assert (copy / "journal.db").exists()
+            assert journal.database.file == file, "sizes are those of the journal itself"
+        assert not copy.exists()
+    assert sorted(one.name for one in site.iterdir()) == ["journal.db", "journal.db-wal"]
+
+
+def test_with_all_its_files_it_is_looked_at_as_ever(site: Path) -> None:
+    """So it is, too, where an engine of somebody else writes: what it writes is seen."""
+    file = shut(site)
+    with nobody():
+        assert look_at(file) == Look()
+        assert seen(file)[0] == 60
+
+
+def test_what_cannot_be_read_is_told(site: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (site / "journal.db-shm").unlink()
+    file = shut(site)
+    (site / "journal.db-wal").chmod(0o000)
+    with nobody(), pytest.raises(JournalError) as told:
+        look_at(file)
+    assert f"no copy of both could be made in {tempfile.gettempdir()}: Permission denied (" in str(told.value)
+    assert "\n  help: copy journal.db and journal.db-wal into a folder of yours, and name that: --journal FILE" in str(
+        told.value
+    )
+
+
+def test_a_copy_of_what_somebody_writes_is_made_again_then_given_up(
+    site: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (site / "journal.db-shm").unlink()
+    file, copied = site / "journal.db", []
+    copy = shutil.copyfile
+
+    def written_meanwhile(one: Path, target: Path) -> None:
+        copy(one, target)
+        copied.append(one.name)
+        with (site / "journal.db-wal").open("ab") as wal:
+            wal.write(b"x")
+
+    monkeypatch.setattr(looking, "is_writable", lambda _: False)
+    monkeypatch.setattr(looking, "is_refused", lambda _: True)
+    monkeypatch.setattr(shutil, "copyfile", written_meanwhile)
+    with pytest.raises(JournalError, match="somebody writes it all the time"):
+        look_at(file)
+    assert copied == ["journal.db", "journal.db-wal"] * looking.TRIES
+    assert not list(Path(tempfile.gettempdir()).glob("formiga-journal-*/journal.db"))
+
+
+@pytest.mark.parametrize(("code", "refused"), [(14, True), (8, True), (8 | (5 << 8), True), (5, False), (11, False)])
+def test_only_what_sqlite_may_not_do_counts_as_refused(
+    code: int, refused: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A file that is damaged, or kept busy, is told as ever."""
+
+    def fail(_: Path) -> None:
+        error = sqlite3.OperationalError("no")
+        error.sqlite_errorcode = code
+        raise error
+
+    monkeypatch.setattr(sqlite3, "connect", fail)
+    assert looking.is_refused(tmp_path / "journal.db") is refused
+
+
+def test_verbs_look_at_it_and_say_once_that_it_is_a_copy(site: Path, capsys: Captured) -> None:
+    (site / "journal.db-shm").unlink()
+    file = shut(site)
+    assert (
+        run(["journal", "stats", "--journal", str(site.parent / "journal.db")]) == 0
+    )  # nobody may not read Python's own files
+    capsys.readouterr()
+    with nobody():
+        assert run(["journal", "stats", "--journal", str(file)]) == 0
+        said = capsys.readouterr()
+        assert f"{file}, site demo\n" in said.out
+        assert said.err.count("lies where nothing can be written") == 1
+        assert run(["journal", "compact", "--journal", str(file), "--yes"]) == 1
+        assert "cannot be written: unable to open database file\n  help: look who may write" in capsys.readouterr().err
