@@ -5,6 +5,7 @@ which loads the database library, is imported only if a journal is looked at.
 """
 
 import os
+import shlex
 import sys
 from datetime import UTC, datetime, tzinfo
 from pathlib import Path
@@ -19,6 +20,7 @@ from formiga_bt.site_folder import FOLDER, find_folders, journal_of
 if TYPE_CHECKING:
     from formiga_bt.replay.machine import TimeMachine
     from formiga_bt.replay.source import JournalSource
+    from formiga_bt.replay.when import Times
     from formiga_bt.show.source import Source
 
 JournalOption = Annotated[
@@ -91,9 +93,25 @@ def looked_at(machine: "TimeMachine", at: str, why: str = "") -> "JournalSource"
     from formiga_bt.replay.source import JournalSource
     from formiga_bt.replay.when import in_words
 
-    source = JournalSource(machine, moment_of(machine, at) if at else None)
-    print(f"{why}the journal of {machine.journal.site} as of {in_words(source.at, zone())}", file=sys.stderr)
+    source = JournalSource(machine, moment_of(machine, at) if at else None, zone())
+    if not (at and tell_end(machine, at)):
+        print(f"{why}the journal of {machine.journal.site} as of {in_words(source.at, zone())}", file=sys.stderr)
     return source
+
+
+def tell_end(machine: "TimeMachine", at: str) -> bool:
+    """Return whether a text means a moment after the journal's end; then one line tells that it is the end that is shown."""
+    from formiga_bt.replay.when import in_words, meant
+
+    asked, end = meant(at, _times(machine)), machine.last
+    if asked <= end:
+        return False
+    print(
+        f"the journal of {machine.journal.site} ends at {in_words(end, zone())}, before {in_words(asked, zone())}; "
+        "this is what stood at its end",
+        file=sys.stderr,
+    )
+    return True
 
 
 def moment_of(machine: "TimeMachine", text: str, *, or_first: bool = False) -> int:
@@ -102,14 +120,34 @@ def moment_of(machine: "TimeMachine", text: str, *, or_first: bool = False) -> i
     Raises:
         UnusableFile: it means none.
     """
-    from formiga_bt.replay.when import Times, moment
+    from formiga_bt.replay.when import moment
 
-    return moment(text, Times(machine.first, machine.last, machine.record, zone()), or_first=or_first)
+    return moment(text, _times(machine), or_first=or_first)
+
+
+def _times(machine: "TimeMachine") -> "Times":
+    from formiga_bt.replay.when import Times
+
+    return Times(machine.first, machine.last, machine.record, zone())
 
 
 def zone() -> tzinfo:
     """Return the time zone of this machine."""
     return datetime.now().astimezone().tzinfo or UTC
+
+
+def with_journal(error: NoEngine, site: Path | None, url: str) -> NoEngine:
+    """Return that no engine runs, with what shows the past if its journal is there."""
+    found = [] if url or os.environ.get("FORMIGA_URL") else journals(site)
+    if len(found) != 1:
+        return error
+    of = f" --site {shlex.quote(str(site))}" if site is not None else ""
+    said = str(error)
+    head = "        " if "\n  help: " in said else "  help: "
+    return NoEngine(
+        f"{said}\n{head}its journal is there: formiga replay --text{of} lists the tasks, "
+        f"formiga show TASK-ID{of} and formiga why TASK-ID{of} tell of one"
+    )
 
 
 def machine_of(site: Path | None, journal: str = "") -> "TimeMachine":

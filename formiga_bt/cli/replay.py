@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from formiga_bt.cli.client import JsonOption, print_json, print_table
-from formiga_bt.cli.past import AtOption, JournalOption, machine_of, moment_of, zone
+from formiga_bt.cli.past import AtOption, JournalOption, machine_of, moment_of, tell_end, zone
 from formiga_bt.errors import UnusableFile
 
 if TYPE_CHECKING:
@@ -89,7 +89,9 @@ def _print(machine: "TimeMachine", at: str, task: str, *, as_json: bool) -> None
     from formiga_bt.replay.source import JournalSource
     from formiga_bt.replay.story import tale
 
-    source = JournalSource(machine, moment_of(machine, at) if at else machine.last)
+    source = JournalSource(machine, moment_of(machine, at) if at else machine.last, zone())
+    if at:
+        tell_end(machine, at)
     if as_json:
         print_json(msgspec.to_builtins(tale(source, task) if task else source.now(count=10_000, over=True)))
     elif task:
@@ -115,7 +117,7 @@ def _tell(source: "JournalSource", task_id: str) -> None:
 def _state(source: "JournalSource") -> None:
     from formiga_bt.replay.when import in_words
 
-    now = source.now(count=1000)
+    now = source.now(count=1000, over=True)
     counts = ", ".join(f"{count} {status}" for status, count in sorted(now.counts.items())) or "no tasks"
     typer.echo(f"{now.site} as of {in_words(now.at, zone())}: {counts}")
     if now.top.lockdown:
@@ -123,10 +125,17 @@ def _state(source: "JournalSource") -> None:
     if now.tasks:
         rows: list[tuple[str, ...]] = [("TASK", "STATUS", "AGENTS", "DOES")]
         rows += [
-            (one.id, one.status + (" HELD" if one.held else ""), " ".join(one.agents), one.needs or one.doing)
+            (
+                one.id,
+                one.status + (" HELD" if one.held else ""),
+                " ".join(one.agents),
+                one.needs or one.doing or f"{one.code} {one.reason}".strip(),
+            )
             for one in now.tasks
         ]
         print_table(rows)
+        if now.total > len(now.tasks):
+            typer.echo(f"... and {now.total - len(now.tasks)} that ended before")
     if now.agents:
         rows = [("AGENT", "LINK", "STANDS", "CHARGE", "TASK", "DOES", "WHERE")]
         for agent in now.agents:

@@ -69,6 +69,7 @@ def command(
         if live:
             raise UnusableFile("--live follows a task that an engine runs, and this is a file; name the task's id")
         canvas.show(_drawing(file, site, actions or []))
+        _tell_written(out)
         return
     source = _connect(what, site, url, token_file, journal, at)
     picture = _task(source, what)
@@ -80,6 +81,12 @@ def command(
         follow(lambda: source.task(what), picture, canvas)
     else:
         canvas.show_task(picture)
+    _tell_written(out)
+
+
+def _tell_written(out: Path | None) -> None:
+    if out is not None:
+        typer.echo(f"written: {out}", err=True)
 
 
 def _file_of(what: str) -> Path | None:
@@ -127,10 +134,11 @@ def _task(source: "Source", what: str) -> "TaskPicture":
     except FormigaError as error:
         if getattr(error, "code", "") != "unknown_task":
             raise
+        where = "its journal" if is_past(source) else "the engine"
         ids = [task.id for task in source.now(over=True).tasks]
         here = f"; its tasks: {', '.join(ids[:5])}" if ids else ""
         raise FormigaError(
-            f"'{what}' is no file here, no task that ships, and no task of the engine"
+            f"'{what}' is no file here, no task that ships, and no task of {where}"
             f"{_near(what, [*ids, *shipped_tasks()]) or here}"
         ) from error
 

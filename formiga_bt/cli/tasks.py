@@ -7,6 +7,7 @@ import typer
 
 from formiga_bt.cli.client import (
     JsonOption,
+    NoEngine,
     SiteOption,
     TokenFileOption,
     UrlOption,
@@ -29,7 +30,12 @@ def command(
     token_file: TokenFileOption = None,
 ) -> None:
     """List tasks, newest first: id, status, agents, what became of it."""
-    client = connect(site, url, token_file)
+    try:
+        client = connect(site, url, token_file)
+    except NoEngine as error:
+        from formiga_bt.cli.past import with_journal
+
+        raise with_journal(error, site, url) from error
     if library:
         _library(client.get("/v1/library"), as_json)
         return

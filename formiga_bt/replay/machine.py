@@ -5,14 +5,17 @@ A moment is the snapshot before it and the steps after that: how long a look tak
 
 from collections.abc import Iterable, Iterator
 from heapq import merge
+from itertools import pairwise
 from operator import itemgetter
 from pathlib import Path
 from types import TracebackType
 from typing import Final
 
+from msgspec import Struct
+
 from formiga_bt.clock import SECOND, Micros
 from formiga_bt.engine import changes as ch
-from formiga_bt.engine.inputs import Step
+from formiga_bt.engine.inputs import Resumed, Step
 from formiga_bt.engine.records import TaskRecord
 from formiga_bt.engine.state import EngineState
 from formiga_bt.errors import JournalError
@@ -28,6 +31,18 @@ SOME_US: Final[Micros] = 600 * SECOND
 
 Fix = tuple[int, str, Point]
 """A way point behind the `seq` of its step and its agent."""
+
+
+class Restart(Struct, frozen=True):
+    """An engine ended, and another one went on from the journal."""
+
+    ended_at: Micros
+    """The former one's last sign of life."""
+    at: Micros
+    away_us: Micros
+    """In between, on the clock of the wall."""
+    is_clean: bool
+    """It was told to end."""
 
 
 class TimeMachine:
@@ -119,13 +134,13 @@ class TimeMachine:
         return sorted(((p.seq, name, p) for name, p in way if p.seq > after), key=itemgetter(0))
 
     # -- one task ----------------------------------------------------------------------------------------------------
-    def story(self, task_id: str, at: Micros, *, ways: bool = False) -> Ledger | None:
+    def story(self, task_id: str, at: Micros, *, ways: bool = False, to: int | None = None) -> Ledger | None:
         """Return a ledger with the story of one task until a moment, whenever that was; None: the journal does not know it.
 
-        Only what is about the task is in it; how the site stood is not.
+        Only what is about the task is in it; how the site stood is not. `to`: `seq` of the last step that counts.
         """
         whole, whole_at = self._whole_from(at)
-        steps = [kept.step for kept in self.journal.read(until=at, task=task_id)]
+        steps = [kept.step for kept in self.journal.read(to=to, until=at, task=task_id)]
         if not steps:
             return None
         base = EngineState()
@@ -146,10 +161,30 @@ class TimeMachine:
         _close(ledger, task)
         return ledger
 
+    def go_on(self, story: Ledger, task_id: str, to: int) -> None:
+        """Bring what `story` returned up to the step `to`."""
+        steps = [kept.step for kept in self.journal.read(story.state.seq, to, task=task_id)]
+        follow(story, (_part(step, task_id, story.state) for step in steps))
+        _close(story, story.state.tasks[task_id])
+
     def record(self, task_id: str) -> TaskRecord | None:
         """Return a task as it stood last; None: the journal does not know it."""
         story = self.story(task_id, self.last)
         return story.state.tasks[task_id] if story is not None else None
+
+    def restarts(self, since: Micros, until: Micros) -> list[Restart]:
+        """Return the ends of engines at `since` or later, after which another one had started by `until`, oldest first."""
+        found = []
+        for before, start in pairwise(self.journal.starts()):
+            if start.at < since or start.at > until:
+                continue
+            first = next(self.journal.read(start.seq, start.seq + 1), None)
+            if first is None or not isinstance(first.step.input, Resumed):
+                continue
+            told = first.step.input
+            if since <= told.at and first.at <= until:
+                found.append(Restart(told.at, first.at, told.wall - told.since, is_clean=before.ended is not None))
+        return found
 
     def events(self, after: int = 0, to: int | None = None, task: str = "") -> Iterator[Kept]:
         """Return kept steps in order, of a task or of all."""

@@ -2,20 +2,25 @@
 
 from collections import deque
 from collections.abc import Callable, Sequence
+from datetime import UTC, tzinfo
 from functools import partial
 from typing import Final, TypeVar
 
 from formiga_bt.clock import SECOND, Micros
 from formiga_bt.engine.library import Bundles
+from formiga_bt.errors import TaskError
 from formiga_bt.lang.model import Task
 from formiga_bt.replay.files import Files
 from formiga_bt.replay.machine import SOME_US, TimeMachine
+from formiga_bt.replay.when import in_words
 from formiga_bt.show.facts import Because, Chart, Now, Stats, TaskPicture, Timeline
 from formiga_bt.show.folded import FoldedSource
 from formiga_bt.show.ledger import Ledger
 
 PAST: Final = "past"
 """As how the engine stands."""
+NOT_YET: Final = "not_yet"
+"""Of a task that nobody had requested by then."""
 WINDOW_US: Final[Micros] = 24 * 3600 * SECOND
 """Pictures of all tasks show so much before the moment."""
 T = TypeVar("T")
@@ -43,11 +48,13 @@ class JournalSource:
     Args:
         machine: on the journal.
         at: engine time; None: its last moment, looked up anew at each question.
+        zone: in which moments are told.
     """
 
-    def __init__(self, machine: TimeMachine, at: Micros | None = None) -> None:
+    def __init__(self, machine: TimeMachine, at: Micros | None = None, zone: tzinfo = UTC) -> None:
         self.machine = machine
         self._moment = at
+        self._zone = zone
         self._tasks = KeptTasks(machine.files)
         self._kept: tuple[tuple[Micros, Micros, bool], Ledger] | None = None
 
@@ -119,7 +126,19 @@ class JournalSource:
             own = self.machine.story(one, at, ways=ways)
             if own is not None:
                 _splice(ledger, own, one)
+            elif one not in ledger.state.tasks and one not in ledger.state.agents:
+                self._refuse_later(one, at)
         return draw(self._drawn(ledger, at))
+
+    def _refuse_later(self, task_id: str, at: Micros) -> None:
+        """Refuse to look at a task at a moment at which nobody had requested it."""
+        task = self.machine.record(task_id)
+        if task is not None and task.submitted_at > at:
+            raise TaskError(
+                NOT_YET,
+                f"{task_id} was requested at {in_words(task.submitted_at, self._zone)}, after the moment that is looked at: "
+                f'{in_words(at, self._zone)}\n  help: --at "{task_id} start" is its beginning, --at "{task_id} end" its end',
+            )
 
 
 def _is_in(ledger: Ledger, task_id: str) -> bool:

@@ -1,10 +1,15 @@
 """The story of a task: everything that people would have seen of it, in order, and why it ended as it did."""
 
+from typing import TYPE_CHECKING
+
 from msgspec import Struct
 
-from formiga_bt.clock import Micros
+from formiga_bt.clock import SECOND, Micros
 from formiga_bt.show.facts import ActionFact, Because, TaskFact, Waiting
-from formiga_bt.show.source import Source
+
+if TYPE_CHECKING:
+    from formiga_bt.replay.machine import Restart
+    from formiga_bt.replay.source import JournalSource
 
 
 class Happened(Struct, frozen=True, kw_only=True, omit_defaults=True):
@@ -25,7 +30,7 @@ class Tale(Struct, frozen=True, kw_only=True):
     because: tuple[Because, ...]
 
 
-def tale(source: Source, task_id: str) -> Tale:
+def tale(source: "JournalSource", task_id: str) -> Tale:
     """Return the story of a task.
 
     Raises:
@@ -39,6 +44,10 @@ def tale(source: Source, task_id: str) -> Tale:
     for wait in timeline.waits:
         if wait.kind in ("gate", "held"):
             events += _of_wait(wait)
+    ended_at = picture.task.ended_at
+    for restart in source.machine.restarts(picture.task.submitted_at, picture.at):
+        if ended_at is None or restart.ended_at < ended_at:
+            events.append(_of_restart(restart))
     events.sort(key=lambda one: one.at)
     return Tale(at=picture.at, task=picture.task, events=tuple(events), because=tuple(source.why(task_id)[1]))
 
@@ -57,3 +66,11 @@ def _of_action(action: ActionFact) -> list[Happened]:
 def _of_wait(wait: Waiting) -> list[Happened]:
     who = f"{wait.agent} " if wait.agent else ""
     return [Happened(at=wait.start, text=f"{who}{'is held' if wait.kind == 'held' else 'waits'}: {wait.text}")]
+
+
+def _of_restart(restart: "Restart") -> Happened:
+    away, passed = restart.away_us / SECOND, (restart.at - restart.ended_at) / SECOND
+    other = f" ({passed:.0f} s of engine time)" if abs(passed - away) > 1 + away / 10 else ""
+    end = "the engine was ended" if restart.is_clean else "the engine ended without notice"
+    text = f"{end}, started again after {away:.1f} s{other}"
+    return Happened(at=restart.ended_at, text=text, severity="info" if restart.is_clean else "warning")

@@ -33,7 +33,7 @@ class Times(Struct, frozen=True):
 
 
 def moment(text: str, times: Times, *, or_first: bool = False) -> Micros:
-    """Return the moment that a text means, in engine time.
+    """Return the moment that a text means, in engine time; after the end of the history it is its end.
 
     Args:
         text: see `FORMS`.
@@ -43,6 +43,11 @@ def moment(text: str, times: Times, *, or_first: bool = False) -> Micros:
     Raises:
         UnusableFile: it means none, or one before the history begins.
     """
+    return min(meant(text, times, or_first=or_first), times.last)
+
+
+def meant(text: str, times: Times, *, or_first: bool = False) -> Micros:
+    """Return the moment that a text means, also one after the end; see `moment`."""
     words, shift = text.strip(), 0
     cut = _SHIFT.search(words)
     if cut is not None:
@@ -58,7 +63,7 @@ def moment(text: str, times: Times, *, or_first: bool = False) -> Micros:
         raise UnusableFile(
             f"'{text}' is {in_words(at, times.zone)}; the journal begins at {in_words(times.first, times.zone)}"
         )
-    return max(times.first, min(at, times.last))
+    return max(times.first, at)
 
 
 def _base(words: str, times: Times) -> Micros | None:
@@ -78,13 +83,13 @@ def _base(words: str, times: Times) -> Micros | None:
 
 
 def _of_the_day(hour: int, minute: int, second: float, times: Times) -> Micros | None:
-    """Return the last such time of the day before the end."""
+    """Return the last such time of the day before the end; or the one after it, if the history has not the one before."""
     if hour > 23 or minute > 59 or second >= 60:
         return None
     end = _date(times.last, times.zone)
     day = end.replace(hour=hour, minute=minute, second=0, microsecond=0)
     at = _us(day) + micros(second)
-    return at if at <= times.last else at - _DAY
+    return at if at <= times.last or at - _DAY < times.first else at - _DAY
 
 
 def _of_task(task: TaskRecord, which: str, times: Times) -> Micros:

@@ -37,6 +37,7 @@ STATUS: Final = {
     "not_approved": 403,
     "unknown_question": 404,
     "no_history": 404,
+    "not_yet": 404,
     "bad_moment": 422,
     "bad_params": 422,
     "bad_role": 422,

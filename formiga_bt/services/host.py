@@ -9,7 +9,7 @@ import threading
 import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from formiga_bt import __version__
 from formiga_bt.engine import changes as ch
@@ -33,6 +33,7 @@ from formiga_bt.services.listening import listen_of
 from formiga_bt.services.loading import Loading, served_again
 from formiga_bt.services.orders import Orders
 from formiga_bt.services.past_routes import PastReader
+from formiga_bt.services.recalling import Recall
 from formiga_bt.services.resuming import Comeback, Pulse
 from formiga_bt.services.standing import lockdown_out, wall_us
 from formiga_bt.services.view import View
@@ -42,6 +43,9 @@ from formiga_bt.site_folder import SiteFolder
 from formiga_bt.transport.base import AgentTransport
 from formiga_bt.transport.desk import DeskTransport
 from formiga_bt.transport.zenoh import ZenohTransport
+
+if TYPE_CHECKING:
+    from formiga_bt.replay.machine import TimeMachine
 
 
 class EngineHost:
@@ -171,10 +175,13 @@ class EngineHost:
         )
         self.loading.closed_for = lambda: self.orders.closed_for
         self.loading.keep = self.journaling.keep_loaded
+        self.recall = Recall(self.view, self._time_machine)
+        self._opened.append(self.recall.close)
+        self.view.recall = self.recall
         self.source: Source = FoldedSource(
             self.view.ledger, self.site, self._tasks, self._catalogue,
             desk=lambda: tuple(self.orders.desk_people), engine=lambda: self.status, clock=self.driver.now,
-            wall=wall_us, speed=self.driver.speed, lock=self.view.lock,
+            wall=wall_us, speed=self.driver.speed, lock=self.view.lock, recall=self.recall,
         )  # fmt: skip
         self.past = PastReader(lambda: self.journaling.word, self.site.name)
         self._opened.append(self.past.close)
@@ -210,6 +217,12 @@ class EngineHost:
         for name, task in found.items():
             self._tasks.serve(task)
             self.journaling.keep_again(task, loaded[name])
+
+    def _time_machine(self) -> "TimeMachine":
+        from formiga_bt.replay.machine import TimeMachine  # loads SQLAlchemy
+
+        assert self.journaling.word is not None, "what is from an earlier start is from a journal"
+        return TimeMachine(self.journaling.word, self.site.name)
 
     def _keep(self, step: Step) -> None:
         crew.keep_step(self._folder.path, step)

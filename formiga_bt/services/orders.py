@@ -222,6 +222,7 @@ class Orders:
         Raises:
             Refused: unknown.
         """
+        self._view.recall([task_id])
         now = self._driver.now()
         with self._view.reading() as state:
             task = self._known(state, task_id)
@@ -234,6 +235,7 @@ class Orders:
         Raises:
             Refused: unknown.
         """
+        self._view.recall([task_id])
         now = self._driver.now()
         with self._view.reading() as state:
             task = self._known(state, task_id)

@@ -63,7 +63,8 @@ class PastReader:
                 machine = self._open()
                 return ask(JournalSource(machine, self._moment(machine, at) if at else machine.last))
             except TaskError as error:
-                raise Refused(error.code, str(error), hint_for(error.code)) from error
+                text, _, hint = str(error).partition("\n  help: ")
+                raise Refused(error.code, text, hint or hint_for(error.code)) from error
             except UnusableFile as error:
                 raise Refused("bad_moment", str(error).partition("\n")[0], f"say {FORMS}") from error
             except JournalError as error:

@@ -7,7 +7,7 @@ The driver's thread only puts its steps into a queue. HTTP threads read here, un
 import logging
 import threading
 from collections import deque
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from queue import SimpleQueue
 from typing import Final
@@ -55,7 +55,11 @@ class View:
         self.ledger = Ledger(Bounds(ended=ended_kept, rows=ROWS_KEPT), state)
         self.state = self.ledger.state
         self.alarms: deque[Line] = deque(maxlen=100)
+        self.recall: Callable[[Sequence[str]], None] = lambda _ids: None
+        """Makes the ledger know the beginnings of tasks of earlier starts; called without the lock."""
         self._notices: dict[str, deque[Line]] = {}
+        self._sections: dict[str, str] = {}
+        """Where the tasks of the step that is folded stand after it: a section that it only passed through is not told."""
         self.ledger.before.append(self._look)
         self._queue: SimpleQueue[Step | threading.Event | None] = SimpleQueue()
         self.lock = threading.RLock()
@@ -106,6 +110,7 @@ class View:
     # -- folding -----------------------------------------------------------------------------------------------------
     def _fold(self, step: Step) -> None:
         self._refused(step)
+        self._sections = {c.task.id: c.task.section for c in step.changes if type(c) is ch.TaskPut}
         self.ledger.feed(step)
         for effect in step.effects:
             match effect:
@@ -171,7 +176,7 @@ class View:
             text = f"{task.id} {task.status}{why}"
         elif task.held != before.held:
             text = f"{task.id} " + (f"HELD ({', '.join(task.held)})" if task.held else "goes on")
-        elif task.section != before.section:
+        elif task.section != before.section and task.section == self._sections.get(task.id):
             text = f"{task.id}: {task.section}"
         else:
             return

@@ -63,6 +63,7 @@ class FoldedSource:
         wall: now on the clock of `AgentRecord.heard_wall`; without one it is not told how long somebody is silent.
         speed: engine seconds per wall second.
         lock: held while something is read.
+        recall: called before tasks of these ids (none: of all) are looked at, to make the ledger know their beginnings.
     """
 
     def __init__(
@@ -78,6 +79,7 @@ class FoldedSource:
         wall: Callable[[], Micros] = lambda: 0,
         speed: float = 1.0,
         lock: AbstractContextManager[Any] | None = None,
+        recall: Callable[[Sequence[str]], None] = lambda _ids: None,
     ) -> None:
         self.ledger = ledger
         self._site = site
@@ -85,6 +87,7 @@ class FoldedSource:
         self._catalogue = catalogue
         self._desk, self._engine, self._clock, self._wall, self._speed = desk, engine, clock, wall, speed
         self._lock: AbstractContextManager[Any] = lock if lock is not None else nullcontext()
+        self._recall = recall
         self._words = Wording(site)
         self._drawings: dict[str, tuple[Task, Drawing]] = {}
 
@@ -168,6 +171,7 @@ class FoldedSource:
     # -- one task ----------------------------------------------------------------------------------------------------
     def task(self, task_id: str) -> TaskPicture:
         """Return one task with its tree."""
+        self._recall([task_id])
         with self._lock:
             state, index = self.ledger.state, Index(self.ledger, self._at(), self._speed)
             task = self._known(task_id)
@@ -221,6 +225,7 @@ class FoldedSource:
 
     def why(self, of: str) -> tuple[str, list[Because]]:
         """Return how a task or an agent stands, and the chain of causes."""
+        self._recall([of])
         with self._lock:
             story = self.ledger.stories.get(of)
             actions: Sequence[ActionFact] = [row.fact() for row in story.rows] if story is not None else ()
@@ -232,6 +237,7 @@ class FoldedSource:
     # -- time and space ----------------------------------------------------------------------------------------------
     def timeline(self, tasks: Sequence[str] = ()) -> Timeline:
         """Return the actions and waits of some tasks, or of all."""
+        self._recall(tasks)
         with self._lock:
             state, index = self.ledger.state, Index(self.ledger, self._at(), self._speed)
             shown = [self._known(one) for one in dict.fromkeys(tasks)] if tasks else list(state.tasks.values())
@@ -250,6 +256,8 @@ class FoldedSource:
 
     def chart(self, tasks: Sequence[str] = ()) -> Chart:
         """Return the site's map with the ways of the agents of some tasks, or of all agents."""
+        if tasks:
+            self._recall(tasks)
         with self._lock:
             return chart(self.ledger, self._site, self._at(), [self._known(one).id for one in tasks])
 

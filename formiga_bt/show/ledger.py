@@ -99,6 +99,8 @@ class Ledger:
 
     def __init__(self, bounds: Bounds | None = None, state: EngineState | None = None) -> None:
         self.state = state if state is not None else EngineState()
+        self.began_at: Micros = self.state.now
+        """What was before is not known here."""
         self.bounds = bounds or Bounds()
         self.stories: dict[str, Story] = {}
         self.ways: dict[str, Way] = {}
@@ -184,6 +186,30 @@ class Ledger:
             task = self.state.tasks.get(task_id)
             found = self.stories[task_id] = Story(self.bounds, task.run if task is not None else 1)
         return found
+
+    def adopt(self, whole: "Ledger", task_id: str) -> None:
+        """Take the story of a task from a ledger that saw it from its beginning to this very step, in place of what is here."""
+        story, mine, theirs = Story(self.bounds, 1), self.story(task_id), whole.story(task_id)
+        story.rows.extend(theirs.rows)
+        story.waits.extend(theirs.waits)
+        story.lines.extend(theirs.lines)
+        story.progress, story.names = theirs.progress, theirs.names or mine.names
+        self.stories[task_id] = story
+        self._open = {goal: row for goal, row in self._open.items() if row.task != task_id}
+        self._open |= {goal: row for goal, row in whole._open.items() if row.task == task_id}
+        self.waiting = {of: row for of, row in self.waiting.items() if row.task != task_id}
+        self.waiting |= {of: row for of, row in whole.waiting.items() if row.task == task_id}
+        known = self.state.explanations
+        known |= {of: why for of, why in whole.state.explanations.items() if of not in known}
+        if task_id in whole._lines.shown:
+            self._lines.shown[task_id] = whole._lines.shown[task_id]
+        events = [event for event in self.events if event.task != task_id]
+        events += [event for event in whole.events if event.task == task_id]
+        self.events = deque(sorted(events, key=lambda event: event.at), self.bounds.marks)
+        for agent, way in whole.ways.items():
+            if agent not in self.ways:
+                self.ways[agent] = Way(agent, way.type, human=way.human, points=self.bounds.points)
+            self.ways[agent].adopt(way, task_id, self.began_at)
 
     def _task(self, at: Micros, change: ch.TaskPut) -> None:
         task = change.task

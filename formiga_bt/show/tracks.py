@@ -72,6 +72,21 @@ class Way:
         """Take that the agent is where it was."""
         self._still = at
 
+    def adopt(self, other: "Way", task: str, until: Micros) -> None:
+        """Take what another one has of the way for a task before an instant; this one began then."""
+        found = []
+        for piece in other.pieces:
+            newest = other._waiting[-1:] if piece is other.pieces[-1] else ()
+            fixes = [fix for fix in (*piece.fixes, *newest) if fix[0] < until]
+            if piece.task == task and fixes:
+                found.append(Piece(task, fixes))
+                self._kept += len(fixes)
+        now = self.pieces[-1:]  # what waits belongs to it
+        former = [*found, *self.pieces[:-1]]
+        self.pieces = sorted(former, key=lambda one: one.fixes[0][0] if one.fixes else until) + now
+        if self._kept > self._points:
+            self._thin()
+
     def tracks(self, tasks: frozenset[str] | None = None) -> list[Track]:
         """Return the pieces for these tasks, or all."""
         found = []

@@ -4,6 +4,7 @@ The kill is a copy of the site's folder, taken while the service runs: what a de
 """
 
 import json
+import re
 import shutil
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
@@ -21,6 +22,9 @@ from formiga_bt.engine.records import AgentRecord, GoalRecord
 from formiga_bt.engine.state import EngineState
 from formiga_bt.errors import FormigaError, SiteError
 from formiga_bt.lang.model import Catalogue
+from formiga_bt.replay.machine import TimeMachine
+from formiga_bt.replay.source import JournalSource
+from formiga_bt.replay.story import tale
 from formiga_bt.services.host import EngineHost
 from formiga_bt.services.journaling import JournalAt
 from formiga_bt.services.resuming import ALIVE, RESUMING, Blame, Sign, _check_catalogue, last_sign
@@ -84,6 +88,31 @@ def open_questions(service: Service) -> list[tuple[str, str]]:
     return [(q["number"], q["task"]) for q in service.get("/v1/inbox")["questions"]]
 
 
+TWO = """\
+formiga: 1
+task: Two
+agents: {watcher: {type: watcher}}
+steps:
+  - {ask: Is it good?, of: [watcher], options: [yes_it_is, no_not_yet], timeout: 30 min}
+  - {ask: Still?, of: [watcher], options: [yes_it_is, no_not_yet], timeout: 30 min}
+"""
+
+
+def seen(service: Service, task: str) -> tuple[list[str], list[str], list[str]]:
+    """Return statuses of steps, why these agents, and what it waited for until then."""
+    facts = service.get(f"/v1/tasks/{task}/picture")["steps"]
+    steps = [step["status"] for step in facts if "[" in step["path"]]
+    chosen = [one["text"] for one in service.get(f"/v1/tasks/{task}/why")["because"] if one["role"]]
+    waits = [one["text"] for one in service.get(f"/v1/timeline?task={task}")["waits"] if one.get("end")]
+    assert chosen
+    assert waits
+    return steps, chosen, waits
+
+
+def shown_questions(service: Service) -> list[str]:
+    return [q["number"] for q in service.get("/v1/inbox")["questions"] if q["shown"]]
+
+
 def settled(service: Service) -> None:
     service.wait(lambda: service.host.driver.engine.state.resume is None)
 
@@ -112,6 +141,36 @@ class TestOpen:
         with up("one") as second:
             assert second.task(mine)["status"] == "ACTIVE"
             assert second.submit("Stay") == "Stay-2"
+
+    def test_what_was_before_the_kill_is_shown(self, up: Up, kill: Callable[[str, str], Path], tmp_path: Path) -> None:
+        """Of a task that had ended, and of one that goes on: its steps, what it waited for, and in its story the kill."""
+        with up("one", {"two.yaml": TWO}) as first:
+            over, goes_on = first.submit("Ask"), first.submit("Two")
+            first.wait(lambda: len(open_questions(first)) == 2)
+            for question in ("Q1", "Q2"):
+                first.wait(lambda question=question: question in shown_questions(first))
+                first.post(f"/v1/inbox/{question}/answer", {"option": "yes_it_is", "by": "watcher_1"})
+            first.ends(over)
+            first.wait(lambda: [number for number, _ in open_questions(first)] == ["Q3"])
+            shown = {one: seen(first, one) for one in (over, goes_on)}
+            kill("one", "two")
+        assert shown[over][0] == ["success", "success"]
+        assert shown[goes_on][0] == ["success", "running"]
+        with up("two", {"two.yaml": TWO}) as second:
+            settled(second)
+            assert seen(second, over) == shown[over]
+            assert seen(second, goes_on) == shown[goes_on]
+            second.wait(lambda: shown_questions(second) == ["Q3"])
+            second.post("/v1/inbox/Q3/answer", {"option": "no_not_yet", "by": "watcher_1"})
+            assert second.ends(goes_on)["status"] == "SUCCEEDED"
+            assert seen(second, goes_on)[0] == ["success", "success"]
+            second.wait(lambda: second.get(f"/v1/past/tasks/{goes_on}")["picture"]["task"].get("ended_at"))
+            with TimeMachine(tmp_path / "two/.formiga/meadow/journal.db", "meadow") as machine:
+                told = [one.text for one in tale(JournalSource(machine), goes_on).events]
+                assert "engine ended" not in " ".join(one.text for one in tale(JournalSource(machine), over).events)
+        kills = [text for text in told if "engine" in text]
+        assert len(kills) == 1
+        assert re.fullmatch(r"the engine ended without notice, started again after \d+\.\d s", kills[0])
 
     def test_without_a_journal_nothing_is_known(self, up: Up) -> None:
         with up("one", journal=False) as first:

@@ -4,6 +4,7 @@ import re
 from pathlib import Path
 
 import pytest
+from msgspec.structs import replace
 
 from formiga_bt.engine.changes import LockdownPut, TaskPut
 from formiga_bt.engine.inputs import Alarm, Operator, Step, TimerDue
@@ -129,6 +130,19 @@ def test_running_steps_are_found_in_the_file() -> None:
 
 def test_spans() -> None:
     assert [span(s * 1_000_000) for s in (-1, 5, 600, 7200)] == ["0 s", "5 s", "10 min", "2.0 h"]
+
+
+def test_a_section_that_a_step_only_passes_through_is_not_told() -> None:
+    """In `finally` nothing was done; the ways home of `recover` are told."""
+    view = View(1)
+    view.start()
+    task = TaskRecord(id="T-1", name="T", order=1, bundle="", status="ENDING", section="steps")
+    view.feed_step(step(1, TaskPut(task)))
+    view.feed_step(step(2, *(TaskPut(replace(task, section=one)) for one in ("finally", "recover"))))  # type: ignore[arg-type]
+    view.catch_up()
+    told = [event.text for event in view.feed.after(0)[0]]
+    view.stop()
+    assert told == ["T-1 ENDING", "T-1: recover"]
 
 
 def test_refused_orders_and_restarts_are_told_as_what_they_are() -> None:

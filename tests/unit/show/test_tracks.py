@@ -45,3 +45,18 @@ def test_the_way_for_a_task_begins_when_it_gets_the_agent() -> None:
 
     assert (first.task, [at // SECOND for at in first.times]) == ("A-1", [0, 10])
     assert (then.task, [at // SECOND for at in then.times]) == ("B-2", [500, 510])
+
+
+def test_the_way_before_is_taken_and_the_way_goes_on() -> None:
+    """Of one task, before an instant; what was there stays, in order, and what comes is added to its end."""
+    former, way = Way("d", "lwd", human=False), Way("d", "lwd", human=False)
+    for s, task in ((0, "A-1"), (10, "A-1"), (20, "B-2"), (30, "B-2"), (40, "A-1"), (44, "A-1")):
+        former.note(s * SECOND, Position(s * 5.0, 0, 0), task)
+    way.note(45 * SECOND, Position(225, 0, 0), "A-1")
+
+    way.adopt(former, "A-1", 45 * SECOND)
+    way.note(60 * SECOND, Position(300, 50, 0), "A-1")
+
+    assert [(one.task, [at // SECOND for at in one.times]) for one in way.tracks()] == [
+        ("A-1", [0, 10]), ("A-1", [40, 44]), ("A-1", [45, 60]),
+    ]  # fmt: skip
