@@ -108,6 +108,8 @@ def command(
 
     texts[SITE_FILES] = dict(world.sources)
     kept = None if no_journal else JournalAt(journal, durability.value)
+    if journal:
+        tell_others(journal, world.site.name)
 
     host = EngineHost(
         world.site, world.catalogue, served,
@@ -145,6 +147,16 @@ def site_world(actions: list[Path], site: Path) -> World:
     for text in rendered([d for d in world.diagnostics if d.severity != "error"], world.sources):
         typer.echo(f"warning: {text}\n", err=True)
     return world
+
+
+def tell_others(journal: str, site: str) -> None:
+    """Say if a journal that is named has the history of other sites, and none of this one: it may be the wrong file."""
+    from formiga_bt.journal.reading import others_in
+
+    if others := others_in(journal, site):
+        typer.echo(
+            f"note: {journal} also keeps the journal of {', '.join(others)}; that of {site} begins in it", err=True
+        )
 
 
 def gaps(site: "Site", speed: float) -> list[str]:

@@ -15,7 +15,7 @@ from formiga_bt.engine.inputs import Step
 from formiga_bt.engine.state import EngineState
 from formiga_bt.errors import JournalError
 from formiga_bt.journal import codec, schema
-from formiga_bt.journal.database import Database, Durability, mapped, told
+from formiga_bt.journal.database import Database, Durability, mapped, read_url, told
 from formiga_bt.journal.records import BundleRow, Gap, Kept, Start
 from formiga_bt.journal.thin import Point, unpack
 
@@ -251,6 +251,21 @@ def sites_of(where: str | Path) -> list[str]:
             return list(connection.execute(sa.select(schema.sites.c.name).order_by(schema.sites.c.name)).scalars())
     finally:
         database.close()
+
+
+def others_in(where: str | Path, site: str) -> list[str]:
+    """Return the sites whose history is in a file in which a site begins one; none, if there is none or it has one already.
+
+    What makes the file no journal is told by whoever opens it to write.
+    """
+    file = read_url(str(where)).database if read_url(str(where)).get_backend_name() == "sqlite" else None
+    if not file or not Path(file).is_file() or not Path(file).stat().st_size:
+        return []
+    try:
+        found = sites_of(where)
+    except JournalError:
+        return []
+    return [] if site in found else found
 
 
 class _Reading:

@@ -5,9 +5,10 @@ from pathlib import Path
 import pytest
 
 from formiga_bt.cli.app import run
-from formiga_bt.cli.up import gaps
+from formiga_bt.cli.up import gaps, tell_others
 from formiga_bt.errors import UnusableFile
 from formiga_bt.geo import Place, Region
+from formiga_bt.journal.store import Journal
 from formiga_bt.lang.model import Site, SiteAgent
 
 
@@ -55,6 +56,27 @@ def test_a_journal_that_is_none_is_told_before_anything_starts(
     capsys.readouterr()
     assert run(["up", "--journal", "site.yaml", "--http", "127.0.0.1:0", "--listen", "tcp/127.0.0.1:0"]) == 1
     assert "formiga: site.yaml is no journal: it is not a database\n  help: " in capsys.readouterr().err
+
+
+def test_a_journal_of_other_sites_is_told_when_a_site_begins_in_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for site in ("north", "south"):
+        tell_others("site.db", "north")
+        assert capsys.readouterr().err == "", "it is not there, or its own"
+        with Journal("site.db", site) as journal:
+            journal.take()
+    for address in ("site.db", "sqlite:///site.db"):
+        tell_others(address, "hill")
+        assert capsys.readouterr().err == (
+            f"note: {address} also keeps the journal of north, south; that of hill begins in it\n"
+        )
+    for harmless in ("postgresql://nobody@nowhere/none", str(tmp_path), __file__):
+        tell_others(harmless, "hill")
+    Path("empty.db").touch()
+    tell_others("empty.db", "hill")
+    assert capsys.readouterr().err == ""
 
 
 def test_up_refuses_another_speed_before_anything_starts(
