@@ -165,9 +165,6 @@ class Goals:
 
     def again(self, goal_id: str) -> None:
         """Have the step of an interrupted or waiting goal send its next attempt."""
-        goal = self._core.state.goals[goal_id]
-        if goal.state == "gated":
-            self._gate.forget(goal)
         self.end(goal_id, "again")
 
     def order_safety(self, goal_id: str, agent_id: str, action: str) -> None:
@@ -292,6 +289,9 @@ class Goals:
     ) -> None:
         """Give a goal its end: the agent is free, who waits for the goal is woken."""
         core = self._core
+        was = core.state.goals[goal_id]
+        if was.state in ("gated", "interrupted"):
+            self._gate.forget(was)
         goal = core.put_goal(goal_id, state=state, code=code, text=text, result=result or {})
         core.clear_walls(goal_id)
         self._free_agent(goal)
@@ -358,16 +358,13 @@ class Goals:
         """End every goal that an agent has or waits for (`lost`, `in_doubt`)."""
         for goal in [g for g in self._core.index.goals_of(agent_id) if not g.ended]:
             if goal.in_flight or state == "lost":
-                if goal.state in ("gated", "interrupted"):
-                    self._gate.forget(goal)
-                elif goal.leg is not None or goal.area is not None:
+                if goal.in_flight and (goal.leg is not None or goal.area is not None):
                     self._core.put_agent(agent_id, lost_leg=goal.leg, lost_area=goal.area)
                 self.end(goal.id, state, code)
 
     def give_up(self, agent_id: str) -> None:
         """End what waits for a machine that leaves its task: nothing of that is sent any more."""
         for goal in [g for g in self._core.index.goals_of(agent_id) if g.state in ("gated", "interrupted")]:
-            self._gate.forget(goal)
             self.end(goal.id, "lost")
 
 

@@ -45,17 +45,22 @@ class Recovery:
 
     def begin(self, task_id: str) -> None:
         """Start the way home of each machine that the task still holds and that may be airborne."""
-        core = self._core
-        task = core.task(task_id)
-        for agent_id in task.granted:
-            agent = core.state.agents[agent_id]
-            if agent.human or not self._has(task, agent) or (agent.landed == "grounded" and task.stop != "return"):
-                continue
-            if self._way(task, agent) is None or self.is_under_way(task_id, agent_id) or self._ordered(task, agent_id):
-                continue
+        task = self._core.task(task_id)
+        for agent_id in self._to_bring(task):
             last = max((r.attempt for r in task.recovering if r.agent == agent_id), default=0)
             self._try(task_id, agent_id, last + 1)
         self.proceed(task_id)
+
+    def _to_bring(self, task: TaskRecord) -> list[str]:
+        found = []
+        for agent_id in task.granted:
+            agent = self._core.state.agents[agent_id]
+            if agent.human or not self._has(task, agent) or (agent.landed == "grounded" and task.stop != "return"):
+                continue
+            if self._way(task, agent) is None or self.is_under_way(task.id, agent_id) or self._ordered(task, agent_id):
+                continue
+            found.append(agent_id)
+        return found
 
     @staticmethod
     def _has(task: TaskRecord, agent: AgentRecord) -> bool:
@@ -260,6 +265,14 @@ class Recovery:
         agents = self._core.state.agents
         if any(self._has(task, agents[a]) and self._ordered(task, a) for a in task.granted):
             return  # its order's end calls again
+        tried = {r.agent for r in task.recovering}
+        late = [a for a in self._to_bring(task) if a not in tried]
+        if (
+            late and not task.stop
+        ):  # it had begun to start when its goal ended, and has told only since then that it flies
+            for agent_id in late:
+                self._try(task_id, agent_id, 1)
+            return
         self._tasks.recovered(task_id)
 
     def overdue(self, task_id: str, agent_id: str) -> None:

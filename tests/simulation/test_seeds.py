@@ -29,6 +29,8 @@ FOUND = {
     3048: "a goal that was being canceled waited at the gate again when another engine commanded the site",
     3405: "a task whose machine a pilot had taken from an order waited without a cause",
     3882: "a task whose machine had not cut its motors waited without a cause",
+    5153: "a machine that told only after its goal had ended that it flies was given back in the air",
+    5159: "people were asked to stand clear for a goal that had ended",
 }
 """Seed -> what it found. What a seed draws may not change: new kinds of faults get seeds from another number on (`more`)."""
 

@@ -156,6 +156,7 @@ class World:
         self.invariants.begin(load_snapshot(snapshot(self.engine.state)))
         self.keeper = Keeper(self)
         self.alive = True
+        self._epoch = 0
         self.drones: dict[str, Drone] = {}
         self.rarer = Rarer(self)
         self._begin = self.now
@@ -343,9 +344,11 @@ class World:
         self._begin_driver(flight.driver)
         self.alive = True
         self.tell(f"ENGINE RESUMES from step {state.seq}")
+        # The journal has the epoch when the engine takes it, also if the first step of that engine is lost.
+        self._epoch = max(self._epoch, state.epoch, self.rarer.rival) + 1
         flight.driver.feed(
             inp.Resumed(
-                epoch=max(state.epoch, self.rarer.rival) + 1, at=at, since=sign.wall, wall=self.wall(), heard=now,
+                epoch=self._epoch, at=at, since=sign.wall, wall=self.wall(), heard=now,
                 again=tuple(again),
                 rebuilt={t.id: t.bundle for t in state.tasks.values() if t.section != "done" and t.bundle != "system"},
                 lost=flight.engine.unbuilt, poison=self._blamed(state),
