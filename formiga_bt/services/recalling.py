@@ -33,6 +33,7 @@ class Recall:
         self._view, self._open = view, open_
         self._left = set(view.state.tasks)
         """Tasks of earlier starts that nobody has looked at."""
+        self._recent: list[str] | None = None
         self._lock = threading.Lock()
         self._machine: TimeMachine | None = None
 
@@ -41,7 +42,7 @@ class Recall:
         if not self._left or (ids and self._left.isdisjoint(ids)):
             return
         with self._lock:
-            for one in [one for one in ids if one in self._left] if ids else self._newest():
+            for one in [one for one in ids or self._newest() if one in self._left]:
                 try:
                     self._take(one)
                 except JournalError as error:
@@ -57,10 +58,12 @@ class Recall:
                 self._machine = None
 
     def _newest(self) -> list[str]:
-        with self._view.reading() as state:
-            known = [state.tasks[one] for one in self._left if one in state.tasks]
+        if self._recent is None:
+            with self._view.reading() as state:
+                known = [state.tasks[one] for one in self._left if one in state.tasks]
             known.sort(key=lambda task: task.order, reverse=True)
-            return [task.id for task in known[:MANY]]
+            self._recent = [task.id for task in known[:MANY]]
+        return self._recent
 
     def _take(self, task_id: str) -> None:
         if self._machine is None:

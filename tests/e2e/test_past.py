@@ -43,6 +43,7 @@ def test_what_a_killed_engine_left_can_be_seen(shell: Shell) -> None:
     assert "(snapshots)" in shell.run("journal", "stats")
 
     address = shell.up("--sim")
+    assert live == shell.run("show", "Hello-1", "--ascii")
     past = Client(address).get("/v1/past/tasks/Hello-1", at="Hello-1 start")
     assert past["picture"]["task"]["status"] in ("PENDING", "ACTIVE")
     assert "an engine writes" in shell.run("journal", "compact", code=1)

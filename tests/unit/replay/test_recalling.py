@@ -81,6 +81,18 @@ def test_ways_and_all_tasks_are_recalled_too(good: Flown) -> None:
         recall.close()
 
 
+def test_of_all_tasks_only_the_newest_are_recalled(good: Flown, monkeypatch: pytest.MonkeyPatch) -> None:
+    """However often all are looked at."""
+    monkeypatch.setattr("formiga_bt.services.recalling.MANY", 1)
+    with good.machine() as machine:
+        kept = len(list(machine.events()))
+        _, view, _ = whole_and_view(machine, kept, kept)
+        recall = Recall(view, good.machine)
+        here = seen(view.ledger, machine, recall)
+        assert [{row.task for row in here.timeline().actions} for _ in range(2)] == [{"PickUp-2"}, {"PickUp-2"}]
+        recall.close()
+
+
 def test_it_waits_while_the_journal_lacks_steps_and_survives_one_that_cannot_be_read(
     good: Flown, caplog: pytest.LogCaptureFixture
 ) -> None:

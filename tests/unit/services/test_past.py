@@ -57,6 +57,10 @@ def test_a_running_engine_shows_its_past(start: Start, tmp_path: Path) -> None:
         assert (wrong["code"], wrong["status"]) == ("bad_moment", 422)
         gone = service.refused("GET", "/v1/past/tasks/Ask-99")
         assert (gone["code"], gone["status"]) == ("unknown_task", 404)
+        early = service.refused("GET", f"/v1/past/tasks/{task}?at=start")
+        assert (early["code"], early["status"]) == ("not_yet", 404)
+        assert early["text"].startswith(f"{task} was requested at ")
+        assert early["hint"] == f'--at "{task} start" is its beginning, --at "{task} end" its end'
 
 
 def test_a_task_that_a_running_engine_forgot_is_found_in_its_journal(
