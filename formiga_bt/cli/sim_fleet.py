@@ -74,7 +74,9 @@ def run(site_file: Path, actions: list[Path], connect: str | None, without: Sequ
         anew="end this command (Ctrl-C) and start it again: formiga sim",
     )  # fmt: skip
     if not fleet.agents:
-        raise FormigaError(f"the site {world.site.name} lists no agent to simulate\n  help: agents: in site.yaml")
+        raise FormigaError(
+            f"nobody is left to simulate on the site {world.site.name}\n  help: list agents in site.yaml, under agents"
+        )
     asked: list[int] = []
     before = {
         number: signal.signal(number, lambda got, _: asked.append(got))

@@ -1,11 +1,15 @@
 """`formiga sim` without `--virtual`: the scenario's agents join a running engine, whose API takes the tasks."""
 
 import time
+from collections import deque
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 import typer
 
+from formiga_bt.cli.calling import ApiError, NoEngine
 from formiga_bt.cli.client import Client, connect, print_table, segment, show_next
 from formiga_bt.errors import FormigaError
 from formiga_bt.site_folder import find_engines
@@ -17,6 +21,118 @@ if TYPE_CHECKING:
 OVER: Final = frozenset({"SUCCEEDED", "FAILED", "CANCELED"})
 ASK_EVERY_S: Final = 0.5
 EXIT_NO, EXIT_INTERRUPTED = 1, 130
+REQUESTER: Final = "scenario"
+T = TypeVar("T")
+
+
+class Api:
+    """The API of the scenario's engine: that may die, and another one comes, perhaps at another address.
+
+    Args:
+        find: returns a client of the engine that runs now; raises NoEngine.
+        tell: takes a line for people.
+        where: the endpoint at which its agents look for it.
+    """
+
+    def __init__(self, find: Callable[[], Client], tell: Callable[[str], None], where: str = "") -> None:
+        self._find, self._tell, self._where = find, tell, where
+        self.client = find()
+        self._is_gone = False
+
+    def call(self, what: Callable[[Client], T]) -> T | None:
+        """Return what a call returns, or None: no engine is there now. What it was told may have reached it all the same.
+
+        Raises:
+            ApiError: the engine said no.
+        """
+        try:
+            if self._is_gone:
+                self.client = self._find()
+            found = what(self.client)
+        except NoEngine:
+            if not self._is_gone:
+                self._tell(f"no engine answers: the agents live on, and look for the next one at {self._where}")
+            self._is_gone = True
+            return None
+        if self._is_gone:
+            self._is_gone = False
+            self._tell("an engine answers again")
+        return found
+
+
+class Requests:
+    """What a scenario asks of its engine, each in its turn; what no engine took waits for the next one.
+
+    Args:
+        api: of the engine; None: it is not known here.
+        tell: takes a line for people.
+    """
+
+    def __init__(self, api: Api | None, tell: Callable[[str], None]) -> None:
+        self._api, self._tell = api, tell
+        self._waiting: deque[ScenarioTask | ScenarioOrder] = deque()
+        self._before: set[str] | None = None
+        self.tasks: dict[str, dict[str, Any]] = {}
+        """What was requested, as it was when it was last looked at; {}: not yet."""
+
+    def ask(self, entry: "ScenarioTask | ScenarioOrder") -> None:
+        """Take what is due."""
+        self._waiting.append(entry)
+        self.go_on()
+
+    def go_on(self) -> None:
+        """Ask for what waits, as far as there is an engine."""
+        while self._waiting and self._play(self._waiting[0]):
+            self._waiting.popleft()
+            self._before = None
+
+    @property
+    def are_over(self) -> bool:
+        """Return whether all that was asked for has ended."""
+        return not self._waiting and all(task and task["status"] in OVER for task in self.tasks.values())
+
+    def look(self) -> None:
+        """Look how the tasks are, telling changes of their status."""
+        for task_id, before in self.tasks.items():
+            if self._api is not None and (not before or before["status"] not in OVER):
+                task = self._api.call(partial(_looked_up, task_id=task_id))
+                if task is None:
+                    return
+                self.tasks[task_id] = task
+                if not before or before["status"] != task["status"]:
+                    self._tell(f"{task_id} {_outcome(task)}")
+
+    def _play(self, entry: "ScenarioTask | ScenarioOrder") -> bool:
+        from formiga_bt.lang.scenario import ScenarioOrder
+        from formiga_bt.simulation import describe
+
+        if isinstance(entry, ScenarioOrder):
+            said = give(None, entry) if self._api is None else self._api.call(lambda client: give(client, entry))
+            if said is not None:
+                self._tell(f"order: {describe(entry)}{said}")
+            return said is not None
+        if self._api is None:
+            self._tell(f"{entry.task} is due: no API of this engine is known here, request it yourself")
+            return True
+        made = self._request(self._api, entry)
+        if made:
+            self.tasks[made] = {}
+            self._tell(f"{made} requested")
+        return bool(made)
+
+    def _request(self, api: Api, entry: "ScenarioTask") -> str | None:
+        """Request a task, once: an engine that died before it answered may have taken it."""
+        there = api.call(lambda client: client.get("/v1/tasks", limit=100)["tasks"])
+        if there is None:
+            return None
+        mine = [task["id"] for task in there if task["task"] == entry.task and task["requester"] == REQUESTER]
+        if self._before is None:
+            self._before = set(mine)
+        taken = [task_id for task_id in mine if task_id not in self._before]
+        if taken:
+            return str(taken[0])
+        body = {"task": entry.task, "params": dict(entry.texts), "priority": entry.priority, "requester": REQUESTER}
+        return api.call(lambda client: str(client.post("/v1/tasks", body)["id"]))
 
 
 def run(play: "Scenario", endpoint: str | None) -> int:
@@ -31,50 +147,42 @@ def run(play: "Scenario", endpoint: str | None) -> int:
     from formiga_bt.simulation import describe
     from formiga_bt.stage import Stage
 
-    ids: list[str] = []
-
-    def ask(entry: "ScenarioTask | ScenarioOrder") -> None:
-        from formiga_bt.lang.scenario import ScenarioOrder
-
-        if isinstance(entry, ScenarioOrder):
-            typer.echo(f"order: {describe(entry)}{give(client, entry)}")
-            return
-        if client is None:
-            typer.echo(f"{entry.task} is due: no API of this engine is known here, request it yourself")
-            return
-        body = {"task": entry.task, "params": dict(entry.texts), "priority": entry.priority, "requester": "scenario"}
-        ids.append(client.post("/v1/tasks", body)["id"])
-        typer.echo(f"{ids[-1]} requested")
-
+    api = Api(lambda: _found(play.site.name, where), typer.echo, where) if client is not None else None
+    requests = Requests(api, typer.echo)
     typer.echo(f"starting {len(play.agents)} agents, each a process of its own, beside the engine at {where}")
     try:
-        with Stage(play, where, ask) as stage:
+        with Stage(play, where, requests.ask) as stage:
             stage.wait_ready(lambda agent: typer.echo(f"agent {agent} is there"))
             typer.echo(f"all are there; the engine's clock runs at {stage.speed:g}x")
-            tasks: dict[str, dict[str, Any]] = {}
             next_look = 0.0
-            while client is None or not stage.all_played or set(tasks) < set(ids) or not _are_over(tasks):
+            while client is None or not stage.all_played or not requests.are_over:
                 for fault in stage.step():
                     typer.echo(f"fault: {describe(fault)}")
-                if client is not None and time.monotonic() >= next_look:
+                if time.monotonic() >= next_look:
                     next_look = time.monotonic() + ASK_EVERY_S
-                    for task_id in ids:
-                        tasks[task_id] = _looked_up(client, task_id, tasks.get(task_id))
+                    requests.go_on()
+                    requests.look()
             verdict = stage.verdict()
     except KeyboardInterrupt:
         typer.echo("Interrupted: the agents are gone; the engine goes on")
         return EXIT_INTERRUPTED
-    return _close(tasks, verdict)
+    return _close(requests.tasks, verdict)
 
 
 def give(client: Client | None, order: "ScenarioOrder") -> str:
-    """Give an order to the engine; return what to add to it for people: why it was refused, or nothing."""
+    """Give an order to the engine; return what to add to it for people: why it was refused, or nothing.
+
+    Raises:
+        NoEngine: no engine answers.
+    """
     if client is None:
         return " is due: no API of this engine is known here, give it yourself"
     try:
         target = _newest(client, order.target) if order.of == "task" else order.target
         where, body = _call(order, target)
         client.post(where, {**body, "by": order.by})
+    except NoEngine:
+        raise
     except FormigaError as error:
         return f": refused, {' '.join(str(error).split())}"
     return ""
@@ -111,20 +219,32 @@ def _client(endpoint: str | None) -> Client | None:
     return Client(found[0]) if found else None
 
 
-def _looked_up(client: Client, task_id: str, before: dict[str, Any] | None) -> dict[str, Any]:
-    """Return the task as it is now, telling a change of its status."""
-    task: dict[str, Any] = client.get(f"/v1/tasks/{segment(task_id)}")
-    if before is None or before["status"] != task["status"]:
-        typer.echo(f"{task_id} {_outcome(task)}")
+def _found(site: str, endpoint: str) -> Client:
+    """Return a client of the engine of a site that runs here now.
+
+    Raises:
+        NoEngine: there is none, or it listens elsewhere than the agents look for it.
+    """
+    for address in find_engines(Path.cwd()):
+        if (address.site, address.endpoint) == (site, endpoint):
+            return Client(address)
+    raise NoEngine(f"no engine of the site '{site}' listens at {endpoint}")
+
+
+def _looked_up(client: Client, task_id: str) -> dict[str, Any]:
+    """Return the task as it is now."""
+    try:
+        task: dict[str, Any] = client.get(f"/v1/tasks/{segment(task_id)}")
+    except ApiError as error:
+        if error.code != "unknown_task":
+            raise
+        text = "the engine that is there now knows nothing of it"
+        return {"status": "FAILED", "code": error.code, "reason": text, "agents": [], "actions": [], "duration_s": 0.0}
     return task
 
 
 def _outcome(task: dict[str, Any]) -> str:
     return f"{task['status']}: {task['code']} {task['reason']}".strip() if task["code"] else str(task["status"])
-
-
-def _are_over(tasks: dict[str, dict[str, Any]]) -> bool:
-    return all(task["status"] in OVER for task in tasks.values())
 
 
 def _close(tasks: dict[str, dict[str, Any]], verdict: "Verdict") -> int:

@@ -2,6 +2,7 @@
 
 import json
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -9,8 +10,12 @@ import pytest
 
 from formiga_bt.cli import sim_live
 from formiga_bt.cli.app import run
-from formiga_bt.errors import FormigaError
-from formiga_bt.lang.scenario import ScenarioOrder
+from formiga_bt.cli.calling import ApiError, NoEngine
+from formiga_bt.cli.sim_fleet import SILENT_S, Heard
+from formiga_bt.errors import FormigaError, SiteError
+from formiga_bt.lang.scenario import ScenarioOrder, ScenarioTask
+from formiga_bt.services.simulated import _take, check_unsimulated
+from formiga_bt.transport.messages import ClockBeat
 
 Capture = pytest.CaptureFixture[str]
 
@@ -95,6 +100,134 @@ def test_an_order_beside_a_running_engine_may_be_refused() -> None:
     assert sim_live.give(Api("agent_lost\n  hwd_1 is lost"), order) == ": refused, agent_lost hwd_1 is lost"  # type: ignore[arg-type]
     assert sim_live.give(Api(), ScenarioOrder(0, "hold", "Gone", "task")) == ": refused, no task 'Gone' is open"  # type: ignore[arg-type]
     assert sim_live.give(None, order) == " is due: no API of this engine is known here, give it yourself"
+
+
+class Dying:
+    """An API of engines that die: at each call named by `dies` one does, before or after it did as it was told."""
+
+    def __init__(self, *dies: str) -> None:
+        self.dies = list(dies)
+        self.tasks: list[dict[str, Any]] = [
+            {"id": "Hover-1", "task": "Hover", "requester": "scenario", "status": "FAILED"}
+        ]
+        self.orders: list[str] = []
+
+    def call(self, what: str, do: Callable[[], Any]) -> Any:
+        dies = self.dies[0] if self.dies else ""
+        if dies == f"before {what}":
+            del self.dies[0]
+            raise NoEngine("gone")
+        done = do()
+        if dies == f"after {what}":
+            del self.dies[0]
+            raise NoEngine("gone")
+        return done
+
+    def get(self, path: str, **query: Any) -> Any:
+        if path == "/v1/tasks":
+            return self.call("list", lambda: {"tasks": self.tasks[::-1]})
+        return self.call("look", lambda: dict(next(task for task in self.tasks if task["id"] in path)))
+
+    def post(self, path: str, body: dict[str, Any]) -> Any:
+        if path == "/v1/orders":
+            return self.call("order", lambda: self.orders.append(body["order"]))
+        made = {"id": f"{body['task']}-{len(self.tasks) + 1}", "requester": body["requester"], "status": "ACTIVE"}
+        self.call("post", lambda: self.tasks.append({**made, "task": body["task"], "code": "", "reason": ""}))
+        return made
+
+
+@pytest.mark.parametrize("dies", ["before list", "before post", "after post"])
+def test_a_scenario_goes_on_with_the_next_engine_and_asks_once(dies: str) -> None:
+    engine, told = Dying(dies, "before list"), list[str]()
+    api = sim_live.Api(lambda: engine, told.append, "tcp/here:1")  # type: ignore[arg-type, return-value]
+    requests = sim_live.Requests(api, told.append)
+    requests.ask(ScenarioTask(0, "Hover", {}, "medium"))
+    requests.ask(ScenarioOrder(0, "hold"))
+    assert not requests.are_over
+    assert engine.orders == []  # each in its turn
+    requests.go_on()
+    requests.go_on()
+    assert [task["id"] for task in engine.tasks] == ["Hover-1", "Hover-2"]
+    assert engine.orders == ["hold"]
+    requests.look()
+    engine.tasks[1]["status"] = "SUCCEEDED"
+    engine.dies = ["before look"]
+    requests.look()
+    assert not requests.are_over
+    requests.look()
+    assert requests.are_over
+    assert told == [
+        "no engine answers: the agents live on, and look for the next one at tcp/here:1",
+        "an engine answers again",
+        "Hover-2 requested",
+        "order: operator: hold all",
+        "Hover-2 ACTIVE",
+        "no engine answers: the agents live on, and look for the next one at tcp/here:1",
+        "an engine answers again",
+        "Hover-2 SUCCEEDED",
+    ]
+
+
+def test_a_task_that_the_next_engine_does_not_know_has_failed() -> None:
+    class Forgetful(Dying):
+        def get(self, path: str, **query: Any) -> Any:
+            if path == "/v1/tasks":
+                return {"tasks": []}
+            raise ApiError("unknown_task", "there is no task 'Hover-2' (any more)", "", 404)
+
+    told = list[str]()
+    api = sim_live.Api(Forgetful, told.append)  # type: ignore[arg-type]
+    requests = sim_live.Requests(api, told.append)
+    requests.ask(ScenarioTask(0, "Hover", {}, "medium"))
+    requests.look()
+    assert requests.are_over
+    assert told[-1] == "Hover-2 FAILED: unknown_task the engine that is there now knows nothing of it"
+
+
+def test_engines_that_come_and_go_are_told_once_each() -> None:
+    heard = Heard()
+
+    def beat(epoch: int, now: float) -> str:
+        return heard.beat(ClockBeat(wall_us=0, engine_us=0, speed=5.0, epoch=epoch, beat=1), now)
+
+    assert heard.look(100.0) == ""
+    assert beat(1, 0.0) == "an engine is there (start 1), its clock runs at 5x"
+    assert (beat(1, 1.0), heard.look(1.0 + SILENT_S - 0.1)) == ("", "")
+    assert heard.look(1.0 + SILENT_S) == (
+        "no engine is heard: the agents go on with what they do, and look for the next one"
+    )
+    assert heard.look(60.0) == ""
+    assert beat(2, 61.0) == "an engine is there (start 2), its clock runs at 5x"
+    assert beat(3, 62.0) == "an engine is there (start 3), its clock runs at 5x"  # killed, and back within a moment
+
+
+def test_a_fleet_says_what_it_cannot_do(tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert run(["sim"]) == 2
+    assert "there is no site.yaml\n  help: make a site with `formiga init`" in capsys.readouterr().err
+    assert run(["init"]) == 0
+    assert run(["sim", "--virtual"]) == 2
+    assert "--virtual is for scenarios: name one, for example formiga sim demo --virtual" in capsys.readouterr().err
+    assert run(["sim", "demo", "--without", "hwd_1"]) == 2
+    assert "--site and --without are for the agents of a site" in capsys.readouterr().err
+    assert run(["sim", "--without", "hwd_9"]) == 2
+    assert "--without hwd_9: the site lists lwd_1, lwd_2, hwd_1, picker_1, watcher_1" in capsys.readouterr().err
+    site = tmp_path / "site.yaml"
+    text = site.read_text(encoding="utf-8")
+    site.write_text(text.replace(":7447", ":0"), encoding="utf-8")
+    assert run(["sim"]) == 2
+    assert "the site lets each engine take a free port (tcp/127.0.0.1:0)" in capsys.readouterr().err
+    everybody = [
+        word for agent in ("lwd_1", "lwd_2", "hwd_1", "picker_1", "watcher_1") for word in ("--without", agent)
+    ]
+    assert run(["sim", "--connect", "tcp/127.0.0.1:9", *everybody]) == 1
+    assert "nobody is left to simulate" in capsys.readouterr().err
+
+
+def test_the_agents_of_a_site_are_simulated_once(tmp_path: Path) -> None:
+    with _take(tmp_path / "meadow"), pytest.raises(SiteError, match=r"'meadow' are simulated already \(process \d+\)"):
+        check_unsimulated(tmp_path / "meadow")
+    check_unsimulated(tmp_path / "meadow")
 
 
 def test_a_speed_lets_people_watch(tmp_path: Path, capsys: Capture) -> None:
