@@ -2,141 +2,30 @@
 
 import json
 import re
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from typing import Any, Final
-
-from msgspec import Struct
 
 from formiga_bt.casework.judging import standing
 from formiga_bt.clock import SECOND, Micros
-from formiga_bt.engine import changes as ch
-from formiga_bt.engine.inputs import Abort, LockdownOrder, Notify, Operator, SendGoal, Step
-from formiga_bt.engine.records import AgentRecord, GoalRecord, Question, TaskRecord
-from formiga_bt.engine.state import EngineState
-from formiga_bt.errors import UnusableFile
+from formiga_bt.engine.inputs import Abort, LockdownOrder, Operator
+from formiga_bt.engine.records import AgentRecord, Question
 from formiga_bt.geo import Place, Position, Region
 from formiga_bt.lang.model import Site, Task
+from formiga_bt.lang.reading import shorten
 from formiga_bt.lang.types import AgentRef, Type
-from formiga_bt.replay.machine import TimeMachine
+from formiga_bt.replay.case_story import Fault, Story
 from formiga_bt.replay.when import in_words
-from formiga_bt.transport.agent_side import CONFIRM
 from formiga_bt.units import format_quantity
 
 NEAR_M: Final = 1.0
 FULL: Final = 99.5
+MOST: Final = 80
+"""Characters of a question behind its answer."""
 LOOSE: Final = ("after", "actions", "notices", "answers_asked", "end_state")
 """What of a case may be left out or made easier if it does not come again in simulation."""
 _NAME: Final = re.compile(r"[A-Za-z_]\w*")
 
 
-class Story(Struct):
-    """What the steps of a task tell that a case is made of."""
-
-    task: TaskRecord
-    began: EngineState
-    ended: EngineState
-    sent: list[tuple[str, str, str]]
-    """Goals in the order of sending: role or agent as `formiga test` names it, agent, action."""
-    goals: list[tuple[str, str, int, GoalRecord, Micros, Micros]]
-    """Of those that failed: role or agent, action, the how-manieth, the goal, when it was sent and when it ended."""
-    questions: dict[str, Question]
-    notices: list[str]
-    orders: list[tuple[Micros, Abort | Operator | LockdownOrder]]
-    faults: list[tuple[Micros, str, str]]
-    """When, agent, kind."""
-
-
-def story_of(machine: TimeMachine, task_id: str) -> Story:
-    """Return what a case needs of a task.
-
-    Raises:
-        UnusableFile: there is no such task, it runs still, or its beginning is no longer kept.
-    """
-    record = machine.record(task_id)
-    if record is None:
-        raise UnusableFile(f"the journal knows no task '{task_id}'; formiga replay lists those of a moment")
-    if record.ended_at is None:
-        raise UnusableFile(f"{task_id} has not ended; its story becomes a case when it has")
-    if record.submitted_at < machine.first:
-        raise UnusableFile(f"{task_id} began before the journal does; what is missing cannot be played again")
-    began, ended = machine.state(record.submitted_at), machine.state(record.ended_at)
-    story = Story(record, began, ended, [], [], {}, [], [], [])
-    reader = _Reader(story)
-    for kept in machine.events(task=task_id):
-        reader.take(kept.step)
-    return story
-
-
-class _Reader:
-    def __init__(self, story: Story) -> None:
-        self._story, self._id = story, story.task.id
-        self._roles: dict[str, tuple[str, ...]] = {}
-        self._now: Mapping[str, tuple[str, ...]] = {}
-        self._counts: dict[tuple[str, str], int] = {}
-        self._open: dict[str, tuple[str, int, Micros]] = {}
-        self._agents: dict[str, AgentRecord] = dict(story.began.agents)
-
-    def take(self, step: Step) -> None:
-        story = self._story
-        if isinstance(step.input, Abort | Operator | LockdownOrder) and not step.reply.startswith("error:"):
-            story.orders.append((step.at, step.input))
-        for change in step.changes:
-            match change:
-                case ch.Granted(task, roles) if task.partition("|")[0] == self._id:
-                    self._roles |= roles
-                case ch.TaskPut(task) if task.id == self._id:
-                    self._now = task.roles or self._now
-                case ch.QuestionPut(question) if question.task == self._id:
-                    story.questions[question.id] = question
-                case ch.GoalPut(goal) if goal.task == self._id and goal.action != CONFIRM:
-                    self._goal(step.at, goal)
-                case ch.AgentPut(agent):
-                    self._agent(step.at, agent)
-        for effect in step.effects:
-            if isinstance(effect, SendGoal) and effect.task == self._id and effect.action != CONFIRM:
-                self._sent(step.at, effect)
-            elif isinstance(effect, Notify) and effect.task == self._id:
-                story.notices.append(effect.text)
-
-    def _sent(self, at: Micros, goal: SendGoal) -> None:
-        if goal.goal_id in self._open:
-            return
-        role = _role(self._now, goal.agent)
-        for name in dict.fromkeys((goal.agent, role)):
-            if name:
-                self._counts[name, goal.action] = self._counts.get((name, goal.action), 0) + 1
-        who = role or goal.agent
-        self._open[goal.goal_id] = (who, self._counts[who, goal.action], at)
-        self._story.sent.append((_role(self._roles, goal.agent) or goal.agent, goal.agent, goal.action))
-
-    def _goal(self, at: Micros, goal: GoalRecord) -> None:
-        sent = self._open.get(goal.id)
-        if (
-            sent is not None
-            and goal.state in ("failed", "rejected")
-            and all(one[3].id != goal.id for one in self._story.goals)
-        ):
-            self._story.goals.append((sent[0], goal.action, sent[1], goal, sent[2], at))
-
-    def _agent(self, at: Micros, agent: AgentRecord) -> None:
-        old, self._agents[agent.id] = self._agents.get(agent.id), agent
-        if old is None or agent.human or agent.task != self._id:
-            return
-        if agent.liveness == "LOST" != old.liveness:
-            self._story.faults.append((at, agent.id, "kill"))
-        elif old.liveness == "LOST" != agent.liveness:
-            self._story.faults.append((at, agent.id, "restart"))
-        elif agent.control == "pilot" != old.control:
-            self._story.faults.append((at, agent.id, "take_over"))
-        elif old.control == "pilot" != agent.control:
-            self._story.faults.append((at, agent.id, "hand_back"))
-
-
-def _role(roles: Mapping[str, tuple[str, ...]], agent: str) -> str:
-    return next((name for name, agents in roles.items() if agent in agents), "")
-
-
-# -- writing -----------------------------------------------------------------------------------------------------------
 def text_of(
     story: Story, site: Site, model: Task, files: Mapping[str, str], zone: Any, loose: Collection[str] = ()
 ) -> str:
@@ -151,12 +40,15 @@ def text_of(
         loose: of `LOOSE`, what is left out or made easier.
     """
     task = story.task
+    run = f", run {story.first.number}" if story.first.number > 1 else ""
     lines = [
-        f"# {task.id} as it was, from the journal of {site.name}: formiga replay --task {task.id} --as-test FILE",
+        f"# {task.id}{run} as it was, from the journal of {site.name}: formiga replay --task {task.id} --as-test FILE",
+        "# docs/testing.md tells what each key says. Times count from the request.",
+        *(f"# {text}" for text in told(story)),
         "formiga_test: 1",
         *(f"{key}: {_quoted(name)}" for key, name in files.items()),
         "cases:",
-        f"  - name: {_quoted(f'{task.id} on {in_words(task.submitted_at, zone)}')}",
+        f"  - name: {_quoted(f'{task.id}{run} on {in_words(task.submitted_at, zone)}')}",
     ]
     params = {
         name: literal(value, model.params[name].type if name in model.params else None, site)
@@ -165,16 +57,37 @@ def text_of(
     }
     if params:
         lines.append(f"    params: {_flow(params)}")
-    lines += _block("agents", [f"{name}: {_flow(keys)}" for name, keys in _agents(story, site)])
+    lines += _block("agents", [f"{name}: {_flow(keys)}{_why(why)}" for name, keys, why in _agents(story, site)])
     answers = [*_answers(story), *_failures(story, easy="after" in loose)]
-    lines += _block("answers", [f"- {_flow(keys)}" for keys in answers])
-    lines += _block(
-        "faults", [f"- {_flow(_at(story, at) | {'agent': who, 'kind': kind})}" for at, who, kind in story.faults]
-    )
+    lines += _block("answers", [f"- {_flow(keys)}{_why(why)}" for keys, why in answers])
+    lines += _block("faults", [f"- {_flow(keys)}{_why(why)}" for keys, why in map(_fault(story), story.faults)])
     lines += _block("orders", [f"- {_flow(keys)}" for keys in _orders(story, site)])
     lines.append("    expect:")
     lines += [f"      {line}" for line in _expect(story, loose)]
     return "\n".join(lines) + "\n"
+
+
+def told(story: Story) -> list[str]:
+    """Return what of the story the case does not tell, or tells otherwise, in sentences."""
+    first = story.first
+    found: list[str] = []
+    if first.number > 1:
+        before = next((run for run in reversed(story.runs) if run.number < first.number), first)
+        why = {"preempted": "was preempted for another task", "agent_lost": "lost an agent"}.get(
+            before.ended_by, "was restarted"
+        )
+        found.append(
+            f"Run {before.number} {why}, which does not come again in a case: this is run {first.number}, from its beginning."
+        )
+    if first.waited_us >= SECOND:
+        found.append(f"It waited {_seconds(first.waited_us)} for its agents; times count from when it got them.")
+    for at in story.resumed:
+        found.append(f"After {_seconds(at - story.at)} another engine went on with it; here one engine plays it all.")
+    return found
+
+
+def _why(text: str) -> str:
+    return f"  # {text}" if text else ""
 
 
 def _block(key: str, items: list[str]) -> list[str]:
@@ -223,32 +136,56 @@ def _seconds(us: Micros) -> str:
 
 
 def _at(story: Story, at: Micros) -> dict[str, str]:
-    return {"at": _seconds(at - story.task.submitted_at)}
+    return {"at": _seconds(at - story.at)}
 
 
-def _agents(story: Story, site: Site) -> Iterator[tuple[str, dict[str, str]]]:
-    """Yield how the fleet differed from the site at rest; who was busy with something else is not there."""
+def _agents(story: Story, site: Site) -> Iterator[tuple[str, dict[str, str], str]]:
+    """Yield how the fleet differed from the site at rest, and why; who was busy with something else is not there."""
     task = story.task
-    mine = {*task.granted, *(agent for _, agent, _ in story.sent)}
+    mine = {*task.granted, *(one.agent for one in story.sent)}
     for name, known in site.agents.items():
         agent = story.began.agents.get(name)
-        elsewhere = agent is not None and agent.task not in ("", task.id)
-        if agent is None or (
-            name not in mine and not agent.human and (elsewhere or agent.quarantine or not agent.present)
-        ):
-            yield name, {"absent": "true"}
+        why = "no engine had seen it" if agent is None else "" if agent.human or name in mine else _away(agent, task.id)
+        if agent is None or why:
+            yield name, {"absent": "true"}, f"not in this case: {why}"
             continue
         keys = {} if agent.human else _charge(agent)
         port = site.ports.get(known.home)
         spot = port.at if port is not None else None
-        if agent.position is not None and name in mine and not (isinstance(spot, Place) and _near(agent, spot)):
+        is_here = name in mine and agent.task in ("", task.id)  # else it came to its port before it was granted
+        if agent.position is not None and is_here and not (isinstance(spot, Place) and _near(agent, spot)):
             keys["at"] = _flow(_metres(agent.position.ground))
         if keys:
-            yield name, keys
+            yield name, keys, ""
     for name in sorted(mine - set(site.agents)):
         agent = story.began.agents.get(name)
         if agent is not None and agent.position is not None:
-            yield name, {"type": agent.type, "at": _flow(_metres(agent.position.ground)), **_charge(agent)}
+            yield name, {"type": agent.type, "at": _flow(_metres(agent.position.ground)), **_charge(agent)}, ""
+
+
+def _away(agent: AgentRecord, task: str) -> str:
+    """Return why a machine could not have been granted, or nothing."""
+    if agent.task not in ("", task):
+        return f"it was busy with {agent.task}"
+    if agent.quarantine:
+        return f"it was quarantined ({agent.quarantine})"
+    return "" if agent.present else "it was switched off"
+
+
+def _fault(story: Story) -> Callable[[Fault], tuple[dict[str, str], str]]:
+    def keys(fault: Fault) -> tuple[dict[str, str], str]:
+        found = {**_at(story, fault.at), "agent": fault.agent, "kind": fault.kind}
+        if fault.presence:
+            found["presence"] = fault.presence
+        if fault.until is not None:
+            found["for"] = _seconds(max(fault.until - fault.at, SECOND // 10))
+        if fault.kind not in ("kill", "link_loss"):
+            return found, ""
+        lost = f"; at {_seconds(fault.lost_at - story.at)} it was given up" if fault.lost_at is not None else ""
+        back = "then it was back, its process started anew" if fault.kind == "kill" else "then it was back"
+        return found, f"nothing was heard of it from then on{lost}" + (f"; {back}" if fault.until is not None else "")
+
+    return keys
 
 
 def _charge(agent: AgentRecord) -> dict[str, str]:
@@ -260,14 +197,14 @@ def _near(agent: AgentRecord, spot: Place) -> bool:
     return at is not None and abs(at.east_m - spot.east_m) <= NEAR_M and abs(at.north_m - spot.north_m) <= NEAR_M
 
 
-def _answers(story: Story) -> Iterator[dict[str, str]]:
+def _answers(story: Story) -> Iterator[tuple[dict[str, str], str]]:
     asks = [one for one in story.questions.values() if one.kind == "ask"]
     for n, question in enumerate(asks, 1):
-        yield {"ask": str(n), **_reply(question)}
+        yield {"ask": str(n), **_reply(question)}, shorten(question.text, MOST)
     others = [one for one in story.questions.values() if one.kind != "ask"]
     if any(one.reply is None or one.reply["answer"] != "clear" for one in others):
         for question in others:
-            yield {"ask": _quoted(question.text.partition(":")[0]), **_reply(question)}
+            yield {"ask": _quoted(question.text.partition(":")[0]), **_reply(question)}, "asked by the engine itself"
 
 
 def _reply(question: Question) -> dict[str, str]:
@@ -279,14 +216,22 @@ def _reply(question: Question) -> dict[str, str]:
     }
 
 
-def _failures(story: Story, *, easy: bool) -> Iterator[dict[str, str]]:
-    for who, action, nth, goal, sent, ended in story.goals:
-        keys = {"do": f"{who}.{action}", "nth": str(nth)}
-        code = goal.code if _NAME.fullmatch(goal.code) else "failed"
-        if goal.state == "rejected":
-            yield {**keys, "reject": code}
+def _failures(story: Story, *, easy: bool) -> Iterator[tuple[dict[str, str], str]]:
+    for one in story.failed:
+        keys = {"do": f"{one.who}.{one.action}", "nth": str(one.nth)}
+        code = one.goal.code if _NAME.fullmatch(one.goal.code) else "failed"
+        which = f"its {_ordinal(one.nth)} {one.action}"
+        if one.goal.state == "rejected":
+            yield {**keys, "reject": code}, f"{which} was refused"
         else:
-            yield {**keys, "fail": code, "after": "0.5 s" if easy else _seconds(ended - sent)}
+            after = _seconds(one.ended_at - one.sent_at)
+            why = f"{which} failed" + (f" after {after}; in simulation it ends before" if easy else "")
+            yield {**keys, "fail": code, "after": "0.5 s" if easy else after}, why
+
+
+def _ordinal(n: int) -> str:
+    last = {1: "st", 2: "nd", 3: "rd"}.get(n % 10, "th") if n % 100 not in (11, 12, 13) else "th"
+    return f"{n}{last}"
 
 
 def _orders(story: Story, site: Site) -> Iterator[dict[str, str]]:
@@ -310,18 +255,31 @@ def _expect(story: Story, loose: Collection[str]) -> Iterator[str]:
     if task.status != "SUCCEEDED" and _NAME.fullmatch(code):
         yield f"code: {code}"
     if "actions" not in loose:
-        yield f"actions: [{', '.join(f'{who}.{action}' for who, _, action in story.sent)}]"
-    machines = {who: agent for who, agent, _ in story.sent}
-    ends = {
-        (who if list(machines).count(who) == 1 else agent): standing(story.ended.agents[agent])
-        for who, agent in machines.items()
-        if agent in story.ended.agents and not story.ended.agents[agent].human
-    }
+        yield f"actions: [{', '.join(f'{one.who}.{one.action}' for one in story.sent)}]{_why('goals sent, ways home too')}"
+    ends = _ends(story)
     if ends and "end_state" not in loose:
-        yield f"end_state: {_flow(ends)}"
+        yield f"end_state: {_flow(ends)}{_why('where its machines were when it ended')}"
     asks = sum(one.kind == "ask" for one in story.questions.values())
     if "answers_asked" not in loose:
-        yield f"answers_asked: {asks}"
+        yield f"answers_asked: {asks}{_why('questions of its own ask steps')}"
     if story.notices and "notices" not in loose:
-        parts = [re.split(r"\d", text)[0].strip() for text in story.notices]
-        yield f"notices: [{', '.join(json.dumps(part, ensure_ascii=False) for part in parts)}]"
+        parts = ", ".join(json.dumps(_part(text), ensure_ascii=False) for text in story.notices)
+        yield f"notices: [{parts}]{_why('a part of each notice, without names and numbers')}"
+
+
+def _ends(story: Story) -> dict[str, str]:
+    """Return how its machines were at the end: by role, or by machine if those of a role were not all the same."""
+    of: dict[str, dict[str, str]] = {}
+    for one in story.sent:
+        agent = story.ended.agents.get(one.agent)
+        if agent is not None and not agent.human:
+            of.setdefault(one.who, {})[one.agent] = standing(agent)
+    found: dict[str, str] = {}
+    for who, each in of.items():
+        found |= {who: next(iter(each.values()))} if len(set(each.values())) == 1 else each
+    return found
+
+
+def _part(notice: str) -> str:
+    """Return the longest part of a notice between words with a digit: ids and amounts come otherwise another time."""
+    return max((one.strip() for one in re.split(r"\S*\d\S*", notice)), key=len)

@@ -81,3 +81,19 @@ def test_every_code_of_the_checker_is_described_and_no_other() -> None:
     used = {c for path in (ROOT / "formiga_bt").rglob("*.py") for c in code.findall(path.read_text(encoding="utf-8"))}
     table = (ROOT / "docs" / "errors.md").read_text(encoding="utf-8")
     assert set(re.findall(r"^\| ([EW]\d{3}) \|", table, re.MULTILINE)) == used
+
+
+def test_the_first_task_passes_its_first_test(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The two files of the README, saved under the names that it gives them."""
+    from formiga_bt.cli.app import run
+
+    found = FENCE.findall((ROOT / "README.md").read_text(encoding="utf-8"))
+    monkeypatch.chdir(tmp_path)
+    Path("my.yaml").write_text(found[0], encoding="utf-8")
+    Path("my.test.yaml").write_text(
+        next(text for text in found if text.startswith("formiga_test: 1")), encoding="utf-8"
+    )
+    assert run(["test", "my.test.yaml", "--coverage"]) == 0
+    assert "coverage of LookAt: 5 of 5 steps (100 %)\n2 cases passed\n" in capsys.readouterr().out

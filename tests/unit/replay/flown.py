@@ -15,6 +15,7 @@ from formiga_bt.journal.writer import Writer
 from formiga_bt.lang.loader import load_catalogue
 from formiga_bt.lang.model import Catalogue
 from formiga_bt.lang.scenario import Scenario, ScenarioTask
+from formiga_bt.lang.scenario.entries import Priority
 from formiga_bt.packaged import files, folder
 from formiga_bt.replay.machine import TimeMachine
 from formiga_bt.show.folded import FoldedSource
@@ -76,7 +77,15 @@ def catalogue() -> tuple[Catalogue, dict[str, str]]:
     return found, dict(texts)
 
 
-def fly(into: Path, case: str, *, task: str = "pick_up.yaml", again: int = 1, snapshot_steps: int = 40) -> Flown:
+def fly(
+    into: Path,
+    case: str,
+    *,
+    task: str = "pick_up.yaml",
+    again: int = 1,
+    later: Sequence[tuple[float, Priority]] = (),
+    snapshot_steps: int = 40,
+) -> Flown:
     """Fly a case of `formiga test`, with its faults and answers, and keep a journal of it.
 
     Args:
@@ -84,6 +93,7 @@ def fly(into: Path, case: str, *, task: str = "pick_up.yaml", again: int = 1, sn
         case: an item of `cases`.
         task: the task's file.
         again: it is requested so often, 300 s apart.
+        later: when it is requested again, in seconds, and with which priority; then the first one has a low one.
         snapshot_steps: between two snapshots.
     """
     the_catalogue, texts = catalogue()
@@ -94,6 +104,11 @@ def fly(into: Path, case: str, *, task: str = "pick_up.yaml", again: int = 1, sn
     assert read.cases is not None, [str(one) for one in read.diagnostics]
     cases, given = read.cases, read.cases.cases[0]
     requests = tuple(ScenarioTask(n * 300_000_000, cases.task.name, given.params) for n in range(again))
+    if later:
+        times: list[tuple[float, Priority]] = [(0.0, "low"), *later]
+        requests = tuple(
+            ScenarioTask(round(at * 1e6), cases.task.name, given.params, priority) for at, priority in times
+        )
     run = VirtualRun(
         Scenario("flown", cases.site, the_catalogue, {cases.task.name: cases.task}, given.agents, requests, given.faults,
                  given.orders)

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from formiga_bt.casework.judging import Differs
 from formiga_bt.cli.app import run
 from formiga_bt.replay.cursor import Cursor, is_failure
 from formiga_bt.replay.machine import TimeMachine
@@ -137,6 +138,25 @@ MORE = {
     orders: [{at: 25 s, order: hold, target: hwd_1, by: watcher_1}, {at: 40 s, order: continue, target: hwd_1}]
     expect: {}
 """,
+    "restarted by a person": """\
+  - name: restarted
+    params: {target: north_field, user: picker_1}
+    answers: [{ask: 1, answer: loaded, after: 7 s}]
+    orders: [{at: 25 s, order: restart, target: PickUp, by: watcher_1}]
+    expect: {}
+""",
+    "a machine is lost": """\
+  - name: lost
+    params: {target: north_field, user: picker_1}
+    faults: [{at: 20 s, agent: hwd_1, kind: kill}]
+    expect: {}
+""",
+    "the process of a machine is started anew": """\
+  - name: started anew
+    params: {target: north_field, user: picker_1}
+    faults: [{at: 25 s, agent: hwd_1, kind: kill, for: 4 s}]
+    expect: {}
+""",
 }
 
 
@@ -150,6 +170,113 @@ def test_a_story_comes_back_as_a_case(
     assert run(["replay", "--task", "PickUp-1", "--as-test", "story.test.yaml"]) == 0, capsys.readouterr().err
     assert "without" not in capsys.readouterr().err
     assert run(["test", "story.test.yaml"]) == 0, capsys.readouterr().out
+    written = Path("story.test.yaml").read_text()
+    for line in COMES_BACK.get(name, ()):
+        assert f"{line}\n" in written
+
+
+COMES_BACK = {
+    "restarted by a person": ["- {at: 25.0 s, order: restart, target: PickUp, by: watcher_1}"],
+    "a machine is lost": [
+        "- {at: 20.0 s, agent: hwd_1, kind: kill}  # nothing was heard of it from then on; at 49.0 s it was given up"
+    ],
+    "the process of a machine is started anew": [
+        "- {at: 25.0 s, agent: hwd_1, kind: kill, for: 4.0 s}"
+        "  # nothing was heard of it from then on; then it was back, its process started anew"
+    ],
+    "refused by the machine": ["- {do: drone.LandIn, nth: 1, reject: not_now}  # its 1st LandIn was refused"],
+}
+
+REBINDS = """\
+formiga: 1
+task: Look
+preemptible: true
+imports: [lib/flying.yaml]
+params: {target: place}
+agents:
+  drone: {type: hwd, near: "${target}", if_lost: rebind}
+steps:
+  - call: FlyTo
+    with: {drone: "${drone}", to: "${target}", height: 40 m}
+  - call: ReturnHome
+    with: {drone: "${drone}"}
+"""
+LINK = """\
+  - name: the link is lost
+    params: {target: north_field}
+    faults: [{at: 25 s, agent: hwd_1, kind: link_loss, presence: stays, for: 50 s}]
+    expect: {}
+"""
+
+
+def test_a_task_that_began_anew_with_another_machine_comes_back_whole(
+    tmp_path: Path, capsys: Captured, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The machine falls silent when it did, not when it was given up; so the second run comes when it did."""
+    (tmp_path / "look.yaml").write_text(REBINDS)
+    fly(tmp_path, LINK, task=str(tmp_path / "look.yaml"))
+    monkeypatch.chdir(tmp_path)
+    assert run(["replay", "--task", "Look-1", "--as-test", "story.test.yaml"]) == 0, capsys.readouterr().err
+    assert capsys.readouterr().err == "written: story.test.yaml\nit passes: formiga test story.test.yaml\n"
+    written = Path("story.test.yaml").read_text()
+    assert (
+        "- {at: 24.0 s, agent: hwd_1, kind: link_loss, presence: stays, for: 51.0 s}"
+        "  # nothing was heard of it from then on; at 54.0 s it was given up; then it was back\n"
+    ) in written
+    assert written.count("drone.TakeOff") == 2
+
+
+def test_of_a_task_that_was_preempted_the_run_after_it_is_the_case(
+    tmp_path: Path, capsys: Captured, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The other task is not in it; what was seen of it is told, and busy machines are away."""
+    fly(tmp_path, PREEMPTED, later=[(30.0, "high")])
+    monkeypatch.chdir(tmp_path)
+    assert run(["replay", "--task", "PickUp-1", "--as-test", "story.test.yaml"]) == 0, capsys.readouterr().err
+    told = capsys.readouterr().err
+    assert (
+        "note: Run 1 was preempted for another task, which does not come again in a case: "
+        "this is run 2, from its beginning.\n"
+        "note: It waited 130.5 s for its agents; times count from when it got them.\n"
+    ) in told
+    assert "without" not in told
+    written = Path("story.test.yaml").read_text()
+    assert "# It waited 130.5 s for its agents; times count from when it got them.\n" in written
+    assert 'name: "PickUp-1, run 2 on ' in written
+    assert "hwd_2: {absent: true}  # not in this case: no engine had seen it\n" in written
+    assert written.count("drone.TakeOff") == 2, "run 1 is not in it"
+    capsys.readouterr()
+    assert run(["test", "story.test.yaml"]) == 0
+
+
+PREEMPTED = """\
+  - name: preempted
+    params: {target: north_field, user: picker_1}
+    agents: {hwd_2: {absent: true}}
+    expect: {}
+"""
+
+
+def test_a_run_that_does_not_come_again_is_left_out(
+    tmp_path: Path, capsys: Captured, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """If all runs together do not pass, the last one may; what was left out is told."""
+    from formiga_bt.cli import replay_case
+
+    fly(tmp_path, MORE["restarted by a person"])
+    monkeypatch.chdir(tmp_path)
+    play = replay_case._play
+
+    def whole_fails(machine: TimeMachine, out: Path) -> list[Differs]:
+        return [Differs("status", "succeeded", "failed")] if "order: restart" in out.read_text() else play(machine, out)
+
+    monkeypatch.setattr(replay_case, "_play", whole_fails)
+    assert run(["replay", "--task", "PickUp-1", "--as-test", "story.test.yaml"]) == 0, capsys.readouterr().err
+    assert "note: Run 1 was restarted, which does not come again in a case: this is run 2" in capsys.readouterr().err
+    monkeypatch.setattr(replay_case, "_play", lambda *_: [Differs("status", "succeeded", "failed")])
+    assert run(["replay", "--task", "PickUp-1", "--as-test", "story.test.yaml", "--force"]) == 1
+    assert "mend it by hand:\n  status: expected succeeded, came failed" in capsys.readouterr().err
+    assert "order: restart" in Path("story.test.yaml").read_text(), "all of it is there to be mended"
 
 
 @pytest.mark.parametrize("name", ["good", "blocked", "aborted"])
@@ -161,11 +288,17 @@ def test_a_case_says_what_happened(name: str, tmp_path: Path, request: pytest.Fi
     text = file.read_text()
     wanted = {
         "good": [
-            "{ask: 1, answer: not_yet, after: 7.0 s}",
+            "{ask: 1, answer: not_yet, after: 7.0 s}  # Are the buckets loaded, and do you stand 15 m away?\n",
             "{ask: 2, answer: loaded, after: 5.0 s}",
             "status: succeeded",
+            'notices: ["is already answered: clear by"]  # a part of each notice, without names and numbers\n',
+            "end_state: {drone: at_port}  # where its machines were when it ended\n",
         ],
-        "blocked": ["{do: drone.GoTo, nth: 2, fail: blocked, after: 2.0 s}", "code: blocked", "hwd_2: {battery: 40 %}"],
+        "blocked": [
+            "{do: drone.GoTo, nth: 2, fail: blocked, after: 2.0 s}  # its 2nd GoTo failed\n",
+            "code: blocked",
+            "hwd_2: {battery: 40 %}",
+        ],
         "aborted": ["{at: 30.0 s, abort: PickUp}", "code: aborted", "status: canceled"],
     }
     for part in wanted[name]:
