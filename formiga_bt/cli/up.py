@@ -9,16 +9,16 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from formiga_bt.cli.inputs import UnusableFile, World, find_tasks, is_demo, read_task, read_world, rendered, task_files
+from formiga_bt.cli.inputs import UnusableFile, World, is_demo, read_world, rendered
+from formiga_bt.cli.library import check_options, read_library, warn_of_waits
 from formiga_bt.cli.visible import visible
 from formiga_bt.errors import FormigaError, TreeError
-from formiga_bt.packaged import folder
 from formiga_bt.site_folder import SiteFolder, check_free
 
 if TYPE_CHECKING:
     from contextlib import AbstractContextManager
 
-    from formiga_bt.lang.model import Site, Task
+    from formiga_bt.lang.model import Site
     from formiga_bt.services.collector import Collector
     from formiga_bt.services.feed import Event
     from formiga_bt.services.host import EngineHost
@@ -26,6 +26,8 @@ if TYPE_CHECKING:
 
 TOLD = frozenset({"alarm", "question", "notice", "task", "order", "lockdown", "library"})
 """Events that are printed; of agents only take-overs and handbacks."""
+SHOWN = 5
+"""So many files that are not served are named."""
 
 
 class Durability(StrEnum):
@@ -97,8 +99,8 @@ def command(
     if no_journal and journal:
         raise UnusableFile("--no-journal and --journal URL: say one of them")
     texts: dict[str, dict[str, str]] = {}
-    served, refused = _library(tasks, beside, world, texts)
-    _warn(served, world)
+    served, refused = read_library(tasks, beside, world, texts, check_options(site, actions or ()))
+    warn_of_waits(served, world)
     people = _people(desk or [], world)
     from formiga_bt.engine.drivers.failpoints import named
     from formiga_bt.services.collector import Collector
@@ -192,51 +194,6 @@ def gaps(site: "Site", speed: float) -> list[str]:
     return found
 
 
-def _library(
-    tasks: list[Path] | None, beside: Path, world: World, texts: dict[str, dict[str, str]] | None = None
-) -> "tuple[dict[str, Task], list[str]]":
-    """Return the tasks to serve, and what is not served and why; put the files that each was read from into `texts`.
-
-    A file of the site goes before a shipped one. Tasks of the cookbook are for copying: a site serves its copies.
-    """
-    own = beside / "trees"
-    given = find_tasks(tasks) if tasks is not None else find_tasks([own] if own.is_dir() else [], may_be_empty=True)
-    mine = given.tasks
-    if given.note:
-        typer.echo(f"{given.note}\n", err=True)
-    shipped = [path for path in task_files([folder("trees")]) if path.parent.name != "cookbook"]
-    served: dict[str, Task] = {}
-    refused: list[str] = []
-    for path in (*mine, *(p for p in shipped if p not in mine)):
-        read = read_task(path, world)
-        errors = [d for d in read.diagnostics if d.severity == "error"]
-        if read.task is None or errors:
-            refused.append(
-                f"{path}: {len(errors)} errors, first: {errors[0].message}" if errors else f"{path}: no task"
-            )
-            if path in mine:
-                typer.echo("\n\n".join(rendered(errors, read.sources)) + f"\n\n{path} is not served\n", err=True)
-        elif read.task.name in served:
-            if path in mine:
-                refused.append(f"{path}: another file has the task {read.task.name}")
-                typer.echo(
-                    f"{path} is not served: {served[read.task.name].mark.file} has {read.task.name} too", err=True
-                )
-        else:
-            served[read.task.name] = read.task
-            if texts is not None:
-                texts[read.task.name] = dict(read.sources)
-    return served, refused
-
-
-def _warn(served: "dict[str, Task]", world: World) -> None:
-    """Say which of the tasks may wait for one another's machines; each alone is sound, so they are served."""
-    from formiga_bt.lang.checks.deadlock import check_tasks
-
-    for one in check_tasks(list(served.values()), world.catalogue):
-        typer.echo(f"warning: {one.mark}: {one.code}: {one.message}\n  help: {one.help}\n", err=True)
-
-
 def _people(words: list[str], world: World) -> dict[str, str]:
     assert world.site is not None
     found: dict[str, str] = {}
@@ -276,12 +233,16 @@ def _fleet(
 
 def _banner(host: "EngineHost", people: dict[str, str], sim: bool) -> None:
     served = host.served
-    files = "1 file is" if len(host.refused) == 1 else f"{len(host.refused)} files are"
-    refused = f"   ({files} not served)" if host.refused else ""
     where = f"they connect at {host.endpoint}"
     rows = [
-        f"site {host.site.name} ({host.site.mode}), start {host.epoch} of its engine",
-        f"  tasks   {', '.join(served) or 'none'}{refused}",
+        f"site {host.site.name} ({host.site.mode}), start {host.epoch} of its engine, process {os.getpid()}",
+        f"  tasks   {', '.join(served) or 'none'}",
+        *(f"  refused {text}" for text in host.refused[:SHOWN]),
+        *(
+            [f"  refused {len(host.refused) - SHOWN} more: formiga tasks --library"]
+            if len(host.refused) > SHOWN
+            else []
+        ),
         f"  agents  {'simulated ones, each a process of its own; ' if sim else ''}{where}",
         f"  people  {', '.join(people) + ' answer here: formiga inbox' if people else 'answer with their own apps'}",
         f"  API     {host.address.url}/v1   (OpenAPI: {host.address.url}/v1/openapi.json)",

@@ -1,11 +1,15 @@
 """`formiga up`: what it says of a site before anything flies."""
 
+import os
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
 from formiga_bt.cli.app import run
-from formiga_bt.cli.up import gaps, tell_others
+from formiga_bt.cli.inputs import read_world
+from formiga_bt.cli.library import check_options, read_library
+from formiga_bt.cli.up import SHOWN, _banner, gaps, tell_others
 from formiga_bt.errors import UnusableFile
 from formiga_bt.geo import Place, Region
 from formiga_bt.journal.store import Journal
@@ -94,3 +98,51 @@ def test_up_refuses_another_speed_before_anything_starts(
     assert "warning: " in said
     assert "W081" in said
     assert "--speed is for simulations" in said
+
+
+def test_a_file_that_is_not_served_is_named_with_its_error_and_the_command(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert run(["init"]) == 0
+    hello = (tmp_path / "trees/hello.yaml").read_text(encoding="utf-8")
+    (tmp_path / "trees/more").mkdir()
+    (tmp_path / "trees/more/twin.yaml").write_text(hello, encoding="utf-8")
+    (tmp_path / "trees/a bad.yaml").write_text(
+        "formiga: 1\ntask: Bad\nagents: {d: {type: lwd}}\nsteps:\n  - do: d.TakeOff\n  - do: d.GoTo\n", encoding="utf-8"
+    )
+    site = Path("site.yaml")
+    capsys.readouterr()
+
+    served, refused = read_library(None, Path(), read_world([], site), {}, check_options(site))
+
+    assert "Hello" in served
+    assert refused[:2] == [
+        "trees/a bad.yaml:6:5: E031: 'd' can still be airborne when the task ends (and 1 more);"
+        " formiga check 'trees/a bad.yaml' --site site.yaml",
+        "trees/more/twin.yaml: trees/hello.yaml has the task Hello too; name one of them otherwise",
+    ]
+    (triangle,) = refused[2:]
+    assert triangle.startswith("/")
+    assert (
+        " (ships with formiga): E025: 'drones' needs 3 lwd, site meadow has 2 lwd; formiga check /"
+        in triangle.replace(tmp_path.name, "meadow")
+    )
+    said = capsys.readouterr().err
+    assert "trees/a bad.yaml is not served" in said
+    assert "triangle" not in said
+
+
+def test_the_banner_names_what_is_not_served(capsys: pytest.CaptureFixture[str]) -> None:
+    host = SimpleNamespace(
+        served=["Hello"], refused=tuple(f"f{n}.yaml: bad" for n in range(SHOWN + 2)), endpoint="tcp/here:1", epoch=3,
+        site=SimpleNamespace(name="north", mode="simulation"), address=SimpleNamespace(url="http://here"),
+        journaling=SimpleNamespace(text="none"), resumed=[], restored=[],
+    )  # fmt: skip
+
+    _banner(host, {}, False)  # type: ignore[arg-type]
+
+    rows = capsys.readouterr().out.splitlines()
+    assert rows[0] == f"site north (simulation), start 3 of its engine, process {os.getpid()}"
+    assert rows[1:3] == ["  tasks   Hello", "  refused f0.yaml: bad"]
+    assert rows[2 + SHOWN] == "  refused 2 more: formiga tasks --library"
