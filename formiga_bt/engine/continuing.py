@@ -3,7 +3,7 @@
 Pure functions over the state; `action` is how an action is looked up by its name.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from math import ceil
 
 from formiga_bt.engine.climbing import Lookup, climb, is_up, top_m
@@ -70,6 +70,19 @@ def _stays_low(name: str, agent: AgentRecord, top: float) -> str:
         return f"{name} of {agent.id} was broken off in the air, and it is not known where it is"
     up = agent.position.up_m
     return f"{name} of {agent.id} was broken off {up:.0f} m up, and it has no action that climbs on to {top:.0f} m"
+
+
+def way_on(state: EngineState, task: str, machines: Iterable[AgentRecord], action: Lookup) -> str:
+    """Return the command by which a person lets a HELD task go on; `formiga why` where none would be taken now."""
+    for agent in machines:
+        if agent.control == "engine" and agent.taken:
+            return f"formiga handback {agent.id} --continue|--return|--end"
+        problem = obstacle(state, agent, action)
+        if problem is not None and problem[0] == "cannot_continue":
+            return f"formiga restart {task} or formiga abort {task}"
+        if problem is not None or agent.control != "engine":
+            return f"formiga why {task}"
+    return f"formiga continue {task}"
 
 
 def obstacle(state: EngineState, agent: AgentRecord, action: Lookup) -> tuple[str, str] | None:

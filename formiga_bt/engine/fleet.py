@@ -20,6 +20,8 @@ from formiga_bt.geo import distance_m, horizontal_m
 from formiga_bt.safety.gate import AT_PORT_M
 from formiga_bt.transport.messages import AgentCard, AgentStatus, GoalEvent
 
+MOST_ID = 10**9
+"""No number of an id is as high: what an agent says of higher ones is not believed."""
 BAD_LIMIT = 5
 """So many bad messages in a row quarantine a machine."""
 
@@ -354,13 +356,17 @@ class Fleet:
         self.orders.forget(agent_id)
         core.put_agent(agent_id, pool="QUARANTINED", quarantine=why, task="", role="", breach="")
         if agent.may_be_airborne:
-            text = f"{agent_id} may be airborne and is out of control: {why}"
-            core.effect(Alarm("quarantined_airborne", text, task_id, agent_id))
+            self.warn_of(agent, why, task_id)
         elif why == "cancel_unconfirmed":
             core.effect(Alarm(why, f"{agent_id} never confirmed that it stopped", task_id, agent_id))
         self.goals.give_up(agent_id)
         if task_id:
             self.tasks.on_agent_left(task_id, agent_id)
+
+    def warn_of(self, agent: AgentRecord, why: str, task_id: str = "") -> None:
+        """Tell people that a quarantined machine may be in the air; after a restart, anew."""
+        text = f"{agent.id} may be airborne and is out of control: {why}"
+        self._core.effect(Alarm("quarantined_airborne", text, task_id, agent.id))
 
     def begin_return(self, agent_id: str) -> None:
         """A quarantined machine is back, or a person cleared it: ask what it still does."""
@@ -382,10 +388,21 @@ class Fleet:
         for event in events:
             if event.goal_id in core.state.goals:
                 self.goals.on_event(event, 0)
-            elif event.state in ("accepted", "running", "canceling"):
+                continue
+            self._pass_over(event.goal_id)
+            if event.state in ("accepted", "running", "canceling"):
                 self._cancel_foreign(agent_id, event.goal_id)
         if returning:
             self._returned(agent_id)
+
+    def _pass_over(self, goal_id: str) -> None:
+        """An agent knows a goal of steps that were not kept: its number is not given again."""
+        core = self._core
+        first, _, rest = goal_id.partition("/")
+        counter = {"safety": "safety", "clear": "clearance"}.get(first, "task")
+        number = (first.rpartition("-") if counter == "task" else rest.partition("~")[0].rpartition("/"))[2]
+        if number.isdecimal() and core.state.counters.get(counter, 0) < int(number) < MOST_ID:
+            core.emit(ch.CounterSet(counter, int(number)))
 
     def _cancel_foreign(self, agent_id: str, goal_id: str) -> None:
         core = self._core

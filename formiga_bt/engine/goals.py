@@ -202,6 +202,8 @@ class Goals:
             self._on_end(goal, event)
         elif event.state == "unknown":
             self._on_unknown(goal)
+        elif goal.state == "interrupted":
+            return  # by the very status that came with this news: a pilot has the machine
         elif goal.state == "canceling":
             core.put_goal(goal.id, phase=event.phase or goal.phase)
         else:

@@ -23,6 +23,7 @@ from formiga_bt.clock import SECOND, Micros
 from formiga_bt.engine import changes as ch
 from formiga_bt.engine import inputs as inp
 from formiga_bt.engine.authority import Authority
+from formiga_bt.engine.continuing import way_on
 from formiga_bt.engine.core import EVERYTHING, Core
 from formiga_bt.engine.fleet import Fleet
 from formiga_bt.engine.goals import RESEND_US, Goals
@@ -137,6 +138,8 @@ class Reconcile:
                 heard_wall=heard,
                 quarantine="lost" if agent.quarantine == "asked" else agent.quarantine,
             )
+            if agent.pool == "QUARANTINED" and agent.may_be_airborne and not agent.human:
+                self._fleet.warn_of(agent, agent.quarantine or "lost")
         for key, after in list(core.state.wall.items()):
             if not key.startswith("live|"):
                 core.set_wall(key, min(after, RESEND_US) if key.startswith("cancel|") else after)
@@ -174,7 +177,8 @@ class Reconcile:
         if held and resume is not None:
             names = ", ".join(held[:5]) + (f" and {len(held) - 5} more" if len(held) > 5 else "")
             away = f"the engine was away for {resume.outage_us / SECOND:.0f} s"
-            core.effect(inp.Alarm("held_by_resume", f"{away}; these wait for a person: {names}; formiga continue"))
+            see = ", ".join(f"formiga why {one}" for one in held[:5])
+            core.effect(inp.Alarm("held_by_resume", f"{away}; these wait for a person: {names}; see {see}"))
 
     @staticmethod
     def _may_hold(task: TaskRecord) -> bool:
@@ -272,8 +276,13 @@ class Reconcile:
         if task is not None and self._may_hold(task) and MARKS not in task.held:
             hold(core, task.id, MARKS)
             core.effect(
-                inp.Alarm("held_by_resume", f"{text}; {task.id} waits: formiga continue {task.id}", task.id, agent.id)
+                inp.Alarm("held_by_resume", f"{text}; {task.id} waits: {self._way_on(task)}", task.id, agent.id)
             )
+
+    def _way_on(self, task: TaskRecord) -> str:
+        core = self._core
+        machines = [agent for agent in core.state.agents.values() if agent.task == task.id and not agent.human]
+        return way_on(core.state, task.id, machines, core.action)
 
     # -- from phase to phase -----------------------------------------------------------------------------------------
     def on_wall(self, word: str, agent_id: str) -> None:
@@ -320,10 +329,13 @@ class Reconcile:
         core, resume = self._core, self._resume
         mine = [core.task(one) for one in core.open]
         going = [task.id for task in mine if not task.held]
-        held = [task.id for task in mine if MARKS in task.held]
+        held = [task for task in mine if MARKS in task.held]
         if not mine:
             return
-        parts = [f"{', '.join(names)} {word}" for names, word in ((going, "on"), (held, "HELD")) if names]
+        parts = [f"{', '.join(going)} on"] if going else []
+        parts += [f"{task.id} HELD ({self._way_on(task)})" for task in held[:5]]
+        if len(held) > 5:
+            parts.append(f"{len(held) - 5} more HELD (formiga tasks --status held)")
         silent = [one for one in resume.waits if not core.state.agents[one].present]
         quiet = f"; not heard of: {', '.join(silent)}" if silent else ""
         text = f"resumed after {resume.outage_us / SECOND:.1f} s: {'; '.join(parts) or 'nothing goes on'}{quiet}"

@@ -188,11 +188,16 @@ def _leads_away(ways: Sequence[Way], other: Traffic, keep_m: float) -> bool:
     """Return whether ways that begin too near to a machine come no nearer to what it takes up, and end clear of it.
 
     Machines of one task may fly as near to each other as they like; once they are no longer of one task (one was lost, or each
-    is ordered home) neither could go, if the separation that they have not were asked of them.
+    is ordered home) neither could go, if the separation that they have not were asked of them. Who stops in a column of a next
+    climb already may stop elsewhere in it, no nearer: it is waited for here as there, and from there its way may be free.
     """
-    if other.area is not None or other.column is not None:
+    if other.area is not None:
         return False
     start, end = ways[0][0], ways[-1][1]
+    if other.column is not None:
+        now_m, then_m = (segment_distance_m(at, at, *other.column) for at in (start, end))
+        if then_m < keep_m and (now_m >= keep_m or then_m < now_m - LEVEL_M):
+            return False
     for theirs in other.ways:
         now_m = segment_distance_m(start, start, *theirs)
         least_m = min(segment_distance_m(a, b, *theirs) for a, b in ways)

@@ -31,6 +31,10 @@ FOUND = {
     3882: "a task whose machine had not cut its motors waited without a cause",
     5153: "a machine that told only after its goal had ended that it flies was given back in the air",
     5159: "people were asked to stand clear for a goal that had ended",
+    6595: "nobody was told after a restart that a quarantined machine may be in the air",
+    7484: "a machine on its way home and one that was to start under it waited for each other until the battery was empty",
+    8480: "after steps that were not kept a task got a number that a machine knew from before",
+    8993: "a goal that a pilot's takeover had interrupted was accepted again by the news that told of it",
 }
 """Seed -> what it found. What a seed draws may not change: new kinds of faults get seeds from another number on (`more`)."""
 

@@ -173,6 +173,22 @@ def test_who_is_too_near_already_may_leave(way: tuple[Position, Position], in_th
     assert first_in_the_way("a", "Return-1", [way], None, [beside], 15.0) == "b"
 
 
+@pytest.mark.parametrize(
+    ("way", "in_the_way"),
+    [
+        ((at(0, 0, 40), at(0, 0, 75)), ""),  # it would stop in the column as it does now
+        ((at(0, 0, 40), at(6, 0, 75)), "b"),  # nearer to it
+        ((at(-20, 0, 40), at(0, 0, 75)), "b"),  # it does not stop in it yet
+    ],
+)
+def test_who_hovers_in_the_column_of_a_next_climb_may_climb_in_it(
+    way: tuple[Position, Position], in_the_way: str
+) -> None:
+    below = traffic_of("b", "Start-1", "grounded", at(10, 0, 0), rises_to_m=90.0)
+
+    assert first_in_the_way("a", "Home-1", [way], None, [below], 15.0, leaves=True) == in_the_way
+
+
 def test_who_leaves_keeps_clear_of_all_others() -> None:
     beside, above = traffic_of("b", "", "airborne", at(10, 0, 20)), traffic_of("c", "", "airborne", at(0, 0, 55))
 
