@@ -16,6 +16,11 @@ def give_order(client: Client, order: str, target: str, *, everything: bool, by:
     Raises:
         UnusableFile: it is not said for what, or twice.
     """
+    if order == "continue" and not everything and not target:
+        held = [task["id"] for task in client.get("/v1/tasks", status="held")["tasks"]]
+        if held:
+            these = ", ".join(f"formiga continue {task}" for task in held[:3])
+            raise UnusableFile(f"say for what: {these}{' ...' if len(held) > 3 else ''}, or formiga continue --all")
     if everything == bool(target):
         raise UnusableFile(
             f"say for what: formiga {order} hwd_1 (a machine), formiga {order} PickUp-3 (a task), or formiga {order} --all"

@@ -42,6 +42,7 @@ PULSE_S: Final = 1.0
 POISON: Final = 2
 """So often a task may stop the engine while it is resumed."""
 SHOWN: Final = 8
+SEEN: Final = 3
 LAST: Final = 500
 """Steps of the last commit are looked for among so many."""
 log = logging.getLogger("formiga.resuming")
@@ -238,7 +239,8 @@ class Comeback:
         shown = ", ".join(names[:SHOWN]) + (f" and {len(names) - SHOWN} more" if len(names) > SHOWN else "")
         said = [f"resumed after {away}: {shown or 'ways home'}; what became of their goals is asked now"]
         if self.outage_us > site.resume_hold_after_us:
-            said.append("they wait, for the outage was long; look at them, then: formiga continue")
+            see = ", ".join(f"formiga why {task}" for task in names[:SEEN])
+            said.append(f"they wait for a person, for the outage was long{f'; see {see}' if see else ''}")
         said += [f"{task} is not resumed: {why}; its machines come home" for task, why in self.lost.items()]
         said += [f"{task} stopped the engine {POISON} times; its machines come home" for task in self.blame.poison]
         return said

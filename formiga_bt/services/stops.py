@@ -169,9 +169,11 @@ class Stops:
                 ordered.append(out.OrderedOut(who=agent.id, text=f"{agent.id} is free of `{before[agent.id].stop}`"))
         for task_id, causes in held.items():
             task = state.tasks.get(task_id)
-            if task is None or task.section == "done" or task.held == causes:
+            if task is None or (task.section != "done" and task.held == causes):
                 continue
-            if task.held:
+            if task.section == "done":
+                ordered.append(out.OrderedOut(who=task_id, text=f"{task_id} went on, and has ended: {task.status}"))
+            elif task.held:
                 skipped.append(self._still_held(state, task, "held"))
             else:
                 ordered.append(out.OrderedOut(who=task_id, text=f"{task_id} goes on"))
@@ -181,7 +183,8 @@ class Stops:
                 for task in state.tasks.values()
                 if task.held and task.section != "done" and task.held == held.get(task.id)
             ]
-        text = ", ".join(one.text for one in ordered) or "nothing was held up by an order"
+        nothing = "nothing goes on" if skipped else "nothing was stopped: no order stands, and no task waits for a word"
+        text = ", ".join(one.text for one in ordered) or nothing
         return out.OrderReply(
             order="continue",
             target=target,

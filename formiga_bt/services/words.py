@@ -25,7 +25,6 @@ HINTS: Final[Mapping[str, str]] = {
     "human": "speak to them",
     "not_held": "formiga tasks tells what is held",
     "not_taken_over": "formiga agents tells who has it",
-    "cannot_continue": "formiga restart TASK begins it anew, formiga abort TASK ends it",
     "order_under_way": "let it come to its end, or: formiga hold {target}",
     "lockdown": "formiga lockdown release",
     "not_admitted": "list it in site.yaml under agents, with a port as its home",

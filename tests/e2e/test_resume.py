@@ -130,4 +130,4 @@ def test_after_a_long_outage_a_person_says_that_it_goes_on(shell: Shell, tmp_pat
         shell.run("continue", "Hello-1")
         wait(lambda: "SUCCEEDED" in shell.run("tasks"), what="the end of Hello-1")
         shell.run("down", "--yes")
-        assert "they wait, for the outage was long; look at them, then: formiga continue" in shell.ended()
+        assert "they wait for a person, for the outage was long; see formiga why Hello-1" in shell.ended()

@@ -75,6 +75,10 @@ def settled(flown: Crashing) -> None:
     assert flown.flight.run_until(lambda: flown.flight.engine.state.resume is None, limit_s=60), flown.story()
 
 
+def told(flown: Crashing) -> list[str]:
+    return [e.text for step in flown.seen for e in step.effects if isinstance(e, inp.Notify)]
+
+
 def ends(flown: Crashing, task_id: str, status: str = "SUCCEEDED") -> TaskRecord:
     assert flown.run(), flown.story()
     ended = task(flown, task_id)
@@ -196,7 +200,10 @@ class TestLong:
         flown.resume(away_s=31, wall=flown.flight.now + 31_000_000, since=flown.killed_at)
         settled(flown)
         assert "resume" in task(flown, id_).held
-        assert "the engine was away for 31 s; these wait for a person: Try-1; formiga continue" in flown.alarms()
+        assert (
+            told(flown)[-1] == f"resumed after 31.0 s: {id_} HELD (formiga why {id_})"
+        )  # its machine came home by itself
+        assert "the engine was away for 31 s; these wait for a person: Try-1; see formiga why Try-1" in flown.alarms()
         before = len(flown.begun)
         flown.flight.run_for(20)
         assert [one for one in flown.begun[before:] if one.action != "Confirm"] == []
@@ -318,6 +325,7 @@ class TestMachines:
         )
         goals = [g for g in flown.flight.engine.state.goals.values() if g.agent == "lwd_1"]
         assert [(g.state, g.code) for g in goals] == [("interrupted", "in_doubt")]
+        assert told(flown)[-1] == f"resumed after 2.0 s: {id_} HELD (formiga continue {id_})"
         flown.flight.run_for(10)
         flown.flight.ask(inp.Operator("continue", id_, "watcher_1"))
         ends(flown, id_)
@@ -335,6 +343,9 @@ class TestMachines:
         flown.flight.sim.restart("lwd_1")
         flown.resume(away_s=2)
         settled(flown)
+        ways = f"formiga restart {id_} or formiga abort {id_}"
+        assert f"lwd_1 was started anew while the engine was away; {id_} waits: {ways}" in flown.alarms()
+        assert told(flown)[-1] == f"resumed after 2.0 s: {id_} HELD ({ways})"
         with pytest.raises(TaskError, match="Explore of lwd_1 may not be done a second time") as said:
             flown.flight.ask(inp.Operator("continue", id_, "watcher_1"))
         assert said.value.code == "cannot_continue"
@@ -363,6 +374,9 @@ class TestMachines:
         flown.resume(away_s=2)
         settled(flown)
         assert set(task(flown, id_).held) == {"resume", "take-over:lwd_1"}
+        why = f"formiga why {id_}"  # its pilot still has it
+        assert f"lwd_1 came under the control of pilot while the engine was away; {id_} waits: {why}" in flown.alarms()
+        assert told(flown)[-1] == f"resumed after 2.0 s: {id_} HELD ({why})"
         flown.flight.sim.hand_back("lwd_1")
         flown.flight.run_for(1)
         flown.flight.ask(inp.Operator("handback_continue", "lwd_1", "watcher_1"))

@@ -121,6 +121,20 @@ def test_a_stop_wants_one_target(paper: Paper, words: list[str], capsys: Capture
     assert paper.sent == []
 
 
+def test_continue_without_a_target_names_what_is_held(paper: Paper, capsys: Capture) -> None:
+    for number, these in (
+        (1, "formiga continue T-0"),
+        (5, "formiga continue T-0, formiga continue T-1, formiga continue T-2 ..."),
+    ):
+        paper.answers["/v1/tasks"] = {"tasks": [task(f"T-{n}", held=["resume"]) for n in range(number)]}
+        assert run(["continue"]) == 2
+        assert capsys.readouterr().err == f"formiga: say for what: {these}, or formiga continue --all\n"
+    paper.answers["/v1/tasks"] = {"tasks": []}
+    assert run(["continue"]) == 2
+    assert "say for what: formiga continue hwd_1 (a machine)" in capsys.readouterr().err
+    assert paper.sent == []
+
+
 def test_a_stop_of_all_tells_who_did_not_get_it_and_exits_with_no(paper: Paper, capsys: Capture) -> None:
     lost = {"who": "hwd_2", "code": "agent_lost", "text": "hwd_2 is not heard of", "hint": "find it"}
     paper.reply = reply(skipped=[{**lost, "may_be_airborne": True}])

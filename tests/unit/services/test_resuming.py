@@ -203,7 +203,7 @@ class TestHeld:
             first.wait(lambda: first.task(mine)["status"] == "ACTIVE")
             kill("one", "two")
         with up("two", site="resume_hold_after: 0 s\n") as second:
-            assert second.host.resumed[1] == "they wait, for the outage was long; look at them, then: formiga continue"
+            assert second.host.resumed[1] == f"they wait for a person, for the outage was long; see formiga why {mine}"
             settled(second)
             second.wait(lambda: second.task(mine)["held"])
             assert "held.resume" in second.codes(mine)

@@ -201,7 +201,7 @@ def test_orders_for_what_is_not_there_do_not_reach_the_engine(paper: Paper) -> N
 @pytest.mark.parametrize(
     ("code", "hint"),
     [
-        ("cannot_continue", "formiga restart TASK begins it anew, formiga abort TASK ends it"),
+        ("cannot_continue", ""),  # its text names the task, and the commands
         ("not_started", "formiga abort PickUp-3"),
         ("order_under_way", "let it come to its end, or: formiga hold PickUp-3"),
         ("lockdown", "formiga lockdown release"),
@@ -240,8 +240,23 @@ def test_continue_of_all_names_the_tasks_that_it_passed_over(paper: Paper) -> No
 
     reply = paper.stops.all("continue")
 
+    assert reply.text == "nothing goes on"
     assert [(one.who, one.code) for one in reply.skipped] == [("PickUp-3", "cannot_continue")]
     assert reply.next == ["formiga why PickUp-3"]
+
+
+def test_continue_of_all_tells_a_task_that_ended_at_once(paper: Paper) -> None:
+    paper.put(held("resume"))
+    paper.then(TaskPut(task("PickUp-3", "hwd_1", section="done", status="SUCCEEDED")))
+
+    assert paper.stops.all("continue").text == "PickUp-3 went on, and has ended: SUCCEEDED"
+
+
+def test_continue_of_all_says_that_nothing_was_stopped(paper: Paper) -> None:
+    reply = paper.stops.all("continue")
+
+    assert reply.text == "nothing was stopped: no order stands, and no task waits for a word"
+    assert (reply.ordered, reply.skipped, reply.next) == ([], [], ["formiga tasks"])
 
 
 def test_a_restart_says_that_the_task_begins_anew(paper: Paper) -> None:
