@@ -70,19 +70,12 @@ def _suggestions(found: dict[str, Any]) -> list[str]:
         for a in found["agents"]
         if a["taken"] and a["control"] == "engine"
     ]
-    orders = [a["order"] for a in found["agents"] if a["order"] and a["order"]["scope"] in ("agent", "task", "all")]
-    ordered = [f"formiga continue {order['agent']}" for order in orders if _may_go_on(order, found["agents"])]
+    stopped = [a for a in found["agents"] if a["order"] and a["order"]["scope"] in ("agent", "task", "all")]
+    ways = [a["next"][0] for a in stopped if a["next"][0] != "formiga agents"]
     locked = ["formiga lockdown release"] if found["lockdown"]["on"] else []
     if locked:
-        ordered = []
-    return [*locked, *back, *bad, *ordered] or ["formiga run TASK --follow"]
-
-
-def _may_go_on(order: dict[str, Any], agents: list[dict[str, Any]]) -> bool:
-    """Return whether `continue` would not be refused because the machine is on its way, cut, or not ours to command."""
-    agent = next(a for a in agents if a["id"] == order["agent"])
-    under_way = order["stop"] != "hold" and order["state"] == "open" and agent["landed"] != "grounded"
-    return order["stop"] != "cut" and not under_way and agent["control"] == "engine" and not agent["taken"]
+        ways = []
+    return list(dict.fromkeys([*locked, *back, *bad, *ways])) or ["formiga run TASK --follow"]
 
 
 def _row(agent: dict[str, Any]) -> tuple[str, ...]:

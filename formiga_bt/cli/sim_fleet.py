@@ -26,6 +26,7 @@ from formiga_bt.transport.zenoh_session import CLOCK_KEY
 SILENT_S: Final = 3.0
 """An engine that beats each second and is not heard for so long is gone."""
 LOOK_EVERY_S: Final = 0.2
+TRY_EVERY_S: Final = 1.0
 
 
 class Heard:
@@ -98,10 +99,11 @@ def run(site_file: Path, actions: list[Path], connect: str | None, without: Sequ
 
 
 def _watch(fleet: Simulated, observer: ZenohObserver, asked: list[int]) -> None:
-    heard, is_open = Heard(), False
+    heard, is_open, next_try = Heard(), False, 0.0
     while not asked:
-        with suppress(TransportError):  # no engine yet
-            if not is_open:
+        if not is_open and time.monotonic() >= next_try:
+            next_try = time.monotonic() + TRY_EVERY_S
+            with suppress(TransportError):  # no engine yet
                 observer.open(CLOCK_KEY)
                 is_open = True
         for _, raw in observer.poll():

@@ -249,6 +249,8 @@ class AgentOut(BaseModel):
     """Its own status word."""
     order: StandingOrderOut | None
     """The order that stands on it."""
+    next: list[str]
+    """If one does: commands of which a person should give one; none of them would be refused now."""
     taken: bool
     """A pilot or its own failsafe took it over, and no person has handed it back yet."""
     breach: str

@@ -288,7 +288,9 @@ class Orders:
         now = self._driver.now()
         with self._view.reading() as state:
             records = sorted(state.agents.values(), key=lambda a: a.order)
-            shown_agents = [shown.agent_out(state, a, self._frame, self.desk_people, now) for a in records]
+            shown_agents = [
+                shown.agent_out(state, a, self._frame, self.desk_people, now, self._catalogue) for a in records
+            ]
             return out.AgentsOut(agents=shown_agents, lockdown=lockdown_out(state))
 
     def clear(self, agent: str, by: str = "") -> str:

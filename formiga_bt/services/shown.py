@@ -7,13 +7,14 @@ from formiga_bt.engine.library import newest_of
 from formiga_bt.engine.records import AgentRecord, GoalRecord, Question, TaskRecord
 from formiga_bt.engine.state import EngineState
 from formiga_bt.geo import Frame
-from formiga_bt.lang.model import Task
+from formiga_bt.lang.model import Catalogue, Task
 from formiga_bt.services import models as out
 from formiga_bt.services.library_models import LibraryTask
 from formiga_bt.services.standing import standing_out
 from formiga_bt.services.view import Line
 from formiga_bt.show.lapse import lapses_at
 from formiga_bt.show.rows import ActionRow, rest_words
+from formiga_bt.show.why.going_on import ways_on_of
 from formiga_bt.show.why.places import StepPlaces, running_leaves, title
 
 
@@ -129,7 +130,9 @@ def goal_out(goal: GoalRecord, now: Micros) -> out.GoalOut:
     )
 
 
-def agent_out(state: EngineState, agent: AgentRecord, frame: Frame, desk: Collection[str], now: Micros) -> out.AgentOut:
+def agent_out(
+    state: EngineState, agent: AgentRecord, frame: Frame, desk: Collection[str], now: Micros, catalogue: Catalogue
+) -> out.AgentOut:
     """Return an agent."""
     point = None
     if agent.position is not None:
@@ -156,6 +159,7 @@ def agent_out(state: EngineState, agent: AgentRecord, frame: Frame, desk: Collec
         at_desk=agent.id in desk,
         word=agent.word,
         order=standing_out(state, state.orders[agent.id], now) if agent.id in state.orders else None,
+        next=ways_on_of(state, agent, catalogue) if agent.id in state.orders else [],
         taken=agent.taken,
         breach=agent.breach,
         on_link_loss=agent.on_link_loss,

@@ -60,7 +60,7 @@ def agent(name: str, **more: Any) -> dict[str, Any]:
     return {
         "id": name, "type": "hwd", "human": False, "pool": "ASSIGNED", "liveness": "ALIVE", "control": "engine",
         "landed": "airborne", "battery": 61.4, "position": None, "task": "PickUp-3", "role": "drone", "action": "",
-        "home": "p3", "layer_m": None, "at_desk": False, "word": "", "order": None, "taken": False, "breach": "",
+        "home": "p3", "layer_m": None, "at_desk": False, "word": "", "order": None, "next": [], "taken": False, "breach": "",
         "on_link_loss": "return", "quarantine": "", "refused": "", "bad": 0, **more,
     }  # fmt: skip
 
@@ -249,10 +249,26 @@ def test_preflight_is_a_table_and_says_no_if_one_is_not_ready(paper: Paper, caps
 
 
 # -- tables ------------------------------------------------------------------------------------------------------------------
+def test_agents_propose_what_would_not_be_refused(paper: Paper, capsys: Capture) -> None:
+    """Of a task that may not be continued: restart. Two machines of one task are told once, one on its way not at all."""
+    order = {"agent": "", "stop": "hold", "by": "eve", "scope": "agent", "text": HOVERS}
+    ways = ["formiga restart PickUp-3", "formiga abort PickUp-3"]
+    agents = [
+        agent("hwd_1", order=order, next=ways),
+        agent("hwd_2", order=order, next=ways),
+        agent("hwd_3", order=order, next=["formiga agents"]),
+        agent("hwd_4", order=order, next=["formiga continue hwd_4"]),
+        agent("hwd_5", order={**order, "scope": "engine"}, next=["formiga why PickUp-3"]),
+    ]
+    paper.answers["/v1/agents"] = {"agents": agents, "lockdown": NO_LOCKDOWN}
+    assert run(["agents"]) == 0
+    assert capsys.readouterr().err == "next: formiga restart PickUp-3    or: formiga continue hwd_4\n"
+
+
 def test_agents_show_lockdown_orders_take_overs_and_breaches(paper: Paper, capsys: Capture) -> None:
     order = {"agent": "hwd_1", "stop": "hold", "by": "eve", "scope": "agent", "text": HOVERS}
     agents = [
-        agent("hwd_1", order=order, breach="!reserve"),
+        agent("hwd_1", order=order, next=["formiga lockdown release"], breach="!reserve"),
         agent("hwd_2", taken=True),
         agent("hwd_3", control="pilot"),
     ]

@@ -39,6 +39,7 @@ def test_a_machine_holds_and_goes_on(start: Start) -> None:
         assert reply["next"] == [f"formiga continue {task_id}", f"formiga abort {task_id}"]
         service.wait(lambda: service.task(task_id)["held"] == ["operator:lwd_1"])
         assert drone(service)["order"]["stop"] == "hold"
+        assert drone(service)["next"] == reply["next"]
         assert service.task(task_id)["orders"][0]["by"] == "eve"
         assert {"held.operator", "interrupted"} <= set(service.codes(task_id))
         assert order(service, "agents/lwd_1/orders", "hold")["stands_already"]
@@ -48,7 +49,7 @@ def test_a_machine_holds_and_goes_on(start: Start) -> None:
 
         assert reply["text"] == f"lwd_1 is free of `hold`, {task_id} goes on"
         assert service.ends(task_id)["status"] == "SUCCEEDED"
-        assert drone(service)["order"] is None
+        assert (drone(service)["order"], drone(service)["next"]) == (None, [])
 
 
 def test_a_task_returns_and_can_only_be_restarted_then(start: Start) -> None:
@@ -65,6 +66,7 @@ def test_a_task_returns_and_can_only_be_restarted_then(start: Start) -> None:
         refused = service.refused("POST", f"/v1/tasks/{task_id}/orders", {"order": "continue"})
         assert (refused["status"], refused["code"]) == (409, "cannot_continue")
         assert "needs lwd_1 airborne, it is grounded" in refused["text"]
+        assert drone(service)["next"] == [f"formiga restart {task_id}", f"formiga abort {task_id}"]
 
         order(service, f"tasks/{task_id}/orders", "restart")
 
