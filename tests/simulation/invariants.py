@@ -269,6 +269,7 @@ class Invariants:
         state = self.state
         task = state.tasks.get(agent.task)
         cared = task is not None and task.section not in ("", "done")
+        cared = cared or any(t.system_agent == agent.id and t.section == "recover" for t in state.tasks.values())
         cared = cared or agent.id in state.orders or agent.control != "engine" or agent.taken
         cared = cared or (agent.pool == "QUARANTINED" and agent.id in self._alarmed) or agent.liveness == "SUSPECT"
         if not airborne or cared or self.world.drones[agent.id].state().control != "engine":
