@@ -11,9 +11,9 @@ from pathlib import Path
 
 import pytest
 
-from formiga_bt.cli import up
 from formiga_bt.cli.app import run
 from formiga_bt.cli.inputs import read_world
+from formiga_bt.cli.library import read_library
 
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "cookbook.md"
@@ -55,13 +55,13 @@ def test_every_task_of_the_page_has_its_command() -> None:
 
 def test_a_site_serves_its_copies_of_recipes_only(tmp_path: Path) -> None:
     world = read_world(site=Path("demo"))
-    served, _ = up._library(None, tmp_path, world)
+    served, _ = read_library(None, tmp_path, world, {}, "")
     assert "Circle" in served
     assert "Convoy" not in served
 
     (tmp_path / "trees").mkdir()
     shutil.copy(FOLDER / "convoy.yaml", tmp_path / "trees")
 
-    served, refused = up._library(None, tmp_path, world)
+    served, refused = read_library(None, tmp_path, world, {}, "")
     assert served["Convoy"].mark.file == str(tmp_path / "trees" / "convoy.yaml")
     assert refused == []
