@@ -51,6 +51,8 @@ class Orders:
         self._goals = goals
         self._clearances = clearances
         self._tasks = tasks
+        self._replaced = ""
+        """Whose order is being replaced: what carried out the old one ends, and its machine waits for the new one."""
 
     # -- stops ---------------------------------------------------------------------------------------------------
     def stop(
@@ -134,7 +136,9 @@ class Orders:
         core.stale.add(order.agent)
         task = core.state.tasks.get(order.task)
         if task is not None and task.stop and task.section != "done":
+            self._replaced = order.agent if replaced else ""
             self._tasks.errands.end(task.id)
+            self._replaced = ""
         if not replaced:
             self._tasks.errands.ordered_home(core.state.agents[order.agent].task)
             self.bring_home_if_idle(order.agent, order.by)
@@ -251,7 +255,8 @@ class Orders:
         core = self._core
         order = core.state.orders.get(task.system_agent)
         if order is None:  # it was withdrawn while the machine started: that ended in the air
-            self.bring_home_if_idle(task.system_agent, task.requester)
+            if task.system_agent != self._replaced:
+                self.bring_home_if_idle(task.system_agent, task.requester)
             return
         if order.task != task.id:
             return

@@ -95,6 +95,7 @@ class Invariants:
         self._alarmed: set[str] = set()
         self._looked: Micros = 0
         self._since: dict[str, Micros] = {}
+        self._resumed: Micros = 0
         self._begun: dict[tuple[str, str], int] = {}
         """Who began what, in which life of its process."""
         self.forgotten: set[str] = set()
@@ -121,6 +122,7 @@ class Invariants:
         self.life.load(state)
         self._holders.clear()
         self._since.clear()
+        self._resumed = self.world.now
         self._open = {task.id: None for task in state.tasks.values() if task.section != "done"}
         for task in state.tasks.values():
             self._hold(task, None)
@@ -272,7 +274,9 @@ class Invariants:
         cared = cared or any(t.system_agent == agent.id and t.section == "recover" for t in state.tasks.values())
         cared = cared or agent.id in state.orders or agent.control != "engine" or agent.taken
         cared = cared or (agent.pool == "QUARANTINED" and agent.id in self._alarmed) or agent.liveness == "SUSPECT"
-        if not airborne or cared or self.world.drones[agent.id].state().control != "engine":
+        # One that said that it stood, flew off without a goal, told so in a step that was not kept, and says nothing since.
+        unknown = not agent.may_be_airborne and (agent.heard_at or 0) <= self._resumed and agent.liveness == "LOST"
+        if not airborne or cared or unknown or self.world.drones[agent.id].state().control != "engine":
             self._since.pop(agent.id, None)
             return
         if state.now - self._since.setdefault(agent.id, state.now) > LEFT_US:

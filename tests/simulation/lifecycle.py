@@ -314,7 +314,7 @@ TABLES: Final[Mapping[str, Mapping[str, tuple[str, ...]]]] = MappingProxyType({
         "land open": ("-", "land done", "land failed"),
         "return done": ("-",),
         "return failed": ("-",),
-        "return open": ("-", "land open", "return done", "return failed"),
+        "return open": ("-", "return done", "return failed"),
     },
     "person liveness": {
         "-": ("ALIVE",),

@@ -35,6 +35,8 @@ FOUND = {
     7484: "a machine on its way home and one that was to start under it waited for each other until the battery was empty",
     8480: "after steps that were not kept a task got a number that a machine knew from before",
     8993: "a goal that a pilot's takeover had interrupted was accepted again by the news that told of it",
+    15444: "a person whose app did not confirm a cancel was quarantined like a machine",
+    15815: "an order that replaced another left a way home behind that nobody had ordered",
 }
 """Seed -> what it found. What a seed draws may not change: new kinds of faults get seeds from another number on (`more`)."""
 
