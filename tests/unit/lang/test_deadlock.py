@@ -7,7 +7,7 @@ import pytest
 
 from formiga_bt.cli.checking import check
 from formiga_bt.cli.inputs import read_world
-from formiga_bt.cli.up import _library, _warn
+from formiga_bt.cli.library import read_library, warn_of_waits
 from formiga_bt.lang.checks.deadlock import check_tasks
 from formiga_bt.lang.loader import load_task_text
 from formiga_bt.lang.model import Catalogue, Task
@@ -83,9 +83,9 @@ def test_an_engine_that_starts_warns_of_it_and_serves_both(tmp_path: Path, capsy
     world = read_world([], folder("trees") / "demo-site.yaml")
     for name in ("Patrol", "Escort"):
         (tmp_path / f"{name}.yaml").write_text(text(name, "lwd", "lwd"), encoding="utf-8")
-    served, _ = _library([tmp_path], tmp_path, world)
+    served, _ = read_library([tmp_path], tmp_path, world, {}, "")
 
-    _warn(served, world)
+    warn_of_waits(served, world)
 
     said = capsys.readouterr().err
     assert {"Patrol", "Escort"} <= set(served)
