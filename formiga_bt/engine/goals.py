@@ -143,12 +143,6 @@ class Goals:
             else:
                 self._ask_cancel(goal, STOPPED)
 
-    def _may_have_started(self, goal: GoalRecord) -> None:
-        """A start failed, and it is not told whether on the ground: until the next status says so, it may be on its way up."""
-        agent = self._core.state.agents[goal.agent]
-        if agent.landed == "grounded" and goal.leg is not None and goal.state in ("running", "canceling"):
-            self._core.put_agent(agent.id, lost_leg=goal.leg)
-
     def interrupt(self, goal_id: str, code: str) -> None:
         """A goal ended before its work was done, and not by its step's doing: the step waits."""
         core = self._core
@@ -236,8 +230,6 @@ class Goals:
         ):
             self._stopped(goal)
             return
-        if spec.starts_rotors and event.state != "succeeded" and event.status is None:
-            self._may_have_started(goal)
         result: dict[str, Any] = {}
         if event.state == "succeeded":
             if spec.effect and not core.state.agents[goal.agent].human and not _is_past(event):

@@ -267,10 +267,10 @@ class Recovery:
             return  # its order's end calls again
         tried = {r.agent for r in task.recovering}
         late = [a for a in self._to_bring(task) if a not in tried]
-        if (
-            late and not task.stop
-        ):  # it had begun to start when its goal ended, and has told only since then that it flies
-            for agent_id in late:
+        if late and not task.stop:
+            for (
+                agent_id
+            ) in late:  # it had begun to start when its goal ended, and has told only since then that it flies
                 self._try(task_id, agent_id, 1)
             return
         self._tasks.recovered(task_id)

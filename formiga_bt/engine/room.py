@@ -193,9 +193,8 @@ class Room:
     def port_waited(self, goal_id: str) -> None:
         """A machine waited 2 min for its own port: it gets the nearest free one; without any, a person must act."""
         core = self._core
-        if (
-            self._waiting(goal_id, "draining", "suspect", "leg_busy") is not None
-        ):  # on its way, or not heard of just now
+        # On its way, not heard of just now, or held up on its way.
+        if self._waiting(goal_id, "draining", "suspect", "leg_busy") is not None:
             core.set_deadline(f"port|{goal_id}", core.now + SOON_US, core.state.goals[goal_id].task)
             return
         goal = self._waiting(goal_id, "port_busy")
