@@ -2,6 +2,8 @@
 
 import shlex
 from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -9,6 +11,7 @@ import typer
 
 from formiga_bt.cli.inputs import Read, World, find_tasks, read_task, rendered, task_files
 from formiga_bt.packaged import folder
+from formiga_bt.services.not_served import NotServed
 
 if TYPE_CHECKING:
     from formiga_bt.lang.model import Task
@@ -23,7 +26,7 @@ def check_options(site: Path, actions: Sequence[Path] = ()) -> str:
 
 def read_library(
     tasks: list[Path] | None, beside: Path, world: World, texts: dict[str, dict[str, str]], options: str
-) -> "tuple[dict[str, Task], list[str]]":
+) -> "tuple[dict[str, Task], list[NotServed]]":
     """Return the tasks to serve, and what is not served and why; put the files that each was read from into `texts`.
 
     A file of the site goes before a shipped one. Tasks of the cookbook are for copying: a site serves its copies.
@@ -42,7 +45,7 @@ def read_library(
         typer.echo(f"{given.note}\n", err=True)
     shipped = [path for path in task_files([folder("trees")]) if path.parent.name != "cookbook"]
     served: dict[str, Task] = {}
-    refused: list[str] = []
+    refused: list[NotServed] = []
     for path in (*mine, *(p for p in shipped if p not in mine)):
         read = read_task(path, world)
         errors = [d for d in read.diagnostics if d.severity == "error"]
@@ -53,23 +56,36 @@ def read_library(
         elif read.task.name in served:
             if path in mine:
                 first = served[read.task.name].mark.file
-                refused.append(f"{path}: {first} has the task {read.task.name} too; name one of them otherwise")
+                refused.append(
+                    NotServed(f"{path}: {first} has the task {read.task.name} too; name one of them otherwise")
+                )
         else:
             served[read.task.name] = read.task
             texts[read.task.name] = dict(read.sources)
     return served, refused
 
 
-def _why_not(read: Read, options: str, *, is_shipped: bool) -> str:
+def _why_not(read: Read, options: str, *, is_shipped: bool) -> NotServed:
     """Return the first error of a file that is not served, and the command that tells all of them."""
     errors = [d for d in read.diagnostics if d.severity == "error"]
     whose = " (ships with formiga)" if is_shipped else ""
-    command = f"formiga check {shlex.quote(str(read.path))} {options}"
+    file = shlex.quote(str(read.path))
+    load = "" if is_shipped else f"formiga load {file}"
+    ways = NotServed("", f"formiga check {file} {options}", _names(read.path), load)
     if not errors:
-        return f"{read.path}{whose}: it holds no task; {command}"
+        return replace(ways, why=f"{read.path}{whose}: it holds no task")
     more = f" (and {len(errors) - 1} more)" if len(errors) > 1 else ""
     first = errors[0]
-    return f"{first.mark}{whose}: {first.code}: {first.message}{more}; {command}"
+    return replace(ways, why=f"{first.mark}{whose}: {first.code}: {first.message}{more}")
+
+
+def _names(path: Path) -> tuple[str, ...]:
+    """Return the names under which a task would be requested if its file had no errors; none if there is no telling."""
+    from formiga_bt.lang.aliases import names_in
+
+    with suppress(OSError, UnicodeDecodeError):
+        return tuple(names_in(path.read_text(encoding="utf-8")))
+    return ()
 
 
 def warn_of_waits(served: "dict[str, Task]", world: World) -> None:

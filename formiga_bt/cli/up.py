@@ -237,7 +237,7 @@ def _banner(host: "EngineHost", people: dict[str, str], sim: bool) -> None:
     rows = [
         f"site {host.site.name} ({host.site.mode}), start {host.epoch} of its engine, process {os.getpid()}",
         f"  tasks   {', '.join(served) or 'none'}",
-        *(f"  refused {text}" for text in host.refused[:SHOWN]),
+        *(f"  refused {one.text}" for one in host.refused[:SHOWN]),
         *(
             [f"  refused {len(host.refused) - SHOWN} more: formiga tasks --library"]
             if len(host.refused) > SHOWN

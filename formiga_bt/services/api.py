@@ -23,6 +23,7 @@ from formiga_bt.services.crew import Crew
 from formiga_bt.services.door import Door
 from formiga_bt.services.feed import Event, Feed
 from formiga_bt.services.loading import Loading
+from formiga_bt.services.not_served import NotServed
 from formiga_bt.services.orders import Orders
 from formiga_bt.services.refused import Refused
 from formiga_bt.show.source import Source
@@ -66,7 +67,7 @@ class Host(Protocol):
     loading: Loading
     source: Source
     past: past_routes.PastReader
-    refused: tuple[str, ...]
+    refused: tuple[NotServed, ...]
 
     @property
     def feed(self) -> Feed:
@@ -120,7 +121,7 @@ def build(host: Host, *, token: str, needs_token: bool) -> Callable[..., Any]:
     seeing_routes.add(app, host.source)
     past_routes.add(app, host.past)
     _people(app, host.orders)
-    library_routes.add(app, host.loading, lambda: host.refused)
+    library_routes.add(app, host.loading, lambda: [one.text for one in host.refused])
     _engine(app, host)
     return Door(app, token=token, needs_token=needs_token, refusal=problem)
 

@@ -31,6 +31,7 @@ from formiga_bt.services.flightlog import FlightLog
 from formiga_bt.services.journaling import JournalAt, Journaling
 from formiga_bt.services.listening import listen_of
 from formiga_bt.services.loading import Loading, served_again
+from formiga_bt.services.not_served import NotServed
 from formiga_bt.services.orders import Orders
 from formiga_bt.services.past_routes import PastReader
 from formiga_bt.services.recalling import Recall
@@ -58,7 +59,7 @@ class EngineHost:
         http: `host:port` of the API; port 0 takes a free one.
         desk: people who answer at this engine: id -> agent type.
         listen: where agents connect; default: what the site says.
-        refused: task files that are not served, one text each.
+        refused: task files that are not served.
         needs_token: ask for the token on the loopback too.
         wires: other transports instead of an own Zenoh.
         listeners: called in the driver's thread after each step; they must only enqueue.
@@ -83,7 +84,7 @@ class EngineHost:
         http: str = server.DEFAULT_HTTP,
         desk: Mapping[str, str] | None = None,
         listen: str = "",
-        refused: Sequence[str] = (),
+        refused: Sequence[NotServed] = (),
         needs_token: bool = False,
         wires: Sequence[AgentTransport] | None = None,
         listeners: Sequence[Listener] = (),
@@ -169,7 +170,9 @@ class EngineHost:
             self.journaling.journal.in_snapshot = lambda: fails.passing("in_snapshot")
         self.journaling.begin(lambda: engine.state, self.driver.now)
         self.journaling.keep_read(served, self._texts)
-        self.orders = Orders(self.driver, self.view, self._desk, self.site, self._tasks, self._catalogue)
+        self.orders = Orders(
+            self.driver, self.view, self._desk, self.site, self._tasks, self._catalogue, refused=self.refused
+        )
         self.loading = Loading(
             self.orders.ask, self.view, self.site, self._catalogue, self._tasks, BundleStore(self._folder.path)
         )

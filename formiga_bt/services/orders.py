@@ -26,6 +26,7 @@ from formiga_bt.lang.binding import bind_params
 from formiga_bt.lang.model import Catalogue, Site
 from formiga_bt.services import models as out
 from formiga_bt.services import shown
+from formiga_bt.services.not_served import NotServed, of_name
 from formiga_bt.services.refused import Refused
 from formiga_bt.services.standing import lockdown_out, wall_us
 from formiga_bt.services.stops import Stops
@@ -71,6 +72,7 @@ class Orders:
         view: its read-only copy.
         desk: the people of this process.
         site, tasks, catalogue: what the engine was made of.
+        refused: task files that are not served.
     """
 
     def __init__(
@@ -81,7 +83,9 @@ class Orders:
         site: Site,
         tasks: Bundles,
         catalogue: Catalogue,
+        refused: Sequence[NotServed] = (),
     ) -> None:
+        self._refused = refused
         self._catalogue = catalogue
         self._driver = driver
         self._view = view
@@ -113,7 +117,8 @@ class Orders:
         `bundle`: of the version that is meant; empty: the newest.
 
         Raises:
-            Refused: unknown task, bad parameters, busy, draining, or the key came with another request.
+            Refused: unknown task, its file is not served, bad parameters, busy, draining, or the key came with another
+                request.
         """
         if not key:
             return self._submit(name, params, priority, requester, bundle)
@@ -143,15 +148,7 @@ class Orders:
             )
         task = find_task(self._tasks, name)
         if task is None:
-            from difflib import get_close_matches
-
-            close = get_close_matches(name, self._tasks, n=1, cutoff=0.5)
-            hint = f"did you mean '{close[0]}'? " if close else ""
-            raise Refused(
-                "unknown_task",
-                f"there is no task '{name}'",
-                f"{hint}tasks: {', '.join(sorted(self._tasks)) or 'none'}",
-            )
+            raise self._unknown(name)
         if bundle:
             task = self._tasks.version(task.name, bundle)
             if task is None:
@@ -170,6 +167,19 @@ class Orders:
         task_id = self.ask(Submit(task.name, values, priority, requester, task.bundle))
         self._view.catch_up()
         return task_id
+
+    def _unknown(self, name: str) -> Refused:
+        """Return why nothing can be requested under a name."""
+        from difflib import get_close_matches
+
+        passed_over = of_name(self._refused, name)
+        if passed_over is not None:
+            text = f"{name} is not served: its file was refused when the engine was started: {passed_over.why}"
+            return Refused("not_served", text, passed_over.hint)
+        close = get_close_matches(name, self._tasks, n=1, cutoff=0.5)
+        hint = f"did you mean '{close[0]}'? " if close else ""
+        known = ", ".join(sorted(self._tasks)) or "none"
+        return Refused("unknown_task", f"there is no task '{name}'", f"{hint}tasks: {known}")
 
     def ask(self, given: Input) -> str:
         """Hand an input to the engine and wait for its reply.

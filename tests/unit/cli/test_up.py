@@ -14,6 +14,7 @@ from formiga_bt.errors import UnusableFile
 from formiga_bt.geo import Place, Region
 from formiga_bt.journal.store import Journal
 from formiga_bt.lang.model import Site, SiteAgent
+from formiga_bt.services.not_served import NotServed
 
 
 def test_a_real_site_is_told_what_it_leaves_open() -> None:
@@ -109,7 +110,8 @@ def test_a_file_that_is_not_served_is_named_with_its_error_and_the_command(
     (tmp_path / "trees/more").mkdir()
     (tmp_path / "trees/more/twin.yaml").write_text(hello, encoding="utf-8")
     (tmp_path / "trees/a bad.yaml").write_text(
-        "formiga: 1\ntask: Bad\nagents: {d: {type: lwd}}\nsteps:\n  - do: d.TakeOff\n  - do: d.GoTo\n", encoding="utf-8"
+        "formiga: 1\ntask: Bad\naliases: [Poor]\nagents: {d: {type: lwd}}\nsteps:\n  - do: d.TakeOff\n  - do: d.GoTo\n",
+        encoding="utf-8",
     )
     site = Path("site.yaml")
     capsys.readouterr()
@@ -117,17 +119,21 @@ def test_a_file_that_is_not_served_is_named_with_its_error_and_the_command(
     served, refused = read_library(None, Path(), read_world([], site), {}, check_options(site))
 
     assert "Hello" in served
-    assert refused[:2] == [
-        "trees/a bad.yaml:6:5: E031: 'd' can still be airborne when the task ends (and 1 more);"
+    assert [one.text for one in refused[:2]] == [
+        "trees/a bad.yaml:7:5: E031: 'd' can still be airborne when the task ends (and 1 more);"
         " formiga check 'trees/a bad.yaml' --site site.yaml",
         "trees/more/twin.yaml: trees/hello.yaml has the task Hello too; name one of them otherwise",
     ]
+    assert (refused[0].names, refused[0].load) == (("Bad", "Poor"), "formiga load 'trees/a bad.yaml'")
+    assert refused[1].names == ()
     (triangle,) = refused[2:]
-    assert triangle.startswith("/")
+    assert triangle.text.startswith("/")
     assert (
         " (ships with formiga): E025: 'drones' needs 3 lwd, site meadow has 2 lwd; formiga check /"
-        in triangle.replace(tmp_path.name, "meadow")
+        in triangle.text.replace(tmp_path.name, "meadow")
     )
+    assert triangle.names[0] == "Triangle"
+    assert triangle.load == ""
     said = capsys.readouterr().err
     assert "trees/a bad.yaml is not served" in said
     assert "triangle" not in said
@@ -135,7 +141,7 @@ def test_a_file_that_is_not_served_is_named_with_its_error_and_the_command(
 
 def test_the_banner_names_what_is_not_served(capsys: pytest.CaptureFixture[str]) -> None:
     host = SimpleNamespace(
-        served=["Hello"], refused=tuple(f"f{n}.yaml: bad" for n in range(SHOWN + 2)), endpoint="tcp/here:1", epoch=3,
+        served=["Hello"], refused=tuple(NotServed(f"f{n}.yaml: bad") for n in range(SHOWN + 2)), endpoint="tcp/here:1", epoch=3,
         site=SimpleNamespace(name="north", mode="simulation"), address=SimpleNamespace(url="http://here"),
         journaling=SimpleNamespace(text="none"), resumed=[], restored=[],
     )  # fmt: skip

@@ -6,6 +6,7 @@ from typing import Any
 import pytest
 
 from formiga_bt.safety.approval import TYPED
+from formiga_bt.services.not_served import NotServed
 from tests.unit.services.conftest import Service, Start
 from tests.unit.services.test_crew import real as real
 
@@ -38,6 +39,25 @@ def test_two_versions_run_side_by_side(start: Start) -> None:
         assert [(v["version"], v["tasks"]) for v in shown["versions"]] == [(1, [old]), (2, [])]
         third = service.post("/v1/tasks", {"task": "Stay", "bundle": one["bundle"]})["id"]
         assert service.task(third)["version"] == 1
+
+
+def test_a_task_whose_file_was_refused_at_the_start_is_told_with_its_error_until_it_is_loaded(start: Start) -> None:
+    bad = NotServed(
+        "trees/bad.yaml:6:5: E031: 'd' can still be airborne when the task ends (and 1 more)",
+        "formiga check trees/bad.yaml --site site.yaml", ("Bad", "Poor"), "formiga load trees/bad.yaml",
+    )  # fmt: skip
+    with start(refused=[bad]) as service:
+        for name in ("Bad", "Poor"):
+            said = service.refused("POST", "/v1/tasks", {"task": name})
+            assert (said["status"], said["code"]) == (409, "not_served")
+            assert said["text"] == f"{name} is not served: its file was refused when the engine was started: {bad.why}"
+            assert said["hint"] == (
+                "formiga check trees/bad.yaml --site site.yaml tells all; when it is mended: formiga load trees/bad.yaml"
+            )
+        assert service.refused("POST", "/v1/tasks", {"task": "Worse"})["code"] == "unknown_task"
+        assert service.get("/v1/library")["refused"] == [bad.text]
+        load(service, STAY.replace("Stay", "Bad"), "trees/bad.yaml")
+        assert service.submit("Bad") == "Bad-1"
 
 
 def test_what_is_refused(start: Start) -> None:
