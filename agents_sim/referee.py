@@ -2,7 +2,8 @@
 
 Rules (docs: safety, "keeping apart"). A crash is two drones within 2 m of each other, at least one of them in the air,
 counted once per time they come so near. A low flight is a cruise below 2 m. An unsafe start is a rotor start within 5 m
-of a person without a clearance that is at most 60 s old. The closest pass is of two drones that both fly.
+of a person without a clearance that is at most 60 s old. The closest pass is of two drones that both fly; besides there is
+that of two that cruise or hover, as one that takes off or lands keeps half the separation only.
 
 It gets every segment as a `Recorder` (from `world.SimFleet`, or read from ledgers), and computes the closest approach
 of segments, never of samples. Memory stays small: what is judged is forgotten but for its verdict. With many drones ask for
@@ -24,6 +25,9 @@ CRASH_M: Final = 2.0
 LOW_M: Final = 2.0
 ROTOR_M: Final = 5.0
 CLEARANCE_LASTS_US: Final[Micros] = 60 * SECOND
+
+LEVEL: Final = frozenset[MotionKind]({"cruise", "hover"})
+"""What is neither a take-off nor a landing."""
 
 CLOCK_SKEW_US: Final[Micros] = 2 * SECOND
 """An agent extrapolates engine time between heartbeats: its stamp of a start may lie this much before the word."""
@@ -71,6 +75,8 @@ class Verdict(Struct, frozen=True):
     unsafe_starts: tuple[UnsafeStart, ...]
     low_flights: tuple[LowFlight, ...]
     closest_pass: Pass | None
+    closest_cruise: Pass | None = None
+    """Of two neither of which climbs or descends: a take-off or landing keeps less."""
 
     @property
     def is_clean(self) -> bool:
@@ -101,6 +107,7 @@ class Referee:
         self._starts: list[UnsafeStart] = []
         self._low: list[LowFlight] = []
         self._closest: Pass | None = None
+        self._cruise: Pass | None = None
 
     # A Recorder.
 
@@ -137,7 +144,7 @@ class Referee:
     def verdict(self, now: Micros) -> Verdict:
         """Judge all motion up to `now` and return everything found so far."""
         self._judge(now)
-        return Verdict(tuple(self._crashes), tuple(self._starts), tuple(self._low), self._closest)
+        return Verdict(tuple(self._crashes), tuple(self._starts), tuple(self._low), self._closest, self._cruise)
 
     def statistics(self) -> dict[str, int]:
         """Return counts: drones, people, motions kept, crashes, unsafe starts, low flights."""
@@ -170,10 +177,10 @@ class Referee:
 
     def _near_pairs(self, now: Micros) -> dict[tuple[str, str], None]:
         """Return the pairs whose boxes over ground come so near that they may matter: for a crash, or as closest pass."""
-        near_m = self._crash_m if self._closest is None else max(self._crash_m, self._closest.distance_m)
         boxes = [_Box(agent, track, now) for agent, track in self._tracks.items() if track]
-        if self._closest is None:
+        if self._closest is None or self._cruise is None:
             return {_pair(a, b): None for a, b in combinations(boxes, 2) if a.flies or b.flies}
+        near_m = max(self._crash_m, self._cruise.distance_m)  # the closest of all is no farther
         boxes.sort(key=lambda box: (box.west, box.agent))
         found: dict[tuple[str, str], None] = {}
         for i, a in enumerate(boxes):
@@ -205,8 +212,10 @@ class Referee:
             return
         if flying == 2:
             found = closest_approach(m.segment, o.segment, start, end)
-            if self._closest is None or mm(found.distance_m) < self._closest.distance_m:
-                self._closest = Pass(a, b, found.at, mm(found.distance_m))
+            near = Pass(a, b, found.at, mm(found.distance_m))
+            self._closest = _nearer(self._closest, near)
+            if m.kind in LEVEL and o.kind in LEVEL:
+                self._cruise = _nearer(self._cruise, near)
         for t0, t1 in linear_spans(m.segment, o.segment, start, end):
             self._judge_span(a, b, closest_approach(m.segment, o.segment, t0, t1), m.segment, o.segment, t1)
 
@@ -248,6 +257,10 @@ class _Box:
             for point in (motion.segment.p0, motion.segment.p1):
                 self.west, self.east = min(self.west, point.east_m), max(self.east, point.east_m)
                 self.south, self.north = min(self.south, point.north_m), max(self.north, point.north_m)
+
+
+def _nearer(known: Pass | None, found: Pass) -> Pass:
+    return found if known is None or found.distance_m < known.distance_m else known
 
 
 def _pair(a: _Box, b: _Box) -> tuple[str, str]:

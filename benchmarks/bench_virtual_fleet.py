@@ -2,7 +2,8 @@
 
     python benchmarks/bench_virtual_fleet.py [--tasks 1000] [--profile] [--no-referee]
 
-Prints one line per figure. Exit status 1 if a task was lost or failed, an agent is left assigned, or anything crashed.
+Prints one line per figure. Exit status 1 if a task was lost or failed, an agent is left assigned, anything crashed, or two
+drones came nearer than the gate keeps them: the separation, half of it where one takes off or lands. (Each task has one drone.)
 """
 
 import argparse
@@ -16,7 +17,7 @@ from collections import Counter
 
 import msgspec
 
-from agents_sim.referee import Referee, Verdict
+from agents_sim.referee import Pass, Referee, Verdict
 from agents_sim.world import AgentSpec, grid_fleet
 from formiga_bt.clock import SECOND
 from formiga_bt.engine.inputs import Step, Submit
@@ -59,7 +60,7 @@ class Run:
         catalogue, problems, _ = load_catalogue(files("actions"))
         assert not problems, problems
         specs = grid_fleet(N_LWD, N_HWD, N_PICKERS, N_WATCHERS)
-        site = fleet_site(specs)
+        site = self.site = fleet_site(specs)
         loaded = [
             load_task(folder("trees") / f"{name}.yaml", catalogue=catalogue, site=site)
             for name in ("move_task", "pick_up")
@@ -104,6 +105,26 @@ class Run:
         return self.world.referee.verdict(self.world.now)
 
 
+ROUNDING_M = 0.01
+
+
+def passes(verdict: Verdict, separation_m: float) -> tuple[str, bool]:
+    """Return the closest passes in words, and whether one was nearer than the gate allows."""
+    near, cruise = verdict.closest_pass, verdict.closest_cruise
+    if near is None:
+        return "closest pass: none", False
+    text = f"closest pass: {_pass(near)}"
+    if cruise is not None:
+        text += f"; of two neither of which takes off or lands: {_pass(cruise)}"
+    too_near = near.distance_m < separation_m / 2 - ROUNDING_M
+    too_near = too_near or (cruise is not None and cruise.distance_m < separation_m - ROUNDING_M)
+    return f"{text}; least allowed: {separation_m / 2:g} m and {separation_m:g} m", too_near
+
+
+def _pass(near: Pass) -> str:
+    return f"{near.distance_m:.1f} m ({near.a}, {near.b})"
+
+
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--tasks", type=int, default=1000)
@@ -136,13 +157,16 @@ def main() -> int:
     )
     print(f"missions a second: {len(run.ids) / wall_s:.1f}; of processor time: {len(run.ids) / cpu_s:.1f}")
     print(f"tasks lost: {lost}, agents left assigned: {len(assigned)}, crashes: {crashes}")
-    print(f"closest pass: {verdict.closest_pass}")
+    near, too_near = passes(verdict, run.site.separation_m)
+    print(near)
     print(f"step log: {run.digest:08x}")
     print(f"memory: {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024:.0f} MB")
     if profile is not None:
         pstats.Stats(profile).sort_stats("tottime").print_stats(25)
         pstats.Stats(profile).sort_stats("cumulative").print_stats(40)
-    return int(bool(lost or assigned or crashes or outcomes["FAILED"] or outcomes["CANCELED"] or not in_time))
+    return int(
+        bool(lost or assigned or crashes or outcomes["FAILED"] or outcomes["CANCELED"] or not in_time or too_near)
+    )
 
 
 if __name__ == "__main__":

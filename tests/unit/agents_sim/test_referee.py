@@ -38,6 +38,27 @@ def test_the_same_crossing_at_other_times_is_none() -> None:
     assert verdict.closest_pass.distance_m == 50.0  # b is over a's way when a is at its end
 
 
+def test_the_closest_cruise_pass_is_of_two_neither_of_which_takes_off_or_lands() -> None:
+    referee = Referee()
+    referee.moved("a", segment(0, (0, 0, 60), 10, (100, 0, 60)), "cruise")
+    referee.moved("b", segment(0, (50, 8, 30), 10, (50, 8, 90)), "climb")
+    referee.moved("c", segment(0, (0, 40, 60), 10, (100, 40, 60)), "cruise")
+
+    verdict = referee.verdict(10 * SECOND)
+    assert verdict.closest_pass is not None
+    assert verdict.closest_cruise is not None
+    assert (verdict.closest_pass.b, verdict.closest_pass.distance_m) == ("b", 8.0)
+    assert (verdict.closest_cruise.b, verdict.closest_cruise.distance_m) == ("c", 40.0)
+
+    # it may come nearer later, though not as near as the climb was
+    referee.moved("c", segment(10, (100, 40, 60), 20, (100, 40, 60)), "hover")
+    referee.moved("a", segment(10, (100, 0, 60), 20, (100, 20, 60)), "cruise")
+    later = referee.verdict(20 * SECOND)
+    assert later.closest_pass == verdict.closest_pass
+    assert later.closest_cruise is not None
+    assert (later.closest_cruise.at, later.closest_cruise.distance_m) == (20 * SECOND, 20.0)
+
+
 @pytest.mark.parametrize("asked_s", [(20,), (2, 4, 5, 6, 8, 20), tuple(range(21))])
 def test_each_crash_counts_once_however_often_one_asks(asked_s: tuple[int, ...]) -> None:
     """Two passes, the first over two legs: two crashes."""
