@@ -12,6 +12,7 @@ from typing import Final
 from formiga_bt.lang.model import Task
 from formiga_bt.llm.records import Flight, Shortfall
 from formiga_bt.llm.teams import from_to, gap_of
+from formiga_bt.llm.tidying import wants_centre
 from formiga_bt.llm.wording import INTENTS, Words, types_said
 from formiga_bt.llm.world import World
 from formiga_bt.units import NUMBER, UNIT, parse_quantity
@@ -22,7 +23,6 @@ FIGURES: Final[Mapping[str, str]] = {
     r"\btri[aá]ng\w+|\bright angle\b": "triangle",
 }
 """What a request calls a figure -> the helper that is it."""
-_BACK_AT_CENTRE: Final = r"\b(?:back|returns?|then)\b[^.]{0,25}\b(?:the )?(?:centre|center|middle)\b"
 OF_CHANGES: Final = frozenset({"place_not_used", "amount_not_used", "agent_not_used"})
 """What is certain of a request that only says what is to be changed."""
 _ELSE: Final = r"\b(?:otherwise|if not|else|says? no|on (?:a )?no|unless|si no|en caso contrario|dice que no)\b"
@@ -147,7 +147,7 @@ def _agents(words: Words, task: Task, flight: Flight, world: World) -> Iterator[
             yield Shortfall("wrong_count", f"the request speaks of {wanted} {noun}, the task uses {have}")
     if words.speaks_of_more() and sum(machines.values()) == 1:
         yield Shortfall("wrong_count", "the request speaks of more than one drone, the task uses 1")
-    said_types = {t for t in types_said(words.text, world.catalogue) if not types[t].human}
+    said_types = {t for t in types_said(words, world.catalogue) if not types[t].human}
     for type_ in sorted(said_types - set(words.counts)):
         if not any(name == type_ or type_ in types[name].extends for name in machines) and machines:
             yield Shortfall(
@@ -190,7 +190,7 @@ def _people(words: Words, flight: Flight, world: World) -> Iterator[Shortfall]:
                 "wrong_person", f"the request wants a {type_.name} to be asked, and the task asks {', '.join(asked)}"
             )
     people = {t.name for t in world.catalogue.types.values() if t.human}
-    named = types_said(words.text, world.catalogue) & people
+    named = types_said(words, world.catalogue) & people
     by_id = {a for a in words.agents if world.catalogue.types[world.site.agents[a].type].human}
     asks = any(row.action == "Confirm" and row.path for row in (flight.timeline.actions if flight.timeline else ()))
     if asks and not words.means("ask") and not named and not by_id and not _speaks_of_people(words.text):
@@ -204,7 +204,7 @@ def _figures(words: Words, text: str) -> Iterator[Shortfall]:
         if re.search(pattern, said) and f"{helper}(" not in code and "Explore" not in code:
             yield Shortfall("figure_not_used", f"the request wants a {helper}, and the task flies none")
     ring = re.search(r"circle\((?:above\()?(\w+)", code)
-    if ring is not None and re.search(_BACK_AT_CENTRE, said):
+    if ring is not None and wants_centre(words.text):
         after = code[ring.end() :]
         if re.search(rf"(?:to|at): \$\{{(?:above\()?{ring[1]}\b", after) is None:
             text_ = f"the request wants the drone back at the centre after the circle, and it does not go to {ring[1]}"

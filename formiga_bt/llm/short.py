@@ -20,6 +20,7 @@ from formiga_bt.lang.llm_form import field_key
 from formiga_bt.llm.lifting import Lifter, split_list
 from formiga_bt.llm.moves import FLYING, Moves
 from formiga_bt.llm.teams import at_once, in_compass, is_list, member_of
+from formiga_bt.llm.tidying import back_at_centre, homeward
 from formiga_bt.llm.vocabulary import Verb
 from formiga_bt.llm.world import World
 
@@ -83,6 +84,7 @@ class _Expander:
             self._roles[self._lift.renamed(name)] = role
         self._pin()
         self._lift.taken |= set(self._roles)
+        tree = back_at_centre(tree, self._lift.words.text, self._verbs, self._added)
         tree = {**tree, "steps": self._at_once(_list(tree.get("steps"), "$.steps"))}
         steps = self.steps(tree.get("steps"), "$.steps")
         roles = [self._role(name, role, index) for index, (name, role) in enumerate(self._roles.items())]
@@ -146,6 +148,10 @@ class _Expander:
 
     def steps(self, steps: Any, path: str) -> list[dict[str, Any]]:
         listed = self._kept(_list(steps, path))
+        if "ReturnHome" in self._verbs:
+            site = self._world.site
+            known = {*site.places, *site.regions, *self._roles, *self._lift.local}
+            listed = homeward(listed, known, self._added)
         return [self.step(_object(one, f"{path}[{i}]"), f"{path}[{i}]") for i, one in enumerate(listed)]
 
     def _kept(self, steps: list[Any]) -> list[Any]:
