@@ -56,6 +56,13 @@ def in_order(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
     return [unique[key] for key in sorted(unique)]
 
 
+def errors_first(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
+    """Return the diagnostics as people read them: the files in their order, and in each the errors before the warnings."""
+    found = list(diagnostics)
+    files = list(dict.fromkeys(d.mark.file for d in found))
+    return sorted(found, key=lambda d: (files.index(d.mark.file), d.severity != "error"))
+
+
 def render(diagnostic: Diagnostic, sources: Mapping[str, str]) -> str:
     """Return the text of one diagnostic: head line, source line with carets, place in the task, help.
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from formiga_bt.diagnostics import Diagnostic, in_order, render
+from formiga_bt.diagnostics import Diagnostic, errors_first, in_order, render
 from formiga_bt.errors import UnusableFile as UnusableFile
 from formiga_bt.packaged import files as packaged_files
 from formiga_bt.packaged import folder
@@ -186,10 +186,10 @@ def read_task(path: Path, world: World) -> Read:
 
 
 def rendered(diagnostics: Iterable[Diagnostic], sources: Mapping[str, str] | None = None) -> list[str]:
-    """Return the text of each diagnostic; source lines come from `sources`, else from the files on disk."""
+    """Return the text of each diagnostic, of each file the errors first; source lines come from `sources`, else from disk."""
     texts = dict(sources or {})
     lines = []
-    for diagnostic in diagnostics:
+    for diagnostic in errors_first(diagnostics):
         name = diagnostic.mark.file
         if name not in texts:
             texts[name] = ""

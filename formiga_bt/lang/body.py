@@ -5,7 +5,7 @@ A body is the steps of a task or of a subtree. `flow` is the part that depends o
 """
 
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
 from operator import is_
@@ -120,10 +120,14 @@ class Body:
         self.flow.sure |= {name}
         return name
 
-    def count(self, node: Node) -> None:
-        """Count the names in a node that cannot be read as used, so that one mistake is one diagnostic."""
+    def count(self, node: Node, but: Collection[Mark] = ()) -> None:
+        """Count the names in a node that cannot be read as used, so that one mistake is one diagnostic.
+
+        `but`: where names stand that are not used there.
+        """
         for scalar in scalars(node):
-            self.used.update(_WORD.findall(scalar.text))
+            if scalar.mark not in but:
+                self.used.update(_WORD.findall(scalar.text))
 
     def drop(self, node: Node) -> None:
         """Give up on a step: its names count as used and as saved, so that one mistake is one diagnostic."""

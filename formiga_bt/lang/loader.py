@@ -219,9 +219,13 @@ class _TaskReader:
         body.agents = agent_types_of(params)
         parts["params"] = params
         roles_node = keys["agents"].value if "agents" in keys else None
+        before = len(self.problems.found)
         parts["vars"] = read_vars(body, keys["vars"].value) if "vars" in keys else {}
         with self.problems.within("agents"):
             roles = read_roles(body, roles_node) if roles_node is not None else {}
+        if self.problems.has_errors(before):
+            for entry in [keys[key] for key in ("vars", "agents") if key in keys]:
+                body.count(entry.value)
         if "envelope" in keys:
             parts["envelope"] = self._envelope(keys["envelope"].value, roles)
             body.tightened = parts["envelope"]
@@ -327,16 +331,20 @@ class _TaskReader:
 
     def _report_unused(self) -> None:
         body, unit = self.body, self.unit
+        for entry in unit.root.entries if unit.root is not None else ():
+            if entry.key.text not in unit.keys:  # it is unknown, and refused
+                body.count(entry.value)
         body.report_unread()
         for name, named in body.names.items():
             if name not in body.used:
                 self.problems.add(
                     "W060", named.mark, f"{named.origin} '{name}' is declared but never used", "remove it"
                 )
+        words = body.used | self.subtrees.words
         for name, entry in unit.own.items():
-            if (unit.file, name) not in self.subtrees.called:
+            if (unit.file, name) not in self.subtrees.called and name not in words:
                 self.problems.add("W060", entry.key.mark, f"subtree '{name}' is declared but never used", "remove it")
         for one in self.shelf.units.values():
             for at, imported in one.imports:
-                if imported.file not in one.called:
+                if imported.file not in one.called and words.isdisjoint(imported.own):
                     self.problems.add("W060", at.mark, f"import '{at.text}' is never used", "remove it")

@@ -23,6 +23,8 @@ class Subtrees:
         self.problems = problems
         self.dropped = False
         self.called: set[tuple[str, str]] = set()
+        self.words: set[str] = set()
+        """Used in the bodies of subtrees, also in steps with errors."""
         self._done: dict[tuple[str, str], Callee | None] = {}
         self._open: list[tuple[str, str]] = []
 
@@ -86,6 +88,7 @@ class Subtrees:
             steps = read_steps(body, steps_node, "steps", "steps") if steps_node is not None else ()
         returns = body.value(keys["returns"].value, ANY, "returns", optional=False) if "returns" in keys else None
         self.dropped = self.dropped or body.dropped
+        self.words |= body.used
         body.report_unused(params, "param")
         body.report_unread()
         subtree = Subtree(entry.key.text, params, steps, entry.key.mark, returns)

@@ -61,6 +61,7 @@ from formiga_bt.lang.steps.requests import read_request
 from formiga_bt.lang.synonyms import ADVICE, BY_HAND, KIND_SYNONYMS, is_sure, kind_for
 from formiga_bt.lang.types import DURATION, INT, NUMBER
 from formiga_bt.lang.walk import roles_inside
+from formiga_bt.lang.written import saves
 
 _LOOPS: Final = ("while", "repeat", "for")
 _TOGETHER: Final = "mode: parallel"
@@ -128,7 +129,18 @@ def _items(body: Body, node: Node, key: str) -> tuple[Node, ...]:
 
 
 def read_step(body: Body, node: Node, seg: str) -> Step | None:
-    """Read one step; None (reported) if its kind or its main value cannot be read."""
+    """Read one step; None (reported) if its kind or its main value cannot be read.
+
+    Names in a step with an error count as used: nobody knows what it will be when it is mended.
+    """
+    before = len(body.problems.found)
+    step = _read_step(body, node, seg)
+    if body.problems.has_errors(before):
+        body.count(node, {at.mark for at in saves(node)})
+    return step
+
+
+def _read_step(body: Body, node: Node, seg: str) -> Step | None:
     body.tell(node.mark)
     if not isinstance(node, Mapping_):
         what = f"a step is a mapping such as 'do: drone.TakeOff', this is {what_is(node)}"

@@ -65,6 +65,20 @@ def test_a_warning_is_refused_only_when_strict(doubtful: Path, capsys: pytest.Ca
     assert capsys.readouterr().out.endswith("refused: 1 file, 0 errors, 1 warning\n")
 
 
+def test_of_each_file_the_errors_come_first(bad: Path, doubtful: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    text = doubtful.read_text(encoding="utf-8")
+    doubtful.write_text(text.replace("to: [watcher]", "too: [watcher]"), encoding="utf-8")
+
+    assert run(["check", str(bad), str(doubtful)]) == 1
+    text = capsys.readouterr().out
+    run(["check", "--json", str(bad), str(doubtful)])
+
+    said = [line.split(": ")[:2] for line in text.splitlines() if line.startswith(str(bad.parent))]
+    by_place = [(one["file"], one["line"]) for one in json.loads(capsys.readouterr().out)["diagnostics"]]
+    assert said == [[f"{bad}:6:1", "E004"], [f"{doubtful}:10:5", "E004"], [f"{doubtful}:4:3", "W060"]]
+    assert by_place == sorted(by_place)
+
+
 def test_json_says_the_same_to_programs(bad: Path, good: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["check", "--json", str(bad), str(good)]) == 1
     report = json.loads(capsys.readouterr().out)

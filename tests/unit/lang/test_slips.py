@@ -64,6 +64,43 @@ def test_a_name_in_a_misspelt_field_counts_as_used(load: Load) -> None:
     assert [d.code for d in load(text).diagnostics] == ["E022"]
 
 
+@pytest.mark.parametrize(
+    ("text", "codes"),
+    [
+        # What is wrong in a step tells nothing of the names in it.
+        ("params: {at: place}\nagents: {d: {type: lwd}}\nsteps:\n  - do: d.Fly\n    with: {to: '${at}'}\n", ["E021"]),
+        (
+            "params: {at: place}\nagents: {d: {type: lwd}}\nsteps:\n  - do: d.GoTo\n    to: ${at}\n",
+            ["E030", "E022", "E004"],
+        ),
+        ("params: {far: distance}\nsteps:\n  - check: site.farr > far\n", ["E011"]),
+        (
+            "params: {at: place}\nagents: {d: {type: lwd, near: '${abve(at)}'}}\nsteps:\n  - do: d.TakeOf\n",
+            ["E012", "E021"],
+        ),
+        ("params: {n: int}\nsteps:\n  - wait: 1 s\nepilogue:\n  - notify: It is ${n}.\n", ["E004"]),
+        (
+            "params: {at: place}\nagents: {d: {type: lwd, beside: '${at}'}}\nsteps:\n  - notify: It is ${d.id}.\n",
+            ["E004"],
+        ),
+        ("params: {n: int}\nsteps:\n  - wait: 1 s\nfinaly:\n  - notify: It is ${n}.\n", ["E004"]),
+        ("steps:\n  - call: Nap\n    wait: 1 s\nsubtrees:\n  Nap:\n    steps: [{wait: 5 s}]\n", ["E005"]),
+        (
+            "imports: [lib/flying.yaml]\nagents: {d: {type: lwd}}\nsteps:\n  - call: ReturnHome\n    wait: ${d.battery}\n",
+            ["E005"],
+        ),
+        (
+            "steps:\n  - call: Nap\nsubtrees:\n  Nap:\n    params: {far: distance}\n    steps:\n      - chek: far > 3 m\n",
+            ["E050", "E006"],
+        ),
+        # What no step mentions is left over all the same; so is what the step itself saves.
+        ("params: {at: place}\nsteps:\n  - wat: 1 s\n", ["W060", "E006"]),
+    ],
+)
+def test_names_in_what_has_an_error_are_not_called_unused(load: Load, text: str, codes: list[str]) -> None:
+    assert [d.code for d in load(text).diagnostics] == codes
+
+
 def test_keys_with_a_capital_are_named(catalogue: Catalogue) -> None:
     loaded = load_task_text("Formiga: 1\nTask: Hello\nsteps:\n  - wait: 1 s\n", "a.yaml", catalogue=catalogue)
     assert [(d.code, d.mark.line) for d in loaded.diagnostics] == [("E007", 1), ("E004", 2)]
