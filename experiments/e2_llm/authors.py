@@ -41,6 +41,11 @@ class Written(Struct, frozen=True, kw_only=True):
     say: str = ""
     seconds: float = 0.0
 
+    @property
+    def seconds_checks(self) -> float:
+        """Return the time that was not the model's: checker, dry runs, comparison, of all rounds."""
+        return max(0.0, self.seconds - sum(one.seconds for one in self.attempts))
+
 
 class Author(Protocol):
     """Writes tasks."""

@@ -1,5 +1,6 @@
 """One line of a results file: a run of the experiment."""
 
+import gzip
 from pathlib import Path
 
 import msgspec
@@ -48,6 +49,10 @@ class Run(Struct, frozen=True, kw_only=True):
     tokens: int = 0
     seconds_first: float = 0.0
     seconds: float = 0.0
+    seconds_checks: float | None = None
+    """Of `seconds`, what was not the model's: checker, dry runs, comparison, of all rounds. None: not told apart."""
+    problems: tuple[str, ...] = ()
+    """Codes of what the product had against the first answer."""
     first: Judged | None = None
     """The first answer."""
     last: Judged | None = None
@@ -69,11 +74,12 @@ class Run(Struct, frozen=True, kw_only=True):
 
 
 def read(path: Path) -> list[Run]:
-    """Return the runs of a results file; a last line that was cut off is passed over."""
+    """Return the runs of a results file, which may be compressed (`.gz`); a last line that was cut off is passed over."""
     if not path.is_file():
         return []
     found = []
-    for line in path.read_bytes().split(b"\n"):
+    data = gzip.decompress(path.read_bytes()) if path.suffix == ".gz" else path.read_bytes()
+    for line in data.split(b"\n"):
         if line.strip():
             try:
                 found.append(msgspec.json.decode(line, type=Run))

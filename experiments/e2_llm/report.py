@@ -77,7 +77,7 @@ def _success(rows: list[Run], tasks: list[str], column: str) -> str:
     head = [
         "task", "paper (Table 3)", "first answer right", "offered after repair and right", "offered but wrong, first",
         "offered but wrong, repaired", "first answer valid", "rounds", "tokens", "first answer s", "whole s",
-        "paper's seconds (median)",
+        "checks s (median, most)", "paper's seconds (median)",
     ]  # fmt: skip
     made = []
     for task in tasks:
@@ -97,10 +97,17 @@ def _success(rows: list[Run], tasks: list[str], column: str) -> str:
                 f"{median(run.tokens for run in of):g}",
                 f"{median(run.seconds_first for run in of):.1f}",
                 f"{median(run.seconds for run in of):.1f}",
+                _checks(of),
                 f"{seconds:.2f}" if seconds is not None and column == "paper" else "-",
             ]
         )
     return _table(head, made)
+
+
+def _checks(rows: list[Run]) -> str:
+    """Return the seconds of a run that were not the model's."""
+    values = [run.seconds_checks for run in rows if run.seconds_checks is not None]
+    return f"{median(values):.2f}, {max(values):.2f}" if values else "-"
 
 
 def _share(rows: list[Run], holds: Callable[[Run], bool]) -> str:
@@ -135,7 +142,14 @@ def _faults(rows: list[Run], tasks: list[str]) -> str:
 
 
 def _second(rows: list[Run]) -> str:
-    head = ["second set", "first answer right", "right in the end", "offered but wrong", "median s"]
+    head = [
+        "second set",
+        "first answer right",
+        "right in the end",
+        "offered but wrong",
+        "median s",
+        "checks s (median, most)",
+    ]
     made = []
     for task in [*sorted({run.task.rsplit("/", 2)[0] for run in rows}), "second/"]:
         of = [run for run in rows if run.task.startswith(task)]
@@ -146,6 +160,7 @@ def _second(rows: list[Run]) -> str:
                 _share(of, lambda run: run.last is not None and run.last.success),
                 _share(of, lambda run: run.last is not None and run.last.passed and not run.last.success),
                 f"{median(run.seconds for run in of):.1f}",
+                _checks(of),
             ]
         )
     return _table(head, made)

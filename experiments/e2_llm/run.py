@@ -82,6 +82,8 @@ def run_of(request: Request, written: Written, world: World, column: str, whose:
         tokens=sum(one.tokens for one in written.attempts),
         seconds_first=first.seconds if first is not None else 0.0,
         seconds=written.seconds,
+        seconds_checks=written.seconds_checks,
+        problems=first.problems if first is not None else (),
         first=early,
         last=late,
         ngram_tree=near.ngram_tree if near is not None else None,
@@ -175,6 +177,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     unknown = [one for one in tasks if one not in (*TASKS, "T1", "T2", "T3", "T4", "T5", "second")]
     if unknown or not 1 <= given.runs <= 1000:
         reader.error(f"unknown task {', '.join(unknown)}" if unknown else "--runs is 1 to 1000")
+    if given.out.suffix == ".gz":
+        reader.error(f"runs are added to a plain file, not to {given.out}; the report reads both")
     if given.column == "tuned" and not given.trained_on:
         reader.error("the column tuned says what training saw: --trained-on TEXT")
     is_python = given.column == "paper-form"

@@ -86,6 +86,8 @@ def second_run(author: Author, request: Second, run: int, whose: Whose, column: 
         tokens=sum(one.tokens for one in written.attempts) if written else 0,
         seconds_first=written.attempts[0].seconds if written and written.attempts else 0.0,
         seconds=written.seconds if written else 0.0,
+        seconds_checks=written.seconds_checks if written else None,
+        problems=written.attempts[0].problems if written and written.attempts else (),
         first=first,
         last=last,
         yaml_first=written.attempts[0].yaml if written and written.attempts else "",

@@ -1,5 +1,6 @@
 """The runner of the language-model experiment, over an author that writes the shipped trees or wrong ones."""
 
+import gzip
 from pathlib import Path
 
 import pytest
@@ -46,7 +47,7 @@ class Scripted:
         right = Attempt(yaml=reference(request), values=request.values, passed=True, tokens=100, seconds=2.0)
         wrong = Attempt(yaml=WRONG, passed=False, problems=("place_not_used",), tokens=50, seconds=1.0)
         attempts = (wrong, right) if self.repairs else (right,)
-        return Written(kind="task", attempts=attempts, yaml=right.yaml, values=right.values, seconds=3.0)
+        return Written(kind="task", attempts=attempts, yaml=right.yaml, values=right.values, seconds=3.5)
 
 
 def reference(request: Request) -> str:
@@ -75,7 +76,7 @@ def test_first_answer_and_repaired_one_are_told_apart(tmp_path: Path) -> None:
     assert run.last is not None
     assert (run.first.valid, run.first.passed, run.first.success) == (True, False, False)
     assert "no_circle" in run.first.faults
-    assert (run.last.success, run.rounds, run.tokens, run.seconds_first, run.seconds) == (True, 2, 150, 1.0, 3.0)
+    assert (run.last.success, run.rounds, run.tokens, run.seconds_first, run.seconds) == (True, 2, 150, 1.0, 3.5)
 
 
 def test_hidden_helpers_do_not_count_in_the_column_of_the_paper(tmp_path: Path) -> None:
@@ -102,6 +103,9 @@ def test_an_interrupted_experiment_goes_on(tmp_path: Path) -> None:
     assert [run.run for run in read(out)] == [0, 1, 2]
     assert said[0] == f"2 runs to do, 1 in {out}"
     assert said[1].startswith("1/2 T6/01 task after 1 rounds, ")
+    packed = tmp_path / "results.jsonl.gz"
+    packed.write_bytes(gzip.compress(out.read_bytes()))
+    assert read(packed) == read(out)
 
 
 def test_runs_without_an_answer_are_done_again(tmp_path: Path) -> None:
@@ -150,6 +154,7 @@ def test_the_report_has_the_papers_values_in_its_column_only(tmp_path: Path) -> 
     assert text.count("## none (scripted), column ") == 2
     assert text.count("93.3 % (28/30; 78.7 to 98.2)") == 1
     assert "100.0 % (2/2; 34.2 to 100.0)" in text
+    assert text.count("| 0.50, 0.50 |") == 2  # of what is left of the whole time when the model's is taken off
     assert [path.name for path in figures(runs[:2], tmp_path)] == ["figure-15-scripted-none-paper.svg"]
 
 
