@@ -167,6 +167,7 @@ class Fleet:
             landed=status.landed,
             stood_at=status.position.ground if status.landed == "grounded" and status.position else agent.stood_at,
             lost_leg=None if status.landed == "grounded" else agent.lost_leg,
+            lost_area=None if status.landed == "grounded" else agent.lost_area,
             control=status.control,
             word=status.status,
             payload_kg=status.payload_kg,
@@ -343,7 +344,8 @@ class Fleet:
         """Its process is another one: what it did before ended unknown."""
         self._core.put_agent(agent.id, boot_id=boot_id, seq=-1)
         self.goals.lose(agent.id, "in_doubt", "in_doubt")
-        self._core.put_agent(agent.id, lost_leg=None)  # a machine whose process starts anew hovers where it says
+        # A machine whose process starts anew hovers where it says.
+        self._core.put_agent(agent.id, lost_leg=None, lost_area=None)
 
     # -- quarantine ----------------------------------------------------------------------------------------------
     def quarantine(self, agent_id: str, why: str) -> None:
@@ -422,11 +424,12 @@ class Fleet:
     def _returned(self, agent_id: str) -> None:
         agent = self._core.state.agents[agent_id]
         if agent.landed == "grounded":
-            self._core.put_agent(agent_id, layer_m=None, lost_leg=None)
+            self._core.put_agent(agent_id, layer_m=None, lost_leg=None, lost_area=None)
             self._rest(agent_id)
             self.tasks.poke_allocator()
         else:
-            self._core.put_agent(agent_id, lost_leg=None)  # it is where it says; what it did is canceled
+            # It is where it says; what it did is canceled.
+            self._core.put_agent(agent_id, lost_leg=None, lost_area=None)
             self.tasks.errands.start_recover(agent_id)
 
     # -- command -------------------------------------------------------------------------------------------------

@@ -272,11 +272,9 @@ class GateView:
     def _seen(self, agent: AgentRecord) -> Traffic:
         goal = self._core.state.goals.get(agent.goal) if agent.goal else None
         leg: Way | None = agent.lost_leg
-        area: Area | None = None
+        area: Area | None = agent.lost_area
         if goal is not None and goal.in_flight and (goal.leg is not None or goal.area is not None):
             leg, area = goal.leg, goal.area
-        elif agent.pool == "QUARANTINED" and agent.landed != "grounded":
-            area = agent.lost_area
         column = self._column_m(agent, leg)
         return traffic_of(
             agent.id,

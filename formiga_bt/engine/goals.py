@@ -339,8 +339,11 @@ class Goals:
             core.effect(CancelGoal(goal_id, goal.agent, goal.action))
             core.set_wall(f"cancel|{goal_id}", RESEND_US)
         elif word == "grace" and goal.state == "canceling":
+            agent = core.state.agents[goal.agent]
+            if agent.goal == goal_id and (agent.landed != "grounded" or agent.liveness != "ALIVE"):
+                self._keep_way(goal)
             self.end(goal_id, "in_doubt", "cancel_unconfirmed", "the cancel was never confirmed")
-            if core.state.agents[goal.agent].human:  # people are only unreachable
+            if agent.human:  # people are only unreachable
                 text = f"{goal.agent} never confirmed that the request was withdrawn"
                 core.effect(Alarm("cancel_unconfirmed", text, goal.task, goal.agent))
             else:
@@ -364,9 +367,14 @@ class Goals:
         """End every goal that an agent has or waits for (`lost`, `in_doubt`)."""
         for goal in [g for g in self._core.index.goals_of(agent_id) if not g.ended]:
             if goal.in_flight or state == "lost":
-                if goal.in_flight and (goal.leg is not None or goal.area is not None):
-                    self._core.put_agent(agent_id, lost_leg=goal.leg, lost_area=goal.area)
+                if goal.in_flight:
+                    self._keep_way(goal)
                 self.end(goal.id, state, code)
+
+    def _keep_way(self, goal: GoalRecord) -> None:
+        """Nobody knows whether a machine goes on with a goal: what that takes up in the air stays its own."""
+        if goal.leg is not None or goal.area is not None:
+            self._core.put_agent(goal.agent, lost_leg=goal.leg, lost_area=goal.area)
 
     def give_up(self, agent_id: str) -> None:
         """End what waits for a machine that leaves its task: nothing of that is sent any more."""

@@ -295,9 +295,10 @@ class AgentRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
     """Its own port's name."""
     layer_m: float | None = None
     lost_leg: tuple[Position, Position] | None = None
-    """The way that it was on when it was lost: it may have gone on, so all of it stays reserved until it flies another."""
+    """The way that it was on when it was lost, or did not confirm that it stopped: it may have gone on, so all of it stays
+    reserved until it says that it stands on the ground, is asked what it still does, or flies another."""
     lost_area: Area | None = None
-    """The area that it explored when it was lost, likewise."""
+    """The area that it explored then, likewise."""
     battery: float | None = None
     position: Position | None = None
     initial: Position | None = None
@@ -338,7 +339,7 @@ class AgentRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
     @property
     def may_be_airborne(self) -> bool:
         """Return whether it flies for all that is known: one that was lost on its way up from the ground, too."""
-        return self.landed != "grounded" or self.lost_leg is not None
+        return self.landed != "grounded" or self.lost_leg is not None or self.lost_area is not None
 
 
 class GoalRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):

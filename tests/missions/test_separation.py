@@ -1,8 +1,11 @@
 """Keeping apart (safety 5): a leg waits while another is in the way, and goes on when it is free."""
 
 from agents_sim.world import AgentSpec
+from formiga_bt.engine.inputs import Abort, Operator
+from formiga_bt.engine.records import GoalRecord
 from formiga_bt.geo import Place, Position
 from formiga_bt.lang.types import AgentRef
+from formiga_bt.rehearsal import Rehearsal
 from formiga_bt.testing import packaged_task, packaged_world, task_of
 from tests.missions.conftest import Fly
 from tests.missions.test_shipped import SITE, pick_up
@@ -124,3 +127,35 @@ def test_the_area_of_a_lost_explorer_stays_reserved(fly: Fly) -> None:
     assert (lost.pool, lost.lost_area) == ("QUARANTINED", goal.area)
     rehearsal.sim.thaw(goal.agent)
     assert rehearsal.run_until_ended()
+
+
+def explores(rehearsal: Rehearsal) -> GoalRecord:
+    """Let a drone explore the bog at 75 m; return its goal."""
+    rehearsal.submit("ExploreRegion", {"region": SITE.regions["bog"], "altitude": 75.0})
+    assert rehearsal.run_until(lambda: any(g.action == "Explore" for g in rehearsal.engine.state.goals.values()), 600)
+    goal = next(g for g in rehearsal.engine.state.goals.values() if g.action == "Explore")
+    assert goal.area is not None
+    return goal
+
+
+def waiting_at_75_m(rehearsal: Rehearsal) -> list[tuple[str, str]]:
+    """Request a second task, whose way in its layer of 75 m ends at the corner of the bog; tell its waits."""
+    pick_up(rehearsal)
+    rehearsal.run_for(60)
+    return [(g.code, g.text) for g in rehearsal.engine.state.goals.values() if g.state == "gated"]
+
+
+def test_a_drone_that_never_confirmed_that_it_stopped_keeps_its_area(fly: Fly) -> None:
+    rehearsal = fly(packaged_task("explore_region"))
+    goal = explores(rehearsal)
+    rehearsal.sim.never_confirm_cancel(goal.agent)
+    rehearsal.ask(Abort(goal.task))
+    rehearsal.run_for(40)
+    kept = rehearsal.engine.state.agents[goal.agent]
+    assert (kept.quarantine, kept.lost_area) == ("cancel_unconfirmed", goal.area)
+
+    assert waiting_at_75_m(rehearsal) == [("leg_busy", goal.agent)]
+
+    rehearsal.ask(Operator("clear", goal.agent))
+    assert rehearsal.run_until_ended()
+    assert rehearsal.engine.state.agents[goal.agent].lost_area is None
