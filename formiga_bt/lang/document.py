@@ -2,7 +2,7 @@
 
 The only module that imports `yaml`. Text is refused (E003) before a node is built if it holds anchors, aliases, tags or
 documents, or is too deep, long or large, so that no bomb is ever composed. Syntax errors (E001) are explained
-by `traps`. Called by the loader for tasks, libraries, catalogues, sites and tests.
+by `colons` and `traps`. Called by the loader for tasks, libraries, catalogues, sites and tests.
 """
 
 from collections.abc import Iterator
@@ -12,6 +12,7 @@ from typing import Any, Final
 import yaml
 
 from formiga_bt.diagnostics import Diagnostic, Mark
+from formiga_bt.lang.colons import colon_in_key, missing_colon
 from formiga_bt.lang.traps import explain, explain_tag, forbidden_characters, hidden_text, lines_of
 
 MAX_BYTES: Final = 1_000_000
@@ -96,7 +97,28 @@ def parse(text: str, file: str) -> tuple[Node | None, list[Diagnostic]]:
         return _Builder(source, file, events).build()
     except yaml.YAMLError as error:
         line, col, said = _place_of(error)
-        return None, [explain(source, file, line, col, said)]
+        colon = missing_colon(lines_of(source), file, line, said, _reads)
+        return None, [colon or explain(source, file, line, col, said)]
+    except _Slip as slip:
+        return None, [slip.found]
+
+
+class _Slip(Exception):  # noqa: N818 - it names what is wrong
+    """What stands there can be read, but not as it was meant: nothing more is told of the text."""
+
+    def __init__(self, found: Diagnostic) -> None:
+        super().__init__(found.message)
+        self.found = found
+
+
+def _reads(source: str) -> int:
+    """Return the line at which reading a text ends."""
+    try:
+        for _ in _events(source):
+            pass
+    except yaml.YAMLError as error:
+        return _place_of(error)[0]
+    return len(lines_of(source)) + 1
 
 
 def _events(source: str) -> Iterator[Any]:
@@ -230,6 +252,8 @@ class _Builder:
             value = self._node(next(self._events))
             if not isinstance(key, Scalar):
                 self._found.append(Diagnostic("E001", key.mark, "a key must be a word", self._key_help(key.mark)))
+            elif not key.quoted and (slip := colon_in_key(key.text, self._line(key.mark), key.mark)) is not None:
+                raise _Slip(slip)
             elif key.text in entries:
                 first = entries[key.text].key.mark.line
                 what = f"key '{key.text}' appears twice in this mapping; first at line {first}"

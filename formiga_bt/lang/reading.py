@@ -11,6 +11,7 @@ from dataclasses import replace
 from typing import Any, Final
 
 from formiga_bt.diagnostics import Diagnostic, Fix, Mark
+from formiga_bt.lang.colons import in_text
 from formiga_bt.lang.document import Entry, Listing, Mapping_, Node, Scalar
 from formiga_bt.lang.kinds import Option
 from formiga_bt.lang.synonyms import ADVICE, BY_HAND, KEY_SYNONYMS, is_sure, key_for, nearest, surely
@@ -111,7 +112,9 @@ def read_mapping(node: Node, problems: Problems, what: str) -> Mapping_ | None:
     """Return the node if it is a mapping; else report E008."""
     if isinstance(node, Mapping_):
         return node
-    problems.add("E008", node.mark, f"'{what}' must be a mapping (key: value), this is {what_is(node)}")
+    missing, mended = in_text(node.text) if isinstance(node, Scalar) and not node.quoted else ("", "")
+    said = f"'{what}' must be a mapping (key: value), this is {what_is(node)}"
+    problems.add("E008", node.mark, f"{said}; {missing}" if missing else said, f"write: {mended}" if missing else "")
     return None
 
 
@@ -265,6 +268,8 @@ def unknown_key(key: Scalar, known: Iterable[str], problems: Problems, owner: st
     help_ = ADVICE.get(key.text, "" if meant else f"options: {quoted_list(names)}")
     sure = meant and (KEY_SYNONYMS.get(key.text) == meant or is_sure(key.text, meant, names))
     fix = fix_word(key, meant) if sure and key.text not in BY_HAND else None
+    missing, mended = in_text(key.text) if not key.quoted else ("", "")
+    guess, help_ = (f"; {missing}", f"write: {mended}") if missing else (guess, help_)
     problems.add("E004", key.mark, f"{owner} has no option '{shorten(key.text)}'{guess}", help_, fix)
     return meant
 

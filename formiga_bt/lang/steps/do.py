@@ -144,3 +144,17 @@ def _check_field_range(body: Body, expr: Expr, field: FieldSpec, owner: str, rol
     if field.min is not None and expr.const < field.min:
         least = format_quantity(field.type.name, field.min)
         body.problems.add("E062", expr.mark, f"{field.name} {shown} is below the limit of {least} for {owner}")
+
+
+def as_order(body: Body, text: str) -> str:
+    """Return how an action that stands where a step is due is ordered, `do: drone.TakeOff`; empty: the text is no action.
+
+    Where several could do it, or nobody, the word for the one who does is AGENT.
+    """
+    who, _, action = text.rpartition(".")
+    if action not in body.world.catalogue.actions or (who and who not in body.names):
+        return ""
+    types = body.world.catalogue.types
+    held = [name for name in body.agents if name in body.names and not body.names[name].type.is_foreign]
+    can = [name for name in held if any(action in types[t].actions for t in body.agents[name] if t in types)]
+    return f"do: {who or (can[0] if len(can) == 1 else 'AGENT')}.{action}"

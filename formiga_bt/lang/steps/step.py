@@ -12,6 +12,7 @@ from typing import Any, Final
 
 from formiga_bt.diagnostics import Fix, Mark
 from formiga_bt.lang.body import Body
+from formiga_bt.lang.colons import in_text
 from formiga_bt.lang.document import Entry, Listing, Mapping_, Node, Scalar
 from formiga_bt.lang.expressions import narrows, narrows_when_false
 from formiga_bt.lang.flow import Flow, join
@@ -56,6 +57,7 @@ from formiga_bt.lang.reading import (
 )
 from formiga_bt.lang.steps import ask, blocks, call, do, extra, loops, moments, over_lists, switches
 from formiga_bt.lang.steps.blocks import Readers
+from formiga_bt.lang.steps.do import as_order
 from formiga_bt.lang.steps.parts import Keys
 from formiga_bt.lang.steps.requests import read_request
 from formiga_bt.lang.synonyms import ADVICE, BY_HAND, KIND_SYNONYMS, is_sure, kind_for
@@ -143,8 +145,7 @@ def read_step(body: Body, node: Node, seg: str) -> Step | None:
 def _read_step(body: Body, node: Node, seg: str) -> Step | None:
     body.tell(node.mark)
     if not isinstance(node, Mapping_):
-        what = f"a step is a mapping such as 'do: drone.TakeOff', this is {what_is(node)}"
-        body.problems.add("E005", node.mark, what)
+        _report_no_mapping(body, node)
         body.drop(node)
         return None
     node = _steps_under_do(body, node)
@@ -161,6 +162,18 @@ def _read_step(body: Body, node: Node, seg: str) -> Step | None:
     if step is None:
         body.drop(node)
     return step
+
+
+def _report_no_mapping(body: Body, node: Node) -> None:
+    """Report what is no mapping; of a text how it was meant, if a colon would make a step of it or it is an action."""
+    what, mended, fix = f"a step is a mapping such as 'do: drone.TakeOff', this is {what_is(node)}", "", None
+    if isinstance(node, Scalar) and node.exact and not node.quoted:
+        missing, mended = in_text(node.text)
+        if missing:
+            what = f"{what}; {missing}"
+        mended = mended or as_order(body, node.text)
+        fix = Fix(node.mark, mended) if mended and "AGENT" not in mended else None
+    body.problems.add("E005", node.mark, what, f"write: {mended}" if mended else "", fix)
 
 
 def _label(node: Mapping_, kind: Kind) -> str:
@@ -224,7 +237,9 @@ def _mended(body: Body, node: Mapping_) -> Mapping_:
     key = next((key for key in unknown if key.text not in options), unknown[0])
     meant = kind_for(key.text, KINDS)
     guess = f"; did you mean '{meant}'?" if meant else ""
-    help_ = ADVICE.get(key.text, "" if meant else f"steps: {', '.join(k.name for k in KINDS.values() if k.available)}")
+    order = "" if meant else as_order(body, key.text)
+    known = f"steps: {', '.join(k.name for k in KINDS.values() if k.available)}"
+    help_ = ADVICE.get(key.text, "" if meant else f"it is an action, write: {order}" if order else known)
     what = f"'{shorten(key.text)}' is not a step{guess}"
     body.problems.add("E006", key.mark, what, help_, _fix_kind(node, key, meant))
     if not meant or not KINDS[meant].available:
