@@ -1,4 +1,7 @@
-"""An engine of this folder whose journal tells of tasks that the engine has forgotten: it keeps the newest that ended."""
+"""An engine of this folder, and its journal, which tells what the engine does not know.
+
+That are tasks that it has forgotten, as it keeps the newest that ended, and what was before it was started again.
+"""
 
 import sys
 from collections.abc import Callable, Sequence
@@ -6,8 +9,9 @@ from typing import TYPE_CHECKING, TypeVar
 
 from formiga_bt.cli.calling import Client
 from formiga_bt.cli.remote import RemoteSource
+from formiga_bt.clock import SECOND
 from formiga_bt.errors import FormigaError, TaskError
-from formiga_bt.show.facts import Because, Chart, TaskPicture, Timeline
+from formiga_bt.show.facts import Because, Chart, Stats, TaskPicture, Timeline
 
 if TYPE_CHECKING:
     from formiga_bt.replay.machine import TimeMachine
@@ -42,10 +46,39 @@ class Remembering(RemoteSource):
         return self._asked(lambda: super(Remembering, self).timeline(tasks), lambda past: past.timeline(tasks), ids)
 
     def chart(self, tasks: Sequence[str] = ()) -> Chart:
-        """Return the site's map."""
+        """Return the site's map; of all tasks, with the ways of the last day at least."""
+        if not tasks:
+            return self._longer(super().chart, lambda past: past.chart())
         return self._asked(
             lambda: super(Remembering, self).chart(tasks), lambda past: past.chart(tasks), ", ".join(tasks)
         )
+
+    def stats(self, *, task: str = "", hours: float = 0.0) -> Stats:
+        """Return durations with their spread, of the last hours; 0: since the engine's start, of the last day at least."""
+        return self._longer(
+            lambda: super(Remembering, self).stats(task=task, hours=hours),
+            lambda past: past.stats(task=task, hours=hours),
+            hours,
+        )
+
+    def _longer(self, live: Callable[[], T], past: "Callable[[Source], T]", hours: float = 0.0) -> T:
+        """Ask the journal if the engine was started again within the last hours (0: a day), else the engine."""
+        try:
+            from formiga_bt.cli.past import zone
+            from formiga_bt.replay.source import WINDOW_US, JournalSource
+            from formiga_bt.replay.when import in_words
+
+            with self._open() as machine:
+                began = machine.began_again(self.client.address.epoch)
+                wanted = round(hours * 3600 * SECOND) if hours > 0 else WINDOW_US
+                if began is not None and began > machine.last - wanted:
+                    found = past(JournalSource(machine))
+                    when = in_words(began, zone())
+                    print(f"the engine was started again at {when}; its journal tells what was before", file=sys.stderr)
+                    return found
+        except FormigaError:
+            pass
+        return live()
 
     def _asked(self, live: Callable[[], T], past: "Callable[[Source], T]", ids: str) -> T:
         try:

@@ -186,6 +186,12 @@ class TimeMachine:
                 found.append(Restart(told.at, first.at, told.wall - told.since, is_clean=before.ended is not None))
         return found
 
+    def began_again(self, epoch: int) -> Micros | None:
+        """Return when the engine of an epoch began, if another one was before it in what is kept; None: it was the first."""
+        starts = self.journal.starts()
+        began = next((start.at for start in starts if start.epoch == epoch), None)
+        return began if began is not None and self.first < began and starts[0].epoch != epoch else None
+
     def events(self, after: int = 0, to: int | None = None, task: str = "") -> Iterator[Kept]:
         """Return kept steps in order, of a task or of all."""
         return self.journal.read(after, to, task=task)

@@ -8,6 +8,7 @@ import pytest
 from formiga_bt.cli.past import source_of
 from formiga_bt.cli.remote import RemotePast, connect_source
 from formiga_bt.errors import TaskError
+from formiga_bt.replay.source import WINDOW_US
 from formiga_bt.services.journaling import JournalAt
 from formiga_bt.services.past_routes import PastTask
 from formiga_bt.show.facts import Chart, Now, Stats, Timeline
@@ -79,6 +80,41 @@ def test_a_task_that_a_running_engine_forgot_is_found_in_its_journal(
         assert {task} == {row.id for row in source.timeline([task]).tasks}
         with pytest.raises(TaskError, match="Ask-99"):
             source.task("Ask-99")
+
+
+def ended(stats: Stats) -> int:
+    return sum(one.n + one.failed for one in stats.tasks)
+
+
+def test_an_engine_that_was_started_again_counts_what_was_before(
+    start: Start, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """In the folder its journal tells; an engine that was never started again, or wants no more than it has, tells itself."""
+    with start(journal=JournalAt(durability="normal")) as service:
+        service.ends(service.submit("Hello"))
+        first = source_of(tmp_path)
+        assert [(one.name, one.n) for one in first.stats().tasks] == [("Hello", 1)]
+        assert first.chart().tracks
+        assert capsys.readouterr().err == ""
+
+    with start(journal=JournalAt(durability="normal")) as service:
+        service.ends(service.submit("Hello"))
+        live = connect_source(url=service.url)
+        assert (ended(live.stats()), "Hello-1" in {one.task for one in live.chart().tracks}) == (1, False)
+        again = source_of(tmp_path)
+        service.wait(lambda: ended(again.stats()) == 2)
+        capsys.readouterr()
+        day = again.stats()
+        assert capsys.readouterr().err.startswith("the engine was started again at ")
+        assert day.at - day.since < WINDOW_US
+        assert {one.name: one.n for one in day.actions}["TakeOff"] == 2
+        assert again.stats(task="Nothing").tasks == ()
+        assert "its journal tells what was before\n" in capsys.readouterr().err
+        assert "Hello-1" in {one.task for one in again.chart().tracks}
+        capsys.readouterr()
+        moment = again.stats(hours=1e-9)
+        assert (moment.tasks, capsys.readouterr().err) == ((), "")
+        assert again.timeline(["Hello-1"]).actions
 
 
 def test_an_engine_without_a_journal_says_so(start: Start) -> None:
