@@ -90,7 +90,8 @@ def command(
     if edit is not None:
         before, chosen = _edited(edit, world, chosen)
     options = Options(form=chosen or "short", candidates=candidates, rounds=rounds)
-    chat = open_chat(provider, model, base_url=base_url, adapter=adapter)
+    is_change = previous is not None or before is not None
+    chat = open_chat(provider, model, base_url=base_url, adapter=adapter, is_change=is_change)
     progress = _Progress(quiet=as_json)
     try:
         made = draft(request, world, chat, options=options, previous=previous, edit=before, on_progress=progress.show)

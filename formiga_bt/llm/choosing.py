@@ -7,9 +7,10 @@ from typing import Any, Final
 from msgspec import Struct
 from msgspec.structs import replace
 
+from formiga_bt.llm.adapters import shipped
 from formiga_bt.llm.errors import LlmError
 from formiga_bt.llm.folders import config_folder, read_object, write_object
-from formiga_bt.llm.models import fetched, is_local_name
+from formiga_bt.llm.models import OnDisk, fetched, is_local_name
 from formiga_bt.llm.presets import LOCAL, NAMES, OTHER, PRESETS, has_key
 
 NOTHING: Final = """\
@@ -31,7 +32,9 @@ class Choice(Struct, frozen=True, kw_only=True):
     """Where the choice comes from, for people."""
 
 
-def choose(provider: str = "", model: str = "", *, base_url: str = "", adapter: str = "") -> Choice:
+def choose(
+    provider: str = "", model: str = "", *, base_url: str = "", adapter: str = "", is_change: bool = False
+) -> Choice:
     """Return whom `client.open_chat` asks; its arguments are described there.
 
     Raises:
@@ -40,10 +43,10 @@ def choose(provider: str = "", model: str = "", *, base_url: str = "", adapter: 
     if not (provider or base_url) and is_local_name(model):
         provider = LOCAL
     if provider or base_url:
-        return _named(provider, model, base_url, adapter, "the command line")
+        return _named(provider, model, base_url, adapter, "the command line", is_change)
     model, adapter = model or _said("MODEL"), adapter or _said("ADAPTER")
     if _said("PROVIDER") or _said("BASE_URL"):
-        return _named(_said("PROVIDER"), model, _said("BASE_URL"), adapter, "the environment")
+        return _named(_said("PROVIDER"), model, _said("BASE_URL"), adapter, "the environment", is_change)
     kept = default()
     if kept is not None:
         return replace(kept, model=model or kept.model, adapter=adapter or kept.adapter)
@@ -52,7 +55,8 @@ def choose(provider: str = "", model: str = "", *, base_url: str = "", adapter: 
             return Choice(provider=preset.name, model=model, why=f"{' or '.join(preset.keys)} is set")
     there = fetched()
     if there:
-        return Choice(provider=LOCAL, model=model or there[0].name, adapter=adapter, why="it is on this machine")
+        name = model or _best(there, adapter, is_change)
+        return Choice(provider=LOCAL, model=name, adapter=adapter, why="it is on this machine")
     raise LlmError(NOTHING)
 
 
@@ -60,7 +64,16 @@ def _said(what: str) -> str:
     return os.environ.get(f"FORMIGA_LLM_{what}", "").strip()
 
 
-def _named(provider: str, model: str, base_url: str, adapter: str, why: str) -> Choice:
+def _best(there: list[OnDisk], adapter: str, is_change: bool) -> str:
+    """Return which of the models on this machine is asked: one that was trained for this, else the largest.
+
+    An adapter was trained on requests, not on changes of tasks: for these it is the largest.
+    """
+    tuned = [] if adapter or is_change else [one for one in there if shipped(one) is not None]
+    return (tuned or there)[0].name
+
+
+def _named(provider: str, model: str, base_url: str, adapter: str, why: str, is_change: bool) -> Choice:
     """Return the choice of a provider by its name, or by the name of a local model."""
     if is_local_name(provider):
         provider, model = LOCAL, provider
@@ -71,7 +84,7 @@ def _named(provider: str, model: str, base_url: str, adapter: str, why: str) -> 
         there = fetched()
         if not there:
             raise LlmError("no model is on this machine\n  help: formiga model fetch qwen2.5-coder-1.5b")
-        model = there[0].name
+        model = _best(there, adapter, is_change)
     return Choice(provider=name, model=model, base_url=base_url, adapter=adapter, why=why)
 
 

@@ -59,7 +59,9 @@ class Chat(Protocol):
         """Let go of connections, and end the process of a local model. May be called twice."""
 
 
-def open_chat(provider: str = "", model: str = "", *, base_url: str = "", adapter: str = "") -> Chat:
+def open_chat(
+    provider: str = "", model: str = "", *, base_url: str = "", adapter: str = "", is_change: bool = False
+) -> Chat:
     """Choose a provider and a model, and return a chat with it.
 
     Args:
@@ -70,11 +72,12 @@ def open_chat(provider: str = "", model: str = "", *, base_url: str = "", adapte
             the provider's.
         adapter: a GGUF file with a LoRA adapter, for a local model; "" = the one that ships for it, if there is one;
             `none` = the model alone.
+        is_change: a task is to be changed; adapters were not trained on that.
 
     Raises:
         LlmError: nothing can be chosen; the text lists the ways.
     """
-    choice = choose(provider, model, base_url=base_url, adapter=adapter)
+    choice = choose(provider, model, base_url=base_url, adapter=adapter, is_change=is_change)
     return _local(choice) if choice.provider == LOCAL else _endpoint(choice)
 
 

@@ -6,6 +6,7 @@ from types import SimpleNamespace
 
 import pytest
 
+from formiga_bt.llm import choosing
 from formiga_bt.llm.choosing import NOTHING, choose, default, default_file, make_default
 from formiga_bt.llm.client import open_chat
 from formiga_bt.llm.errors import LlmError, NoKey
@@ -39,6 +40,21 @@ def test_the_ways_come_in_order(monkeypatch: pytest.MonkeyPatch, tmp_path: Path)
     assert chosen("openai") == ("openai", "", "")
     assert chosen(base_url="https://x/v1") == ("endpoint", "", "https://x/v1")
     assert chosen("tiny") == chosen("local") == chosen(model="tiny") == ("local", "tiny", "")
+
+
+def test_of_two_models_here_the_one_with_an_adapter_writes_and_the_larger_one_changes(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    for name, size in (("small", 4), ("large", 40)):
+        (tmp_path / f"{name}.gguf").write_bytes(b"GGUF" + bytes(size))
+        add(tmp_path / f"{name}.gguf")
+    assert choose().model == choose("local").model == "large"
+
+    monkeypatch.setattr(choosing, "shipped", lambda model: tmp_path if model.name == "small" else None)
+    assert choose().model == choose("local").model == "small"
+    assert choose(is_change=True).model == choose("local", is_change=True).model == "large"
+    assert choose(adapter="none").model == "large"
+    assert choose(model="large").model == "large"
 
 
 def test_the_default_is_kept_without_secrets_and_a_broken_file_is_none(monkeypatch: pytest.MonkeyPatch) -> None:
