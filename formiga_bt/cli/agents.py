@@ -1,5 +1,10 @@
-"""`formiga agents`: list machines and people; `agents clear ID` takes one back (`agents handback ID`: `handback ID --end`)."""
+"""`formiga agents`: list machines and people.
 
+`agents clear ID` takes one back, `agents removed ID` says that a lost one was taken away; `agents handback ID` is short for
+`handback ID --end`.
+"""
+
+import sys
 from typing import Annotated, Any
 
 import typer
@@ -17,30 +22,43 @@ from formiga_bt.cli.client import (
     user,
 )
 from formiga_bt.cli.inputs import UnusableFile
+from formiga_bt.cli.ordering import EXIT_NO
 
-ORDERS = ("clear", "handback")
+ORDERS = ("clear", "removed", "handback")
 HEARD = {"ALIVE": "yes", "SUSPECT": "suspect", "LOST": "lost"}
 """Whether an agent is heard of."""
 
 
 def command(
-    order: Annotated[str, typer.Argument(help="clear or handback; without it the agents are listed.")] = "",
+    order: Annotated[str, typer.Argument(help="clear, removed or handback; without it the agents are listed.")] = "",
     agent: Annotated[str, typer.Argument(help="The agent of the order.", metavar="[ID]")] = "",
+    yes_removed: Annotated[
+        str,
+        typer.Option(
+            "--yes-removed", help="For scripts: the machine's name once more, instead of typing it.", metavar="ID"
+        ),
+    ] = "",
     as_json: JsonOption = False,
     site: SiteOption = None,
     url: UrlOption = "",
     token_file: TokenFileOption = None,
 ) -> None:
-    """List machines and people, or order `clear ID`.
+    """List machines and people, or say what became of one.
 
     clear: you have looked at a quarantined machine and trust it again; it comes home if it may be airborne.
+    removed: you have taken away a machine that counts as lost; others may fly and land where it was. You type its name.
     handback: short for formiga handback ID --end. Example: formiga agents clear hwd_1
     """
     if order and (order not in ORDERS or not agent):
         raise UnusableFile(f"say `formiga agents`, or one of: {', '.join(f'formiga agents {o} ID' for o in ORDERS)}")
+    if yes_removed and order != "removed":
+        raise UnusableFile("--yes-removed belongs to `formiga agents removed ID`")
     client = connect(site, url, token_file)
     if order:
-        reply = client.post(f"/v1/agents/{segment(agent)}/{order}", {"by": user()})
+        body = {"by": user()}
+        if order == "removed":
+            body["confirmed"] = _typed(agent, yes_removed)
+        reply = client.post(f"/v1/agents/{segment(agent)}/{order}", body)
         if as_json:
             print_json(reply)
             return
@@ -61,6 +79,22 @@ def command(
         [("AGENT", "TYPE", "STATE", "BATTERY", "WHERE", "TASK", "ACTION", "HEARD", "NOTE"), *map(_row, found["agents"])]
     )
     show_next(*_suggestions(found))
+
+
+def _typed(agent: str, yes_removed: str) -> str:
+    """Return the name of the machine as a person typed it once more."""
+    what = f"others may then fly and land where {agent} was last; say so only if you have taken it away"
+    if not yes_removed and not sys.stdin.isatty():
+        raise UnusableFile(f"{what}: confirm it with --yes-removed {agent}")
+    typed = yes_removed or typer.prompt(
+        f"{what[0].upper()}{what[1:]}. Type its name to do it", default="", show_default=False
+    )
+    if typed != agent:
+        if yes_removed:
+            raise UnusableFile(f"--yes-removed says {yes_removed}, the word is for {agent}; nothing was done")
+        typer.echo(f"that is not {agent}; nothing was done", err=True)
+        raise typer.Exit(EXIT_NO)
+    return typed
 
 
 def _suggestions(found: dict[str, Any]) -> list[str]:

@@ -199,6 +199,8 @@ def _call(order: "ScenarioOrder", target: str) -> tuple[str, dict[str, Any]]:
             return f"/v1/agents/{segment(target)}/handback", {"how": order.how}
         case "clear":
             return f"/v1/agents/{segment(target)}/clear", {}
+        case "removed":
+            return f"/v1/agents/{segment(target)}/removed", {"confirmed": target}
         case word:
             where = {"agent": f"/v1/agents/{segment(target)}/orders", "task": f"/v1/tasks/{segment(target)}/orders"}
             confirmed = {"confirmed": target} if word == "cut" else {}

@@ -1,4 +1,4 @@
-"""What a person may order: the stops, continue, handback, restart, clear; each on an agent, a task, or all.
+"""What a person may order: the stops, continue, handback, restart, clear, removed; each on an agent, a task, or all.
 
 An order for a task is one for its family: also for the tasks that it requested and that end with it.
 Called by the engine with each `Operator` input. A refusal is a TaskError with a code, and then nothing was changed.
@@ -38,6 +38,8 @@ class Command:
         match given.order:
             case "clear":
                 self._clear(self._machine(given.target))
+            case "removed":
+                self._removed(self._machine(given.target), given.by)
             case "handback_continue" | "handback_return" | "handback_end":
                 self._hand_back(self._machine(given.target), given.order.removeprefix("handback_"), given.by)
             case "continue":
@@ -199,8 +201,19 @@ class Command:
         if agent.pool != "QUARANTINED":
             raise TaskError("not_quarantined", f"{agent.id} is not quarantined")
         if agent.liveness != "ALIVE":
-            raise TaskError("not_alive", f"{agent.id} cannot be reached; it comes back by itself when it can")
+            text = f"{agent.id} cannot be reached; it comes back by itself when it can"
+            away = f"; if you have taken it away: formiga agents removed {agent.id}" if agent.liveness == "LOST" else ""
+            raise TaskError("not_alive", text + away)
         self._fleet.begin_return(agent.id)
+
+    def _removed(self, agent: AgentRecord, by: str) -> None:
+        if agent.liveness != "LOST":
+            where = {"airborne": ", in the air", "grounded": ", on the ground"}.get(agent.landed, "")
+            told = (
+                f"is heard of and says itself where it is{where}" if agent.liveness == "ALIVE" else "was heard just now"
+            )
+            raise TaskError("still_heard", f"{agent.id} {told}; only what counts as lost can be said to be removed")
+        self._fleet.removed(agent.id, by)
 
 
 def _waits_for_word(cause: str) -> bool:

@@ -4,7 +4,9 @@
     pool: STANDBY, ASSIGNED, EXECUTING ACTION, PARKED_AWAY, QUARANTINED
 
 A lost machine leaves its task QUARANTINED; it comes back by reappearing or by `formiga agents clear`: it is asked what it
-still does, that is canceled, and if it may be airborne a system task `Recover` brings it home. People are never lost.
+still does, that is canceled, and if it may be airborne a system task `Recover` brings it home. Of one that is never heard of
+again a person may say that it was removed (`formiga agents removed`): its way and its place are free then. People are never
+lost.
 """
 
 import math
@@ -13,7 +15,7 @@ from formiga_bt.clock import SECOND
 from formiga_bt.engine import changes as ch
 from formiga_bt.engine.core import Core
 from formiga_bt.engine.holds import hold
-from formiga_bt.engine.inputs import Alarm, CancelGoal, QueryGoal
+from formiga_bt.engine.inputs import Alarm, CancelGoal, Notify, QueryGoal
 from formiga_bt.engine.ports import BreachPort, GoalPort, OrderPort, PeoplePort, TaskPort
 from formiga_bt.engine.records import AgentRecord, GoalRecord
 from formiga_bt.geo import distance_m, horizontal_m
@@ -24,6 +26,9 @@ MOST_ID = 10**9
 """No number of an id is as high: what an agent says of higher ones is not believed."""
 BAD_LIMIT = 5
 """So many bad messages in a row quarantine a machine."""
+
+REMOVED = "removed"
+"""Why a machine is quarantined that was lost, and that a person took away: it comes back by `clear` only."""
 
 TELEPORT_FREE_M = 30.0
 """A jump smaller than this is never called a teleport: fixes get better and worse."""
@@ -158,6 +163,7 @@ class Fleet:
             self.on_bad(agent.id, lie)
             return
         found = agent.position is None and not agent.human and not agent.task and not agent.refused
+        found = found and agent.quarantine != REMOVED
         took_over = status.control != "engine" and not agent.human and not agent.taken and self._takes(agent, status)
         core.put_agent(
             agent.id,
@@ -182,6 +188,9 @@ class Fleet:
         )
         self._mark_alive(agent.id, wall)
         self._take_back(agent.id)
+        if agent.quarantine == REMOVED and status.landed == "airborne":
+            text = f"{agent.id} is in the air, although a person said that it was removed"
+            core.effect(Alarm("found_airborne", text, "", agent.id))
         if took_over:
             self._pilot_has(agent)
         elif found and status.landed == "airborne" and status.control == "engine":
@@ -287,7 +296,10 @@ class Fleet:
         # On a status, not on a card: what it says of itself must be fresh before it is decided whether it may be airborne.
         # One that a person must look at first (abandoned, recover_failed, cancel_unconfirmed) comes back by `clear` only.
         agent = self._core.state.agents[agent_id]
-        if agent.pool == "QUARANTINED" and agent.quarantine in ("lost", "bad_status") and agent.liveness == "ALIVE":
+        # One that was removed does too, unless it flies after all.
+        if agent.pool != "QUARANTINED" or agent.liveness != "ALIVE":
+            return
+        if agent.quarantine in ("lost", "bad_status") or (agent.quarantine == REMOVED and agent.landed == "airborne"):
             self.begin_return(agent_id)
 
     def on_unreachable(self, agent_id: str) -> None:
@@ -369,6 +381,20 @@ class Fleet:
         """Tell people that a quarantined machine may be in the air; after a restart, anew."""
         text = f"{agent.id} may be airborne and is out of control: {why}"
         self._core.effect(Alarm("quarantined_airborne", text, task_id, agent.id))
+
+    def removed(self, agent_id: str, by: str) -> None:
+        """A person has taken a machine away that is not heard of: it is nowhere here, and takes up nothing any more."""
+        core = self._core
+        agent = core.state.agents[agent_id]
+        if agent.quarantine == REMOVED:
+            return
+        core.put_agent(
+            agent_id, landed="grounded", position=None, stood_at=None, layer_m=None, lost_leg=None, lost_area=None,
+            quarantine=REMOVED if agent.pool == "QUARANTINED" else agent.quarantine,
+        )  # fmt: skip
+        core.effect(
+            Notify(f"{agent_id} was removed, says {by or 'somebody'}: its way and its place are free", (), "info")
+        )
 
     def begin_return(self, agent_id: str) -> None:
         """A quarantined machine is back, or a person cleared it: ask what it still does."""

@@ -48,7 +48,8 @@ class Abort(Struct, frozen=True, tag=True):
 
 
 OperatorOrder = Literal[
-    "clear", "handback_continue", "handback_return", "handback_end", "hold", "return", "land", "cut", "continue", "restart",
+    "clear", "removed", "handback_continue", "handback_return", "handback_end",
+    "hold", "return", "land", "cut", "continue", "restart",
 ]  # fmt: skip
 """Orders of a person: `engine.orders` says what each does in each state of task and agent."""
 
@@ -56,7 +57,8 @@ OperatorOrder = Literal[
 class Operator(Struct, frozen=True, tag=True):
     """An order of a person.
 
-    `clear` and `handback_...` take an agent; the stops `hold`, `return`, `land` and `continue` an agent, a task, or "" for all;
+    `clear`, `removed` (it is not heard of, and was taken away) and `handback_...` take an agent; the stops `hold`, `return`,
+    `land` and `continue` an agent, a task, or "" for all;
     `cut` an agent; `restart` a task that cannot be continued.
     """
 

@@ -208,6 +208,12 @@ def _agents(app: FastAPI, orders: Orders) -> None:
         """Take a quarantined agent back, once a person has looked at it."""
         return m.Reply(text=orders.clear(agent, (body or m.ByBody()).by or "http"))
 
+    @app.post("/v1/agents/{agent}/removed", tags=["agents"])
+    def removed(agent: str, body: m.RemovedBody | None = None) -> m.Reply:
+        """Free the way and the place of a machine that counts as lost, once a person has taken it away."""
+        word = body or m.RemovedBody()
+        return m.Reply(text=orders.removed(agent, word.by or "http", word.confirmed))
+
     @app.post("/v1/agents/{agent}/events", tags=["people"])
     def tell_event(agent: str, body: m.EventBody) -> m.Reply:
         """Tell an event for a person who works at this engine's desk."""

@@ -44,6 +44,13 @@ class ByBody(Body):
     by: Name = ""
 
 
+class RemovedBody(Body):
+    """A person took a lost machine away, and says so: `confirmed` must repeat its id."""
+
+    confirmed: Name = ""
+    by: Name = ""
+
+
 class AnswerBody(Body):
     """An answer to a question; `by` is the person's agent id, needed if several people of this desk are asked."""
 

@@ -55,7 +55,8 @@ def sorted_out(
             skipped.append(passed_over(state, agent, "ordered", text))
         elif agent.liveness == "LOST" or agent.pool == "QUARANTINED":
             text = "is not heard of, nothing can be sent to it" if agent.liveness == "LOST" else "is quarantined"
-            hint = f"find it; when it is here again: formiga agents clear {agent.id}"
+            away = f"; if you have taken it away: formiga agents removed {agent.id}" if agent.liveness == "LOST" else ""
+            hint = f"find it; when it is here again: formiga agents clear {agent.id}{away}"
             skipped.append(passed_over(state, agent, "agent_lost", f"{agent.id} {text}", hint))
         elif agent.control != "engine" or agent.taken:
             has_it = agent.control != "engine"

@@ -313,6 +313,23 @@ class Orders:
         self._view.catch_up()
         return with_keeping(f"{agent} is asked what it still does, and comes home if it may be airborne", reply)
 
+    def removed(self, agent: str, by: str = "", confirmed: str = "") -> str:
+        """Free the way and the place of a machine that counts as lost: a person took it away.
+
+        Raises:
+            Refused: unknown, a person, heard of, or not confirmed by its id.
+        """
+        if confirmed != agent:
+            raise Refused(
+                "not_confirmed",
+                f"others may then fly where {agent} was last: say so only if you have seen that it does not fly",
+                f'confirm it with the machine\'s id: {{"confirmed": "{agent}"}}; formiga agents removed {agent} asks for it',
+            )
+        reply = self.ask(Operator("removed", agent, by))
+        self._view.catch_up()
+        then = f"when it is back and fit: formiga agents clear {agent}"
+        return with_keeping(f"{agent} counts as removed: its way and its place are free; {then}", reply)
+
     def tell_event(self, agent: str, event: str, fields: Mapping[str, Any]) -> str:
         """Tell an event for a person who works at this desk; `fields` are texts, or JSON.
 

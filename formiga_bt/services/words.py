@@ -17,6 +17,7 @@ HINTS: Final[Mapping[str, str]] = {
     "already_ending": "abort --now skips the rest of its cleanup",
     "busy": "try again when some of the waiting tasks have started",
     "not_alive": "is its process running, and connected to this engine?",
+    "still_heard": "formiga agents tells how it is; one that you have looked at: formiga agents clear {target}",
     "not_started": "formiga abort {target}",
     "agent_lost": "find the machine; formiga agents tells when it is heard of again",
     "not_in_command": "formiga agents tells who has it; --all and lockdown reach it when it is handed back",

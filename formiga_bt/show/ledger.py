@@ -76,7 +76,8 @@ COMES_BACK: Final = frozenset({"", "lost", "bad_status", "asked"})
 
 def needs_person(agent: AgentRecord) -> bool:
     """Return whether a machine waits for a person: to be looked at, or handed back."""
-    return agent.quarantine not in COMES_BACK or (agent.taken and agent.control == "engine")
+    away = agent.quarantine == "removed" and agent.liveness == "LOST"
+    return (agent.quarantine not in COMES_BACK and not away) or (agent.taken and agent.control == "engine")
 
 
 class _NoBoard(Blackboard):

@@ -109,7 +109,8 @@ def _spread(words: list[str], width: int) -> list[str]:
 
 
 def _needs_somebody(agent: AgentFact) -> bool:
-    return bool(agent.taken or agent.quarantine or agent.breach or agent.pool == "PARKED_AWAY")
+    away = agent.quarantine == "removed" and agent.liveness == "LOST"
+    return bool(agent.taken or (agent.quarantine and not away) or agent.breach or agent.pool == "PARKED_AWAY")
 
 
 def _agent(agent: AgentFact, width: int) -> tuple[Line, ...]:

@@ -218,6 +218,7 @@ AGENT_ORDERS = (
     "handback_return",
     "handback_end",
     "clear",
+    "removed",
 )
 TASK_ORDERS = ("hold", "return", "land", "continue", "restart")
 

@@ -13,7 +13,7 @@ FaultKind = Literal[
     "never_confirm", "link_loss", "battery", "wind", "preflight", "drift", "event",
 ]  # fmt: skip
 OrderWord = Literal[
-    "hold", "return", "land", "cut", "continue", "restart", "handback", "clear", "lockdown", "abort",
+    "hold", "return", "land", "cut", "continue", "restart", "handback", "clear", "removed", "lockdown", "abort",
 ]  # fmt: skip
 OnLinkLoss = Literal["return", "land", "hold"]
 Priority = Literal["low", "medium", "high"]

@@ -145,6 +145,7 @@ ORDERS: Final[Mapping[str, tuple[str, ...]]] = MappingProxyType(
         "restart": ("task",),
         "handback": ("agent",),
         "clear": ("agent",),
+        "removed": ("agent",),
     }
 )
 """What each order may be given for."""

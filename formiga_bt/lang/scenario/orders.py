@@ -1,4 +1,4 @@
-"""Reads the orders of people in a scenario: stops, continue, handback, restart, clear; lockdown; abort."""
+"""Reads the orders of people in a scenario: stops, continue, handback, restart, clear, removed; lockdown; abort."""
 
 from collections.abc import Iterable, Mapping
 from typing import Literal

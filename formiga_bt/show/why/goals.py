@@ -48,7 +48,8 @@ def silence_line(scene: Scene, agent: AgentRecord) -> Because:
         text += "; it counts as lost"
     elif lost_after is not None:
         text += f"; it counts as lost after {span(lost_after)}"
-    return Because("lost" if lost else "suspect", text, RUNNING_HINT, agent.id)
+    removed = f" If you have taken it away: formiga agents removed {agent.id}" if lost else ""
+    return Because("lost" if lost else "suspect", text, RUNNING_HINT + removed, agent.id)
 
 
 def questions(scene: Scene, task: TaskRecord, *, name_task: bool = False) -> Iterator[Because]:

@@ -51,7 +51,11 @@ def _reach(agent: AgentRecord, scene: Scene) -> Iterator[Because]:
         yield Because("lost" if lost else "suspect", text, "is its process running, and connected to this engine?")
     if agent.pool == "QUARANTINED":
         back = agent.liveness == "ALIVE"
-        hint = f"look at it, then: formiga agents clear {agent.id}" if back else "find it"
+        away = f"; if you have taken it away: formiga agents removed {agent.id}" if agent.liveness == "LOST" else ""
+        if agent.quarantine == "removed":
+            hint = f"when it is back and fit: formiga agents clear {agent.id}"
+        else:
+            hint = f"look at it, then: formiga agents clear {agent.id}" if back else f"find it{away}"
         yield Because("quarantined", f"{agent.id} is quarantined: {agent.quarantine}; it gets no task", hint)
     if agent.control != "engine":
         then = f"when it is given back: {HANDBACK.format(agent=agent.id)}" if agent.taken else ""

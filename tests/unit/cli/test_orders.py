@@ -189,6 +189,41 @@ def test_a_cut_at_a_terminal_asks_for_the_name(
     assert (capsys.readouterr().err == "that is not hwd_1; nothing was done\n") == (code == 1)
 
 
+# -- removed -------------------------------------------------------------------------------------------------------------------
+def test_a_machine_that_was_removed_is_named_twice(
+    paper: Paper, capsys: Capture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sys, "stdin", io.StringIO(""))
+    paper.reply = {"ok": True, "text": "hwd_1 counts as removed"}
+    assert run(["agents", "removed", "hwd_1"]) == 2
+    assert "confirm it with --yes-removed hwd_1" in capsys.readouterr().err
+    assert run(["agents", "removed", "hwd_1", "--yes-removed", "hwd_2"]) == 2
+    assert "--yes-removed says hwd_2, the word is for hwd_1; nothing was done" in capsys.readouterr().err
+    assert run(["agents", "clear", "hwd_1", "--yes-removed", "hwd_1"]) == 2
+    assert run(["agents", "removed"]) == 2
+    assert paper.sent == []
+
+    assert run(["agents", "removed", "hwd_1", "--yes-removed", "hwd_1"]) == 0
+    ((path, body),) = paper.sent
+    assert (path, body["confirmed"]) == ("/v1/agents/hwd_1/removed", "hwd_1")
+    assert body["by"].startswith("eve@")
+    assert capsys.readouterr().out == "hwd_1 counts as removed\n"
+
+
+@pytest.mark.parametrize(("typed", "code", "sent"), [("hwd_1", 0, 1), ("yes", 1, 0)])
+def test_at_a_terminal_the_name_of_what_was_removed_is_asked_for(
+    paper: Paper, capsys: Capture, monkeypatch: pytest.MonkeyPatch, typed: str, code: int, sent: int
+) -> None:
+    terminal = io.StringIO()
+    monkeypatch.setattr(terminal, "isatty", lambda: True)
+    monkeypatch.setattr(sys, "stdin", terminal)
+    monkeypatch.setattr("typer.prompt", lambda _, **__: typed)
+    paper.reply = {"ok": True, "text": "hwd_1 counts as removed"}
+    assert run(["agents", "removed", "hwd_1"]) == code
+    assert len(paper.sent) == sent
+    assert (capsys.readouterr().err.startswith("that is not hwd_1; nothing was done")) == (code == 1)
+
+
 # -- lockdown, handback, preflight -------------------------------------------------------------------------------------------
 @pytest.mark.parametrize(
     ("words", "how"),

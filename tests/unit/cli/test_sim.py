@@ -82,6 +82,7 @@ class Api:
         (ScenarioOrder(0, "land", by="ann"), "/v1/orders", {"order": "land"}),
         (ScenarioOrder(0, "handback", "hwd_1", "agent", "end", "ann"), "/v1/agents/hwd_1/handback", {"how": "end"}),
         (ScenarioOrder(0, "clear", "hwd_1", "agent", by="ann"), "/v1/agents/hwd_1/clear", {}),
+        (ScenarioOrder(0, "removed", "hwd_1", "agent", by="ann"), "/v1/agents/hwd_1/removed", {"confirmed": "hwd_1"}),
         (ScenarioOrder(0, "lockdown", "", "site", "hold", "ann"), "/v1/lockdown", {"how": "hold"}),
         (ScenarioOrder(0, "abort", "PickUp", "task", "now", "ann"), "/v1/tasks/PickUp-9/abort",
          {"how": "now", "confirmed": False}),

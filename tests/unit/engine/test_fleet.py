@@ -226,6 +226,7 @@ def test_clear_of_one_that_cannot_be_reached_is_refused(make: Make) -> None:
         yard.ask(Operator("clear", "c1"))
 
     assert caught.value.code == "not_alive"
+    assert str(caught.value).endswith("if you have taken it away: formiga agents removed c1")
 
 
 def test_people_are_never_lost_and_never_quarantined(make: Make) -> None:

@@ -252,6 +252,7 @@ orders:
   - {at: 62 s, order: continue, target: MoveTask}
   - {at: 63 s, order: handback, target: hwd_1}
   - {at: 64 s, order: handback, target: hwd_1, how: end}
+  - {at: 65 s, order: removed, target: hwd_1}
   - {at: 95 s, abort: MoveTask, how: now}
 """,
         catalogue,
@@ -262,6 +263,7 @@ orders:
         (62, "continue", "task", "MoveTask", "", "operator"),
         (63, "handback", "agent", "hwd_1", "continue", "operator"),
         (64, "handback", "agent", "hwd_1", "end", "operator"),
+        (65, "removed", "agent", "hwd_1", "", "operator"),
         (90, "lockdown", "site", "", "return", "picker_1"),
         (95, "abort", "task", "MoveTask", "now", "operator"),
     ]

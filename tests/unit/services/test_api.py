@@ -2,13 +2,16 @@
 
 import json
 import re
+import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from urllib.request import urlopen
 
 import pytest
 
+from formiga_bt.clock import SECOND
 from formiga_bt.engine import tasks as engine_tasks
+from formiga_bt.engine.inputs import WallDue
 from tests.unit.services.conftest import Service, Start
 
 pytestmark = pytest.mark.network
@@ -242,6 +245,27 @@ def test_why_tells_of_a_machine_that_is_not_heard_of(start: Start) -> None:
         assert re.fullmatch(r"lwd_1 has not been heard of for \d s; it counts as lost after 30 s", line["text"]), line[
             "text"
         ]
+
+
+def test_a_machine_that_was_removed_must_be_lost_and_named_twice(start: Start) -> None:
+    with start(auto=False) as service:
+        path = "/v1/agents/lwd_1/removed"
+        refused = service.refused("POST", path, {"by": "eve"})
+        assert refused["code"] == "not_confirmed"
+        assert refused["hint"].startswith('confirm it with the machine\'s id: {"confirmed": "lwd_1"}')
+        word = {"by": "eve", "confirmed": "lwd_1"}
+        assert service.refused("POST", path, word)["code"] == "still_heard"
+
+        service.wire.gone("lwd_1")
+        service.wait(lambda: service.get("/v1/agents")["agents"][-1]["liveness"] == "SUSPECT")
+        service.host.driver.ask(WallDue("live|lwd_1", time.monotonic_ns() // 1000 + 3600 * SECOND))
+        assert service.get("/v1/agents")["agents"][-1]["liveness"] == "LOST"
+
+        assert service.post(path, word)["text"] == (
+            "lwd_1 counts as removed: its way and its place are free; when it is back and fit: formiga agents clear lwd_1"
+        )
+        (found,) = [one for one in service.get("/v1/agents")["agents"] if one["id"] == "lwd_1"]
+        assert (found["quarantine"], found["position"]) == ("removed", None)
 
 
 def test_why_tells_where_a_task_failed(start: Start) -> None:

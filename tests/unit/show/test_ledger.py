@@ -140,6 +140,11 @@ def test_a_machine_that_waits_for_a_person_is_stuck_since_then() -> None:
     assert feed.ledger.stuck == {}  # it comes back by itself
     feed(ch.AgentPut(replace(back, taken=False, quarantine="recover_failed")))
     assert feed.ledger.stuck == {"hwd_1": 5 * SECOND}
+    away = replace(back, taken=False, quarantine="removed")
+    feed(ch.AgentPut(replace(away, liveness="LOST")))
+    assert feed.ledger.stuck == {}  # nobody can do anything until it is back
+    feed(ch.AgentPut(replace(away, liveness="ALIVE")))
+    assert feed.ledger.stuck == {"hwd_1": 7 * SECOND}
 
 
 def test_a_ledger_goes_on_from_a_loaded_state() -> None:

@@ -63,6 +63,24 @@ def test_what_keeps_it(state: EngineState, fields: dict[str, Any], code: str, te
     assert told(state)[0][:2] == (code, text)
 
 
+@pytest.mark.parametrize(
+    ("liveness", "quarantine", "hint"),
+    [
+        ("ALIVE", "abandoned", "look at it, then: formiga agents clear hwd_1"),
+        ("SUSPECT", "abandoned", "find it"),
+        ("LOST", "lost", "find it; if you have taken it away: formiga agents removed hwd_1"),
+        ("LOST", "removed", "when it is back and fit: formiga agents clear hwd_1"),
+        ("ALIVE", "removed", "when it is back and fit: formiga agents clear hwd_1"),
+    ],
+)
+def test_a_quarantine_tells_what_a_person_can_say(
+    state: EngineState, liveness: str, quarantine: str, hint: str
+) -> None:
+    state.agents["hwd_1"] = machine("hwd_1", task="", pool="QUARANTINED", liveness=liveness, quarantine=quarantine)
+    (line,) = [one for one in told(state) if one[0] == "quarantined"]
+    assert line[2] == hint
+
+
 def test_what_waits_for_people_to_stand_clear_tells_its_question_once_with_the_time_that_is_left(
     state: EngineState,
 ) -> None:
