@@ -1,6 +1,6 @@
 """Where each machine of a task in the short form is sent, and what is put right about it.
 
-Two never use one spot, lists are flown, a landing that is asked for is no way home. What is put right is told.
+Two never use one spot at a time, lists are flown, a landing that is asked for is no way home. What is put right is told.
 """
 
 import re
@@ -9,6 +9,7 @@ from typing import Any, Final
 
 from formiga_bt.llm.teams import GAP, gap_of, in_a_row, in_compass, is_list, lands_only, turned_round
 from formiga_bt.llm.vocabulary import Verb
+from formiga_bt.llm.whereabouts import Whereabouts
 from formiga_bt.llm.wording import Words
 
 FLYING: Final = "lib/flying.yaml"
@@ -35,12 +36,7 @@ class Moves:
         alike = sum(one.type == "distance" and f"{one.si:g} m" == self._gap for one in words.amounts)
         self._only_gap = self._gap if alike == 1 and gap_of(words) and self._gap != HEIGHT else ""
         self._stays = lands_only(words)
-        self._spots: dict[str, tuple[str, str]] = {}
-        """Agent -> the place where it is, as the model wrote it, and its height; on the ground: ""."""
-        self._teams: dict[str, tuple[str, str]] = {}
-        """Team -> the place that it was told, and the list that its members are at."""
-        self._moved: dict[tuple[str, str], str] = {}
-        """Agent and place -> the spot beside it that it has instead."""
+        self.at = Whereabouts()
 
     def where(self, name: str) -> str:
         """Return the field of a verb that says where to; "" = it has none."""
@@ -51,17 +47,18 @@ class Moves:
         """Return a landing in place of a way home, where only a landing was asked for."""
         if name != "ReturnHome" or not self._stays or "FlyAndLand" not in self._verbs:
             return name, own
-        spot, height = self._spots.get(agent, ("", ""))
-        places = self._teams[agent][1] if agent in self._teams else spot if height else ""
+        spot, teams = self.at.only(agent), self.at.now.teams
+        places = teams[agent][1] if agent in teams else spot.place if spot.height else ""
         if not places:
             return name, own
         self._added.append(f"{agent} lands where it is, as the request says, and does not fly home")
         return "FlyAndLand", {"at": places}
 
     def leaves_ground(self, agent: str) -> bool:
-        """Return whether a machine that flies home now stands on the ground, away from home."""
-        _, height = self._spots.pop(agent, ("", "in the air"))
-        return not height
+        """Return whether a machine that flies home now may stand on the ground, away from home."""
+        found = any(not spot.height for spot in self.at.of(agent))
+        self.at.leaves(agent)
+        return found
 
     def wayward(self, text: str) -> str:
         """Return a place or a way as the language has it, with the ends of a way as the request has them."""
@@ -73,7 +70,7 @@ class Moves:
 
     def _place_of(self, match: re.Match[str]) -> str:
         """Return where a machine was told to be, for a machine that stands where a place is due: `circle(first, 10 m)`."""
-        spot, _ = self._spots.get(match[0], ("", ""))
+        spot = self.at.only(match[0]).place
         return spot if spot and not is_list(spot) and not spot.startswith("last(") else match[0]
 
     def height(self, own: _Own) -> _Own:
@@ -88,7 +85,7 @@ class Moves:
         name, own = self._fitting(name, agent, own, where)
         where = self.where(name)
         if is_list(own[where]):
-            self._spots[agent] = (f"last({own[where]})", str(own.get("height", "")))
+            self.at.goes(agent, f"last({own[where]})", str(own.get("height", "")))
         else:
             own[where] = self._apart(name, agent, own[where], str(own.get("height", "")))
         return name, own
@@ -101,43 +98,48 @@ class Moves:
             return "FlyTo", {"to": text, "height": own.get("height", HEIGHT)}
         if is_list(text) and name in ("FlyAndLand", "LandIn"):
             text = own[where] = f"last({text})"
-        here = self._spots.get(agent, ("",))[0]
-        if name == "LandIn" and "FlyAndLand" in self._verbs and here not in (text, self._moved.get((agent, text))):
-            return "FlyAndLand", {"at": text}
+        here = {spot.place for spot in self.at.of(agent)}
+        if name == "LandIn" and "FlyAndLand" in self._verbs:
+            there = {text, self.at.now.moved.get((agent, text), text)}
+            return (name, own) if here and here <= there else ("FlyAndLand", {"at": text})
         return name, own
 
     def _apart(self, name: str, agent: str, text: str, height: str) -> str:
         """Return a place that no other machine is at, and keep that this one is there."""
         if name in ("FlyAndLand", "LandIn"):
             height = ""
-        text = self._moved.get((agent, text), text)
-        others = [one for role, one in self._spots.items() if role != agent]
+        aside = self.at.now.moved
+        text = aside.get((agent, text), text)
+        others = self.at.others(agent)
         if (text, height) in others and not text.startswith("fix"):
             metres = float(self._gap.split()[0])
             number = next(n for n in range(1, 100) if (_beside(text, metres * n), height) not in others)
             moved = _beside(text, metres * number)
-            self._added.append(f"{agent} keeps {metres * number:g} m from the one at {text}")
-            self._moved[agent, text] = moved
+            told = f"{agent} keeps {metres * number:g} m from the one at {text}"
+            if told not in self._added:  # in another branch
+                self._added.append(told)
+            aside[agent, text] = moved
             text = moved
-        self._spots[agent] = (text, height)
+        self.at.goes(agent, text, height)
         return text
 
     def of_team(self, name: str, team: str, count: int, own: _Own, where: str) -> tuple[str, _Own, str, str]:
         """Return verb, values, the field with the place, and the list of places, one for each member."""
         if not where:
-            self._teams.pop(team, None)
+            self.at.now.teams.pop(team, None)
             return name, own, "", ""
         told = text = own[where]
         if name == "FlyAlong" and is_list(text) and "FlyTo" in self._verbs:
             name, own, where = "FlyTo", {"to": text, "height": own.get("height", HEIGHT)}, "to"
-        before, places = self._teams.get(team, ("", ""))
+        before, places = self.at.now.teams.get(team, ("", ""))
         if not is_list(text):
             text = places if places and (before == told or name == "LandIn") else in_a_row(text, count, self._gap)
-            if text != places:
-                self._added.append(f"{team} keep {self._gap} from each other at {told}")
+            said = f"{team} keep {self._gap} from each other at {told}"
+            if text != places and said not in self._added:
+                self._added.append(said)
         if name == "LandIn" and "FlyAndLand" in self._verbs and places != text:
             name, own, where = "FlyAndLand", {"at": text}, "at"
-        self._teams[team] = (told, text)
+        self.at.now.teams[team] = (told, text)
         return name, own, where, text
 
 

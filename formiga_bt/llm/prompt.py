@@ -172,7 +172,7 @@ def reading(words: Words, world: World) -> str:
     text, types = words.text, world.catalogue.types
     places = sorted(words.places, key=lambda name: text.casefold().find(words.places[name].casefold()))
     numbers = list(dict.fromkeys(f"{one.words}" for one in words.amounts))
-    kinds = types_said(text, world.catalogue)
+    kinds = types_said(words, world.catalogue)
     drones = [f"{count} {name}" for name, count in words.counts.items() if name != "*"]
     drones += sorted(one for one in kinds if not types[one].human and one not in words.counts)
     if "*" in words.counts and not words.counts.keys() - {"*"}:

@@ -184,8 +184,7 @@ class _Expander:
         if kind == "repeat":
             return self._repeat(step, path)
         if kind == "if":
-            found: dict[str, Any] = {"if": self._condition(value), "then": self.steps(step.get("then"), f"{path}.then")}
-            return found | ({"else": self.steps(step["else"], f"{path}.else")} if step.get("else") else {})
+            return self._if(step, path)
         if kind == "ask":
             return self._ask(step, path)
         if kind == "wait":
@@ -286,6 +285,23 @@ class _Expander:
         if not set(_FREE.findall(text)) & (set(self._roles) | self._lift.local):
             self._first_place[agent] = text
 
+    def _if(self, step: Mapping[str, Any], path: str) -> dict[str, Any]:
+        found: dict[str, Any] = {"if": self._condition(step["if"])}
+        self._moves.at.begin_if(str(step["if"]))
+        found["then"] = self.steps(step.get("then"), f"{path}.then")
+        self._moves.at.begin_else()
+        if step.get("else"):
+            found["else"] = self.steps(step["else"], f"{path}.else")
+        self._moves.at.end_if()
+        return found
+
+    def _looped(self, steps: Any, path: str) -> list[dict[str, Any]]:
+        """Return the steps of a loop."""
+        self._moves.at.begin_loop()
+        found = self.steps(steps, path)
+        self._moves.at.end_loop()
+        return found
+
     def _for(self, step: Mapping[str, Any], path: str) -> dict[str, Any]:
         names = [one.strip() for one in _text(step["for"], f"{path}.for").split(",")]
         lists = split_list(_text(step.get("in"), f"{path}.in"))
@@ -298,7 +314,7 @@ class _Expander:
         found: dict[str, Any] = {"for": of}
         if step.get("mode") == "parallel":
             found["mode"] = "parallel"
-        return {**found, "steps": self.steps(step.get("steps"), f"{path}.steps")}
+        return {**found, "steps": self._looped(step.get("steps"), f"{path}.steps")}
 
     def _repeat(self, step: Mapping[str, Any], path: str) -> dict[str, Any]:
         text = str(step["repeat"]).strip()
@@ -313,7 +329,7 @@ class _Expander:
             found["every"] = self._value(str(step["every"]), "duration", "every", f"{path}.every")
         if step.get("until"):
             found["until"] = self._condition(step["until"])
-        return {**found, "steps": self.steps(step.get("steps"), f"{path}.steps")}
+        return {**found, "steps": self._looped(step.get("steps"), f"{path}.steps")}
 
     def _ask(self, step: Mapping[str, Any], path: str) -> dict[str, Any]:
         of = step.get("of")
@@ -325,6 +341,7 @@ class _Expander:
             found["options"] = options
         found["timeout"] = self._value(ASKED_FOR, "duration", "answer_within", path)
         if step.get("save_as"):
+            self._moves.at.asks(str(step["save_as"]), options)
             return {**found, "save_as": str(step["save_as"])}
         best = str(step.get("go_on") or (options[0] if options else "yes"))
         return {**found, "expect": f"result.answer == '{best}'"}

@@ -26,6 +26,14 @@ SPANISH: Final[Mapping[str, tuple[str, ...]]] = {
     "vineyard": ("viñedo",), "warehouse": ("almacén",), "well": ("pozo",), "west": ("oeste",), "wood": ("bosque",),
     "woods": ("bosque",), "yard": ("patio",),
 }  # fmt: skip
+_ENGLISH: Final = re.compile(
+    r"\b(?:the|an|and|to|of|at|over|from|for|its|it|then|with|by|in|is|are|while|until|back|home)\b", re.IGNORECASE
+)
+_OTHER: Final = re.compile(
+    r"\b(?:un|una|el|la|los|las|y|de|del|al|en|con|sobre|desde|hasta|que|su|sus|se|luego|dron|"
+    r"ja|sitten|kun|paikkaan|korkeudella|jälkeen|lentää|palaa)\b",
+    re.IGNORECASE,
+)
 _PART: Final = re.compile(r"[_\s-]+")
 _OF: Final = r"\s+(?:(?:del|de la|de los|de las|de)\s+)?"
 
@@ -44,3 +52,8 @@ def said(name: str, request: str) -> str:
     """Return the words of a request that name something of the site; "" = none."""
     found = re.search(pattern_of(name), request, re.IGNORECASE)
     return found[0] if found is not None else ""
+
+
+def is_english(request: str) -> bool:
+    """Return whether a request has more of the small words of English than of the other languages."""
+    return len(_OTHER.findall(request)) <= len(_ENGLISH.findall(request))

@@ -5,7 +5,8 @@ step waits for all of them. A single machine flies a list of places one after an
 """
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator
+from itertools import pairwise
 from typing import Final
 
 from formiga_bt.llm.wording import Words
@@ -19,6 +20,8 @@ _APART: Final = re.compile(
     re.IGNORECASE,
 )
 _COMPASS: Final = re.compile(r"\b(south|west)\s*=\s*(-?)\s*(?=[\dA-Za-z_])")
+_AWAY: Final = re.compile(r"(?:\d\s*k?m|\bmet(?:er|re)s?|\baway|\bfar|\bapart)\s+$", re.IGNORECASE)
+"""What stands before a `from` that begins no way: `20 m from the camp`."""
 _WAY: Final = re.compile(r"(zigzag|line)\(\s*([A-Za-z_]\w*)\s*,\s*([A-Za-z_]\w*)\s*,(.*)\)", re.DOTALL)
 
 
@@ -81,21 +84,31 @@ def turned_round(text: str, words: Words) -> str:
 
 
 def from_to(words: Words) -> set[tuple[str, str]]:
-    """Return the pairs of places of which the request says `from the one ... to the other`."""
-    found = set()
-    said = {name: re.escape(text) for name, text in words.places.items()}
-    for a, first in said.items():
-        for b, second in said.items():
-            pattern = rf"\bfrom\s+(?:the\s+)?{first}\b[^.;]*?\b(?:to|towards?|until)\s+(?:the\s+)?{second}(?!\w)"
-            if a != b and re.search(pattern, words.text, re.IGNORECASE) and not _also(b, a, said, words.text):
-                found.add((a, b))
-    return found
+    """Return the pairs of places of which the request says `from the one to the other`, and of the way back says nothing."""
+    ways = set(_ways(words))
+    return {(a, b) for a, b in ways if a != b and (b, a) not in ways}
 
 
-def _also(a: str, b: str, said: Mapping[str, str], text: str) -> bool:
-    """Return whether the way back is spoken of, too."""
-    pattern = rf"\bfrom\s+(?:the\s+)?{said[a]}\b[^.;]*?\b(?:to|towards?)\s+(?:the\s+)?{said[b]}(?!\w)"
-    return re.search(pattern, text, re.IGNORECASE) is not None
+def _ways(words: Words) -> Iterator[tuple[str, str]]:
+    """Yield the two ends of each way, as the text has them: two ways of `from A to B and on to C`.
+
+    A way ends at the first place that it goes to; what is told after that, `from A to B, one goes to C`, is another matter.
+    """
+    names = {text.casefold(): name for name, text in words.places.items()}
+    if not names:
+        return
+    place = rf"(?:the\s+)?({'|'.join(map(re.escape, sorted(names, key=len, reverse=True)))})(?!\w)"
+    way = re.compile(rf"\bfrom\s+{place}(?:(?!\bfrom\b)[^.;])*?\b(?:to|towards?|until)\s+{place}", re.IGNORECASE)
+    more = re.compile(rf",?(?:\s+and)?(?:\s+then)?(?:\s+on)?\s+to\s+{place}", re.IGNORECASE)
+    for found in way.finditer(words.text):
+        if _AWAY.search(words.text[: found.start()]):
+            continue
+        seen = [names[found[1].casefold()], names[found[2].casefold()]]
+        at = found.end()
+        while (on := more.match(words.text, at)) is not None and names[on[1].casefold()] not in seen:
+            seen.append(names[on[1].casefold()])
+            at = on.end()
+        yield from pairwise(seen)
 
 
 def member_of(team: str, taken: set[str]) -> str:

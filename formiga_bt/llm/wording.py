@@ -10,21 +10,23 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from formiga_bt.lang.model import Catalogue, Site
+from formiga_bt.llm.mentions import bare, is_certain, is_doing, unquoted
 from formiga_bt.llm.points import Point, named
-from formiga_bt.llm.spoken import said
+from formiga_bt.llm.spoken import pattern_of, said
 from formiga_bt.units import UNITS
 
 NUMBERS: Final[Mapping[str, int]] = {
     # English
     "one": 1, "two": 2, "three": 3, "four": 4, "five": 5, "six": 6, "seven": 7, "eight": 8, "nine": 9, "ten": 10,
     "eleven": 11, "twelve": 12, "fifteen": 15, "twenty": 20, "thirty": 30, "forty": 40, "fifty": 50, "sixty": 60,
-    "ninety": 90, "hundred": 100,
+    "seventy": 70, "eighty": 80, "ninety": 90, "hundred": 100,
     # Finnish
     "yksi": 1, "kaksi": 2, "kolme": 3, "neljä": 4, "viisi": 5, "kuusi": 6, "seitsemän": 7, "kahdeksan": 8, "yhdeksän": 9,
     "kymmenen": 10, "kaksikymmentä": 20, "kolmekymmentä": 30, "viisikymmentä": 50, "sata": 100,
     # Spanish; not `un`, which is an article
     "dos": 2, "tres": 3, "cuatro": 4, "cinco": 5, "seis": 6, "siete": 7, "ocho": 8, "nueve": 9, "diez": 10, "doce": 12,
-    "quince": 15, "veinte": 20, "treinta": 30, "cuarenta": 40, "cincuenta": 50, "sesenta": 60, "noventa": 90, "cien": 100,
+    "quince": 15, "veinte": 20, "treinta": 30, "cuarenta": 40, "cincuenta": 50, "sesenta": 60, "setenta": 70, "ochenta": 80,
+    "noventa": 90, "cien": 100,
     "yhden": 1, "kahden": 2, "kolmen": 3, "neljän": 4, "viiden": 5, "kuuden": 6, "kymmenen metrin": 10,
 }  # fmt: skip
 UNIT_WORDS: Final[Mapping[str, str]] = {
@@ -89,8 +91,28 @@ _SHARED_NOUN: Final = re.compile(
 )
 """`a light and a heavy drone`: the first one is a drone, too."""
 _UNITS: Final = sorted([*UNIT_WORDS, *UNITS], key=len, reverse=True)
+_IN_FULL: Final[Mapping[str, int]] = {
+    **NUMBERS,
+    **{f"{few} hundred": 100 * NUMBERS[few] for few in ("one", "two", "three", "four", "five")},
+    **{
+        f"{ten}{link}{few}": NUMBERS[ten] + NUMBERS[few]
+        for tens, fews, links in (
+            (("twenty", "thirty", "forty", "fifty", "sixty", "seventy", "eighty", "ninety"),
+             ("one", "two", "three", "four", "five", "six", "seven", "eight", "nine"), ("-", " ")),
+            (("treinta", "cuarenta", "cincuenta", "sesenta", "setenta", "ochenta", "noventa"),
+             ("dos", "tres", "cuatro", "cinco", "seis", "siete", "ocho", "nueve"), (" y ",)),
+        )
+        for ten in tens for few in fews for link in links
+    },
+}  # fmt: skip
+"""Numbers of one word, and those of two: `twenty-five`."""
+_OF_LARGER: Final = re.compile(
+    rf"\b(?:{'|'.join(NUMBERS)}|ciento|thousand|mil)(?:\s+(?:and|y)\s+|\s+|-)$", re.IGNORECASE
+)
+"""What stands before the end of a number that is not known in full: `one hundred and`."""
+_NUMBER_WORDS: Final = "|".join(sorted(_IN_FULL, key=len, reverse=True))
 _AMOUNT: Final = re.compile(
-    rf"(?<![\w.,])(\d+(?:[.,]\d+)?|{'|'.join(sorted(NUMBERS, key=len, reverse=True))})(?:\s*-\s*|\s*)"
+    rf"(?<![\w.,])(\d+(?:[.,]\d+)?|{_NUMBER_WORDS})(?:\s*-\s*|\s*)"
     rf"({'|'.join(map(re.escape, _UNITS))})(?![\w%])",
     re.IGNORECASE,
 )
@@ -178,14 +200,16 @@ def read(request: str, site: Site, catalogue: Catalogue) -> Words:
     if re.search(r"\b(?:the )?base(?: station)?\b", request, re.IGNORECASE):
         places.setdefault("base", "base")
     agents = {name: words for name in site.agents if (words := said(name, request))}
-    counts = _counts(request, catalogue)
+    counts = _counts(unquoted(bare(request, places.values())), catalogue)
     return Words(request, tuple(_amounts(request)), places, agents, counts, found.points, original)
 
 
 def _amounts(request: str) -> Iterator[Amount]:
     for match in _AMOUNT.finditer(request):
         word, unit = match[1].casefold(), match[2].casefold()
-        number = float(word.replace(",", ".")) if word[0].isdigit() else float(NUMBERS[word])
+        if not word[0].isdigit() and _OF_LARGER.search(request[: match.start()]):
+            continue
+        number = float(word.replace(",", ".")) if word[0].isdigit() else float(_IN_FULL[word])
         type_, factor = UNITS[UNIT_WORDS.get(unit, unit)]
         yield Amount(type_, number * factor, match[0])
 
@@ -197,10 +221,15 @@ def _counts(request: str, catalogue: Catalogue) -> dict[str, int]:
     of_type = {name: words for name, words in LIGHT_HEAVY.items() if name in catalogue.types}
     for type_ in catalogue.types.values():
         if not type_.human and type_.label:
-            of_type[type_.name] = (*of_type.get(type_.name, (type_.name,)), type_.label, type_.label + "s")
-    for name, words in [*of_type.items(), ("*", DRONES)]:
-        for number in _before(request, words):
-            found.setdefault("*" if name == "drone" else name, set()).add(number)
+            names = of_type.get(type_.name, (type_.name, type_.name + "s"))
+            of_type[type_.name] = (*names, type_.label, type_.label + "s")
+    told: set[int] = set()
+    for name, words in sorted([*of_type.items(), ("*", DRONES)], key=lambda one: one[0] in ("*", "drone")):
+        for at, number in _before(request, words):
+            if name not in ("*", "drone") or at not in told:  # `dos drones ligeros` are not `dos drones`, too
+                found.setdefault("*" if name == "drone" else name, set()).add(number)
+            if name not in ("*", "drone"):
+                told.add(at)
     more = _MORE.search(request) is not None
     plain = {name: next(iter(numbers)) for name, numbers in found.items() if len(numbers) == 1}
     besides = _AND_MORE.search(request)
@@ -210,37 +239,45 @@ def _counts(request: str, catalogue: Catalogue) -> dict[str, int]:
     return {name: number for name, number in plain.items() if number > 1 or not more}
 
 
-def _before(request: str, words: Iterable[str]) -> Iterator[int]:
+def _before(request: str, words: Iterable[str]) -> Iterator[tuple[int, int]]:
+    """Yield where each number before one of the nouns stands, and the number."""
     nouns = "|".join(re.escape(w) for w in sorted(set(words), key=len, reverse=True))
-    pattern = rf"(?<![\w.])(\d+|pair(?=\s+of\b)|[^\W\d_]+)\s+(?:of\s+)?(?:{nouns})(?!\w)"
+    pattern = rf"(?<![\w.:,/–-])(\d+|pair(?=\s+of\b)|{_NUMBER_WORDS})\s+(?:of\s+)?(?:{nouns})(?!\w)"
     for match in re.finditer(pattern, request, re.IGNORECASE):
         word = match[1].casefold()
-        if word.isdigit():
-            yield int(word)
-        elif word in NUMBERS or word == "pair":
-            yield NUMBERS.get(word, 2)
+        if not is_certain(request, match.start(), match.end()) or _OF_LARGER.search(request[: match.start()]):
+            continue
+        yield match.start(), int(word) if word.isdigit() else _IN_FULL.get(word, 2)
 
 
-def types_said(request: str, catalogue: Catalogue) -> set[str]:
+def types_said(words: Words, catalogue: Catalogue) -> set[str]:
     """Return the agent types that a request names, by their name or label."""
     found = set()
-    request = _SHARED_NOUN.sub(r"\1 drone", request)
+    request = _SHARED_NOUN.sub(r"\1 drone", bare(words.text, words.places.values()))
     for type_ in catalogue.types.values():
-        words = [
+        known = [
             type_.name,
             *LIGHT_HEAVY.get(type_.name, ()),
             *PEOPLE.get(type_.name, ()),
             *([type_.label] if type_.label else []),
         ]
-        if type_.name not in ("drone", "person") and any(said(w, request) or said(w + "s", request) for w in words):
+        nouns = [noun for one in known for noun in (one, one + "s")]
+        sure = type_.human or type_.name in LIGHT_HEAVY  # nothing that a machine does is called so
+        if type_.name not in ("drone", "person") and any(_is_said(noun, request, sure) for noun in nouns):
             found.add(type_.name)
     return found
+
+
+def _is_said(noun: str, request: str, sure: bool) -> bool:
+    """Return whether a noun is said of an agent; if not `sure`, it may be what one does."""
+    every = re.finditer(pattern_of(noun), request, re.IGNORECASE)
+    return any(sure or not is_doing(request, *match.span()) for match in every)
 
 
 def roles_of(words: Words, catalogue: Catalogue) -> tuple[tuple[str, int], ...]:
     """Return the agent types and how many of each a task must have, where that is certain; () = it is not."""
     types = catalogue.types
-    named = types_said(words.text, catalogue)
+    named = types_said(words, catalogue)
     machines = {one for one in named if not types[one].human}
     people = sorted(one for one in named if types[one].human)
     if words.agents or not machines or machines != words.counts.keys() - {"*"} or bool(people) != words.means("ask"):

@@ -1,5 +1,6 @@
 """What a request says for certain is compared with what a task does; what is not certain is not said."""
 
+from dataclasses import replace
 from functools import cache
 from typing import Any
 
@@ -13,6 +14,13 @@ from formiga_bt.llm.world import World, world_of
 from tests.unit.llm.scripted import fly_to, home, tree
 
 LAND = {"do": "FlyAndLand", "agent": "drone", "at": "camp"}
+THREE = (
+    {"parallel": [
+        {"sequence": [fly_to("camp", agent="a"), home("a")]},
+        {"sequence": [fly_to("lake_shore", agent="b"), home("b")]},
+        {"sequence": [fly_to("centroid(bog)", agent="c"), home("c")]},
+    ]},
+)  # fmt: skip
 HWD = ({"name": "drone", "type": "hwd"},)
 
 
@@ -134,10 +142,39 @@ def test_a_shortfall_is_told(request_: str, answer: Any, said: tuple[str, str]) 
             tree(fly_to("lake_shore"), fly_to("camp"), fly_to("lake_shore"), home())),
         ("un dron aterriza en el campamento y no vuelve a casa", tree(LAND)),
         ("when the watcher agrees, fly to the camp", tree({"ask": "Go?", "of": ["watcher"]}, fly_to("camp"), home())),
+        ("fly to the camp, twenty-five metres high", tree(fly_to("camp", "25 m"), home())),
+        ("Two drones look at the camp and the lake shore; one heavy drone looks at the bog", tree(
+            *THREE, agents=({"name": "a", "type": "lwd"}, {"name": "b", "type": "lwd"}, {"name": "c", "type": "hwd"}))),
+        ("at least two drones look at the camp, the lake shore and the bog", tree(
+            *THREE, agents=({"name": "a", "type": "lwd"}, {"name": "b", "type": "lwd"}, {"name": "c", "type": "hwd"}))),
+        ("a drone that comes 20 m from the camp goes to the lake shore first",
+            tree(fly_to("lake_shore", "20 m"), fly_to("camp", "20 m"), home())),
+        ("a drone flies from the camp to the lake shore, having gone to the north field first",
+            tree(fly_to("north_field"), fly_to("camp"), fly_to("lake_shore"), home())),
     ],
 )  # fmt: skip
 def test_what_is_right_is_left_alone(request_: str, answer: Any) -> None:
     assert found(request_, answer) == []
+
+
+def test_a_machine_that_a_spanish_request_names_in_words_that_are_not_known_is_not_called_unasked() -> None:
+    types = dict(world().catalogue.types)
+    types["scout"] = replace(types["lwd"], name="scout", label="scout drone")
+    agents = {id: replace(one, type="scout") if one.type == "lwd" else one for id, one in world().site.agents.items()}
+    of_scouts = replace(
+        world(), catalogue=replace(world().catalogue, types=types), site=replace(world().site, agents=agents)
+    )
+
+    def said(request: str) -> set[str]:
+        agents = [{"name": "a", "type": "scout"}, {"name": "b", "type": "hwd"}]
+        steps = [fly_to("camp", agent="a"), home("a"), fly_to("lake_shore", agent="b"), home("b")]
+        words = read(request, of_scouts.site, of_scouts.catalogue)
+        verbs = verbs_of(of_scouts)
+        judged = judge(read_answer(tree(*steps, agents=agents)), words, of_scouts, verbs, "short", compared=words)
+        return {one.code for one in judged.shortfalls}
+
+    assert "type_unasked" not in said("Un dron explorador mira el campamento y un dron pesado la orilla del lago")
+    assert "type_unasked" in said("A heavy drone looks at the camp and the lake shore")
 
 
 def test_a_task_that_fails_in_the_dry_run_is_told_with_its_reason() -> None:

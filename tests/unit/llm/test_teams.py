@@ -166,6 +166,26 @@ def test_how_far_apart_they_are_to_be(request_: str, gap: str) -> None:
     assert gap_of(words(request_)) == gap
 
 
+@pytest.mark.parametrize(
+    ("request_", "ways"),
+    [
+        ("from the camp to the lake shore, go to the north field", {("camp", "lake_shore")}),
+        ("from the camp to the lake shore, then on to the north field",
+         {("camp", "lake_shore"), ("lake_shore", "north_field")}),
+        ("from the camp to the lake shore to the north field", {("camp", "lake_shore"), ("lake_shore", "north_field")}),
+        ("from the camp to the lake shore and back to the camp", {("camp", "lake_shore")}),
+        ("from the camp to the lake shore and to the camp", {("camp", "lake_shore")}),
+        ("from the camp over the north field to the lake shore", {("camp", "lake_shore")}),
+        ("from camp to lake shore, look at the lake", {("camp", "lake_shore")}),
+        ("5 m from the camp, one goes to the lake shore", set()),
+        ("away from the camp, to the lake shore", set()),
+        ("a view from the camp, and from the lake shore to the base", {("lake_shore", "base")}),
+    ],
+)  # fmt: skip
+def test_a_way_ends_at_the_first_place_that_it_goes_to(request_: str, ways: set[tuple[str, str]]) -> None:
+    assert from_to(words(request_)) == ways
+
+
 def test_from_one_place_to_another() -> None:
     assert from_to(words("zigzag from the camp towards the lake shore")) == {("camp", "lake_shore")}
     assert from_to(words("from the camp to the lake shore and from the lake shore to the camp")) == set()

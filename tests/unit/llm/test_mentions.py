@@ -1,0 +1,157 @@
+"""A noun means an agent, and a number how many, only where that is certain."""
+
+from dataclasses import replace
+from functools import cache
+
+import pytest
+
+from formiga_bt.llm.draft import Options, draft
+from formiga_bt.llm.wording import read, roles_of, types_said
+from formiga_bt.llm.world import World, world_of
+from tests.unit.llm.scripted import Scripted, fly_to, home, tree
+
+
+@cache
+def world() -> World:
+    """Return the demo world, with three more types of machines, of which it has none."""
+    shipped = world_of()
+    types = dict(shipped.catalogue.types)
+    for name, label in (("eye", "camera drone"), ("scout", "scout drone"), ("mule", "mule")):
+        types[name] = replace(types["lwd"], name=name, label=label)
+    site = replace(shipped.site, places={**shipped.site.places, "mule_path": shipped.site.places["camp"]})
+    return replace(shipped, catalogue=replace(shipped.catalogue, types=types), site=site)
+
+
+def types_of(request: str) -> set[str]:
+    return types_said(read(request, world().site, world().catalogue), world().catalogue)
+
+
+@pytest.mark.parametrize(
+    "request_",
+    [
+        "A drone keeps an eye on the camp and comes home",
+        "A drone keeps a close eye on the camp and comes home",
+        "Look at the camp with an eye to the trees",
+        "A bird's eye view of the camp",
+        "Hover at eye level",
+        "A drone flies to the camp and scouts the shore",
+        "A drone shall scout all of the bog",
+        "Scout the camp",
+        "Fly to the camp to scout",
+        "Fly over the mule path at 40 m",
+        "Que un dron eche un ojo al campamento",
+    ],
+)
+def test_a_word_in_a_saying_a_doing_or_a_place_is_no_machine(request_: str) -> None:
+    assert types_of(request_) == set()
+
+
+@pytest.mark.parametrize(
+    ("request_", "types"),
+    [
+        ("An eye keeps an eye on the camp", {"eye"}),
+        ("Two eyes hover over the camp", {"eye"}),
+        ("A scout flies to the camp", {"scout"}),
+        ("Send the scout to scout the camp", {"scout"}),
+        ("Scout flies over camp", {"scout"}),
+        ("The mule goes along the mule path", {"mule"}),
+        ("The scout drone and two mules land", {"scout", "mule"}),
+        ("LWD to the camp, HWD to the shore", {"lwd", "hwd"}),
+        ("Ask watcher whether all is well", {"watcher"}),
+    ],
+)
+def test_a_noun_that_means_an_agent_is_read(request_: str, types: set[str]) -> None:
+    assert types_of(request_) == types
+
+
+def test_a_saying_asks_for_no_machine_and_a_right_task_is_not_refused() -> None:
+    request = "A light drone keeps an eye on the camp from 40 m for 30 seconds and comes home."
+    found = draft(request, world(), Scripted(tree(fly_to("camp"), {"wait": "30 s"}, home())), options=Options(rounds=0))
+
+    assert (found.kind, found.say) == ("task", "")
+    words = read(request.replace("A light", "One light"), world().site, world().catalogue)
+    assert roles_of(words, world().catalogue) == (("lwd", 1),)
+
+
+@pytest.mark.parametrize(
+    "request_",
+    [
+        "Send 7 drones to the camp",
+        "Have seven drones look at the camp",
+        "Manda siete drones al campamento",
+        "Siete drones ligeros sobrevuelan el campamento",
+        "Seven light drones hover over the camp",
+        "A team of twelve drones lands at the camp",
+        "Twenty-five drones fly to the camp",
+        "Thirty five drones fly to the camp",
+        "If the watcher agrees, 6 UAVs look at the camp",
+        "Two mules fly to the camp",
+        "One hundred drones fly to the camp",
+    ],
+)
+def test_more_machines_than_there_are_is_told_without_a_model(request_: str) -> None:
+    chat = Scripted(tree(fly_to("camp"), home()))
+    found = draft(request_, world(), chat)
+
+    assert (found.kind, chat.asked) == ("impossible", [])
+    assert found.say.startswith("the request speaks of ")
+
+
+@pytest.mark.parametrize(
+    "request_",
+    [
+        "A drone flies round the camp 7 times",
+        "Fly 7 m from the camp with a drone",
+        "Watch the camp for 7 min, drones",
+        "A drone keeps 7 drone lengths from the camp",
+        "At 10:30 drones fly to the camp",
+        "Every day at 7 drones look at the camp",
+        "Up to 7 drones look at the camp",
+        "No more than seven drones look at the camp",
+        "Do not send 7 drones to the camp, but one",
+        "One of the 7 drones goes to the camp",
+        "Send 2 or 7 drones to the camp",
+        "Send 5-7 drones to the camp",
+        "From row 12 drones fly to the camp",
+        "We have 9 drones; send one to the camp",
+        'Tell everybody "7 drones are coming", and send one to the camp',
+        "Como máximo siete drones van al campamento",
+    ],
+)
+def test_a_number_of_something_else_or_an_uncertain_one_is_left_to_the_model(request_: str) -> None:
+    chat = Scripted(tree(fly_to("camp"), home()))
+    found = draft(request_, world(), chat, options=Options(rounds=0))
+
+    assert len(chat.asked) == 1
+    assert found.kind != "impossible"
+
+
+def test_a_place_whose_name_ends_in_a_number_counts_no_drones() -> None:
+    places = {**world().site.places, "checkpoint_2": world().site.places["camp"]}
+    words = read("At checkpoint 2 drones turn back", replace(world().site, places=places), world().catalogue)
+
+    assert (words.places, words.counts) == ({"checkpoint_2": "checkpoint 2"}, {})
+
+
+def test_machines_of_a_type_are_not_counted_as_any_machines_too() -> None:
+    words = read("Dos drones ligeros y uno pesado van al campamento", world().site, world().catalogue)
+
+    assert words.counts == {"lwd": 2}
+
+
+@pytest.mark.parametrize(
+    ("request_", "metres"),
+    [
+        ("twenty-five metres high", [25.0]),
+        ("twenty five metres high", [25.0]),
+        ("cuarenta y cinco metros", [45.0]),
+        ("two hundred metres away", [200.0]),
+        ("eighty metres", [80.0]),
+        ("one hundred and twenty metres", []),
+        ("ciento veinte metros", []),
+        ("two drones, twenty metres apart", [20.0]),
+        ("a fifteen-metre circle", [15.0]),
+    ],
+)
+def test_a_number_of_several_words_is_read_whole_or_not_at_all(request_: str, metres: list[float]) -> None:
+    assert [one.si for one in read(request_, world().site, world().catalogue).amounts] == metres
