@@ -3,12 +3,13 @@
 import pytest
 
 from agents_sim.world import AgentSpec
-from formiga_bt.engine.inputs import Notify, Operator
+from formiga_bt.engine.inputs import Alarm, Notify, Operator
 from formiga_bt.errors import TaskError
 from formiga_bt.geo import Place
 from formiga_bt.rehearsal import Rehearsal
 from formiga_bt.testing import alarms, effects, folded
 from tests.missions.conftest import Fly
+from tests.missions.crashing import Crashing
 from tests.missions.test_shipped import SITE, pick_up
 
 FIELD = SITE.places["north_field"]
@@ -61,6 +62,28 @@ def test_who_said_so_is_in_the_journal_and_people_are_told(fly: Fly) -> None:
 
     rehearsal.ask(Operator("removed", "hwd_1", "bob"))  # the same again changes nothing
     assert (rehearsal.steps[-1].changes, rehearsal.steps[-1].effects) == ((), ())
+
+
+@pytest.mark.parametrize("removed", [False, True])
+def test_another_engine_goes_on_with_what_a_person_said(fly: Fly, removed: bool) -> None:
+    rehearsal = fly()
+    crashed(rehearsal)
+    if removed:
+        rehearsal.sim["hwd_1"].drone.carry(WORKSHOP)
+        rehearsal.ask(Operator("removed", "hwd_1", "ann"))
+    flown = Crashing(rehearsal)
+    flown.die()
+    first = flown.resume()
+    told = [effect.agent for effect in first.effects if isinstance(effect, Alarm)]
+    assert told == ([] if removed else ["hwd_1"])  # it may be in the air
+
+    rehearsal.run_for(10)
+    pick_up(rehearsal)
+    rehearsal.run_for(200)
+    assert waiting(rehearsal) == ([] if removed else [("leg_busy", "hwd_1")])
+    if not removed:
+        rehearsal.ask(Operator("removed", "hwd_1", "ann"))
+    assert rehearsal.run_until_ended()
 
 
 def test_it_frees_the_spot_where_a_dead_machine_stood(fly: Fly) -> None:
