@@ -12,12 +12,14 @@ from typing import Final
 
 import msgspec
 
+from formiga_bt.cli.absent import check_absent
+from formiga_bt.cli.calling import Client
 from formiga_bt.cli.inputs import UnusableFile, World, is_demo
 from formiga_bt.cli.up import site_world
 from formiga_bt.cli.visible import visible
 from formiga_bt.errors import FormigaError, TransportError
 from formiga_bt.services.listening import listen_of
-from formiga_bt.services.simulated import Simulated
+from formiga_bt.services.simulated import Simulated, check_unsimulated
 from formiga_bt.site_folder import SiteFolder, is_running, read_address
 from formiga_bt.transport.messages import ClockBeat
 from formiga_bt.transport.zenoh_agent import ZenohObserver
@@ -56,7 +58,7 @@ def run(site_file: Path, actions: list[Path], connect: str | None, without: Sequ
 
     Raises:
         UnusableFile: the site cannot be used, has no such agents, or it is not known where to look for its engine.
-        FormigaError: the site is a real one, or has nobody to simulate.
+        FormigaError: the site is a real one, has nobody to simulate, or its engine hears one of them already.
         SiteError: its agents are simulated already.
     """
     world = site_world(actions, site_file)
@@ -78,6 +80,10 @@ def run(site_file: Path, actions: list[Path], connect: str | None, without: Sequ
         raise FormigaError(
             f"nobody is left to simulate on the site {world.site.name}\n  help: list agents in site.yaml, under agents"
         )
+    check_unsimulated(folder)
+    there = read_address(folder) if is_running(folder) else None
+    if there is not None:
+        check_absent(Client(there), fleet.agents, can_leave_out=True)
     asked: list[int] = []
     before = {
         number: signal.signal(number, lambda got, _: asked.append(got))

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 import typer
 
+from formiga_bt.cli.absent import check_absent
 from formiga_bt.cli.calling import ApiError, NoEngine
 from formiga_bt.cli.client import Client, connect, print_table, segment, show_next
 from formiga_bt.errors import FormigaError
@@ -143,6 +144,8 @@ def run(play: "Scenario", endpoint: str | None) -> int:
             f"the engine here runs the site '{client.address.site}', the scenario is of '{play.site.name}'\n"
             "  help: start an engine of that site, or play it here with --virtual"
         )
+    if client is not None:
+        check_absent(client, [agent.id for agent in play.agents], can_leave_out=False)
     where = endpoint or (client.address.endpoint if client is not None else "")
     from formiga_bt.simulation import describe
     from formiga_bt.stage import Stage

@@ -26,6 +26,7 @@ from formiga_bt.services import models as m
 from formiga_bt.services.bundles import BundleStore
 from formiga_bt.services.collector import uncollected
 from formiga_bt.services.door import is_loopback
+from formiga_bt.services.doubles import OneEach
 from formiga_bt.services.feed import Feed
 from formiga_bt.services.flightlog import FlightLog
 from formiga_bt.services.journaling import JournalAt, Journaling
@@ -153,7 +154,9 @@ class EngineHost:
             self.site, self._catalogue, self._tasks, state=state, resumes=back is not None,
             without=back.without if back is not None else (), look=back.blame.look if back is not None else None,
         )  # fmt: skip
-        fails, wires = self._failpoint, [self._desk, *self._wires]
+        fails = self._failpoint
+        once = [OneEach(wire, self._desk_types, self._tell_double) for wire in self._wires]
+        wires: list[AgentTransport] = [self._desk, *once]
         self.driver = RealtimeDriver(
             engine,
             wires if fails is None else [fails.wire(wire) for wire in wires],
@@ -269,6 +272,10 @@ class EngineHost:
         return self._desk
 
     # -- while it runs ---------------------------------------------------------------------------------------------
+    def _tell_double(self, agent: str, text: str) -> None:
+        self.feed.add("alarm", self.driver.now(), text, agent=agent, data={"code": "double"})
+        self.feed.announce()
+
     @property
     def feed(self) -> Feed:
         """Return the feed of events."""

@@ -1,0 +1,95 @@
+"""Who is there twice is told once, with what to do; what is said in the name of a person of the desk is not heard."""
+
+from collections.abc import Sequence
+
+import pytest
+
+from formiga_bt.clock import SECOND
+from formiga_bt.services.doubles import OneEach
+from formiga_bt.transport.messages import (
+    AgentCard,
+    AgentGone,
+    AgentSeen,
+    AgentStatus,
+    GoalEvent,
+    GoalReported,
+    StatusArrived,
+    TransportEvent,
+)
+from tests.unit.services.conftest import Start
+
+
+class Said:
+    """A wire on which this comes in."""
+
+    name = "said"
+
+    def __init__(self) -> None:
+        self.next: list[TransportEvent] = []
+        self.told: list[tuple[str, str]] = []
+        self.wire = OneEach(self, {"ann"}, lambda agent, text: self.told.append((agent, text)))  # type: ignore[arg-type]
+
+    def poll(self) -> Sequence[TransportEvent]:
+        found, self.next = self.next, []
+        return found
+
+    def comes(self, *events: TransportEvent) -> list[TransportEvent]:
+        self.next += events
+        return list(self.wire.poll())
+
+
+def card(agent: str, boot: str = "a") -> AgentSeen:
+    return AgentSeen(AgentCard(id=agent, type="watcher", boot_id=boot, actions=("Confirm",), human=True))
+
+
+def status(boot: str, at_s: float, agent: str = "lwd_1") -> StatusArrived:
+    return StatusArrived(AgentStatus(id=agent, type="lwd", boot_id=boot, stamp=round(at_s * SECOND), seq=1))
+
+
+def test_nobody_speaks_for_a_person_of_the_desk() -> None:
+    said = Said()
+    done = GoalReported(GoalEvent(goal_id="g1", agent="ann", state="succeeded", n=1))
+
+    assert said.comes(card("ann"), status("a", 1, "ann"), done, card("ben"), AgentGone("ann")) == [card("ben")]
+    assert [agent for agent, _ in said.told] == ["ann"]
+    assert "formiga sim --without ann; or the engine without --desk ann" in said.told[0][1]
+    said.comes(card("ann", "b"))
+    assert len(said.told) == 2  # it came back
+
+
+@pytest.mark.parametrize(
+    ("boots", "is_double"),
+    [
+        ([("a", 1), ("a", 2), ("b", 3), ("b", 4)], False),  # started anew
+        ([("a", 1), ("b", 3), ("a", 2.9), ("b", 4)], False),  # a status that came late
+        ([("a", 1), ("b", 3), ("c", 5), ("b", 4.9), ("c", 6)], False),
+        ([("a", 1), ("b", 1.2), ("a", 2), ("b", 2.2), ("a", 3)], True),
+        ([("a", 1), ("b", 3), ("c", 5), ("b", 7)], True),
+        ([("a", 1), ("", 3), ("a", 5)], False),
+    ],
+)
+def test_two_processes_that_are_one_machine_are_told_once(boots: list[tuple[str, float]], is_double: bool) -> None:
+    said = Said()
+    events = [status(*boot) for boot in boots]
+
+    assert said.comes(*events, *events[-1:]) == [*events, *events[-1:]]  # the engine judges them itself
+    assert [agent for agent, _ in said.told] == (["lwd_1"] if is_double else [])
+    assert not is_double or "two processes say that they are lwd_1" in said.told[0][1]
+
+
+@pytest.mark.network
+def test_an_engine_tells_of_a_person_who_answers_at_its_desk_and_elsewhere(start: Start) -> None:
+    with start(desk={"watcher_1": "watcher"}) as service:
+        service.wire.add("watcher_1", "watcher", next(iter(service.host.site.ports.values())).at, human=True)
+
+        def alarms() -> list[str]:
+            return [event.text for event in service.host.feed.after(0)[0] if event.type == "alarm"]
+
+        service.wait(alarms)
+        assert "--without watcher_1" in alarms()[0]
+        task = service.submit("Ask")
+        service.wait(lambda: service.get("/v1/inbox")["questions"])
+        (question,) = service.get("/v1/inbox")["questions"]
+        assert question["here"]
+        service.post(f"/v1/inbox/{question['number']}/answer", {"option": "yes_it_is"})
+        assert service.ends(task)["status"] == "SUCCEEDED"
