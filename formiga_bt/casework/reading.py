@@ -34,6 +34,7 @@ from formiga_bt.lang.reading import (
     read_text,
     shorten,
 )
+from formiga_bt.lang.scenario import own_tasks
 from formiga_bt.lang.scenario.book import Book
 from formiga_bt.lang.scenario.entries import ScenarioOrder
 from formiga_bt.lang.scenario.faults import read_faults
@@ -88,6 +89,8 @@ class _Reader:
         self._text = text
         self._catalogue = catalogue
         self._folders = folders
+        self._own: Path | None = None
+        """The folder of the site's own tasks."""
 
     def read(self) -> CaseFile | None:
         """Return what the file says, as far as it can be read."""
@@ -122,6 +125,7 @@ class _Reader:
         path = self._look_up(at, name, "site file", "*site*.yaml")
         if path is None:
             return None
+        self._own = own_tasks(path)
         site, found, sources = load_site(path, self._catalogue)
         self.problems.extend(found)
         self.sources.update(sources)
@@ -138,13 +142,16 @@ class _Reader:
         return loaded.task
 
     def _look_up(self, at: Scalar | None, name: str, what: str, pattern: str) -> Path | None:
-        path = next((place / name for place in self._folders if name and _is_file(place / name)), None)
+        beside, *library = self._folders
+        folders = [beside, *([self._own] if self._own is not None else []), *library]
+        path = next((place / name for place in folders if name and _is_file(place / name)), None)
         if path is None:
             mark = at.mark if at is not None else Mark(self._file, 1, 1)
-            files = {p.name for folder_ in self._folders for p in folder_.glob(pattern)}
+            files = {p.name for folder_ in folders for p in folder_.glob(pattern)}
             known = sorted(file for file in files if not file.endswith(".test.yaml"))
             text = f"no {what} '{shorten(name)}'{did_you_mean(name, known)}"
-            self.problems.add("E008", mark, text, "a path relative to this file, or a file that ships with formiga")
+            help_ = "a path relative to this file, a file of the site's trees/, or one that ships with formiga"
+            self.problems.add("E008", mark, text, help_)
         return path
 
     def _cases(self, keys: Mapping[str, Entry], task: Task, site: Site) -> list[Case]:

@@ -65,6 +65,7 @@ __all__ = [
     "ScenarioTask",
     "load_scenario",
     "load_scenario_text",
+    "own_tasks",
 ]
 
 _NAME: Final = re.compile(r"[A-Za-z][A-Za-z0-9_-]*")
@@ -126,14 +127,14 @@ def _read(
     file: str,
 ) -> Scenario | None:
     """Build the scenario; what is wrong was reported."""
-    site = _site(problems, sources, keys, catalogue, folders)
+    site, where = _site(problems, sources, keys, catalogue, folders)
     name, speed = _name(problems, keys), _speed(problems, keys)
     if site is None:
         return None  # nothing else can be read without places and agents
     book = Book(problems, sources, keys, catalogue, site, folders)
     seed, wind = book.whole(keys, "seed", 0, least=0), _wind(book)
     agents = read_agents(book)
-    asked = Requests(book)
+    asked = Requests(book, own_tasks(where))
     requests = asked.read()
     faults = read_faults(book)
     orders = read_orders(book, asked.tasks)
@@ -186,21 +187,28 @@ def _site(
     keys: Mapping[str, Entry],
     catalogue: Catalogue,
     folders: Sequence[Path],
-) -> Site | None:
+) -> tuple[Site | None, Path | None]:
+    """Return the site, and its file."""
     at = read_text(keys["site"].value, problems, "site") if "site" in keys else None
     if at is None:
-        return None
+        return None, None
     path = next((place / at.text for place in folders if at.text and _is_file(place / at.text)), None)
     if path is None:
         known = sorted({p.name for place in folders for p in place.glob("*site*.yaml")})
         what = f"no site file '{shorten(at.text)}'{did_you_mean(at.text, known)}"
         help_ = f"sites: {quoted_list(known)}" if known else "a path relative to this file"
         problems.add("E008", at.mark, what, help_, fix_word(at, surely(at.text, known)))
-        return None
+        return None, None
     site, found, sources = load_site(path, catalogue)
     problems.extend(found)
     sources.update(sources)
-    return site
+    return site, path
+
+
+def own_tasks(site_file: Path | None) -> Path | None:
+    """Return the folder of a site's own tasks, as `formiga up` finds it; None: it has none."""
+    own = site_file.parent / "trees" if site_file is not None else None
+    return own if own is not None and own.is_dir() else None
 
 
 def _is_file(path: Path) -> bool:

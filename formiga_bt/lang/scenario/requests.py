@@ -29,10 +29,16 @@ from formiga_bt.lang.synonyms import surely
 
 
 class Requests:
-    """Reads the tasks of one scenario; `tasks` are those it names, by name (None: one with errors)."""
+    """Reads the tasks of one scenario; `tasks` are those it names, by name (None: one with errors).
 
-    def __init__(self, book: Book) -> None:
+    Args:
+        book: the scenario.
+        own: the folder of the site's own tasks, which is searched with all below it.
+    """
+
+    def __init__(self, book: Book, own: Path | None = None) -> None:
         self.book = book
+        self._own = own
         self.problems = book.problems
         self.tasks: dict[str, Task | None] = {}
         self._files: dict[str, Path] | None = None
@@ -82,11 +88,17 @@ class Requests:
         return loaded.task
 
     def _task_files(self) -> dict[str, Path]:
-        """Return the task files beside the scenario and of the library, by the names of their tasks; the first one counts."""
+        """Return the task files beside the scenario, of the site and of the library, by their tasks' names.
+
+        Of two with one name the first counts.
+        """
         if self._files is None:
             self._files = {}
             others: list[tuple[str, str, Path]] = []
-            for path in (p for place in self.book.folders for p in sorted(place.glob("*.yaml"))):
+            beside, *library = self.book.folders
+            own = sorted(self._own.rglob("*.yaml")) if self._own is not None else []
+            below = (p for place in library for p in sorted(place.glob("*.yaml")))
+            for path in (*sorted(beside.glob("*.yaml")), *own, *below):
                 if path.name.endswith(".test.yaml"):
                     continue  # it names its task too
                 try:

@@ -310,3 +310,32 @@ def test_problems_of_the_site_and_of_a_task_are_told_with_the_scenario(tmp_path:
     loaded = load_scenario(tmp_path / "try.yaml", catalogue=catalogue)
     assert [short(problem)[1] for problem in loaded.diagnostics] == ["E062"]
     assert load_scenario(tmp_path / "none.yaml", catalogue=catalogue).diagnostics[0].code == "E008"
+
+
+def test_tasks_of_the_sites_own_folder_are_found_before_those_that_ship(tmp_path: Path, catalogue: Catalogue) -> None:
+    """As `formiga up` finds them; and after those beside the scenario."""
+    site = (folder("trees") / "demo-site.yaml").read_text(encoding="utf-8")
+    task = "formiga: 1\ntask: {}\nsteps: [{{wait: {} s}}]\n"
+    for file, text in (
+        ("site.yaml", site),
+        ("trees/mine.yaml", task.format("Mine", 1)),
+        ("trees/deep/er.yaml", task.format("Deeper", 1)),
+        ("trees/circle.yaml", task.format("Circle", 1)),
+        ("trees/mine.test.yaml", "formiga_test: 1\ntask: Mine\n"),
+        ("plays/mine.yaml", task.format("Mine", 2)),
+        (
+            "plays/day.yaml",
+            f"scenario: day\nsite: ../site.yaml\n{FLEET}tasks: [{{task: Mine}}, {{task: Deeper}}, {{task: Circle}}]\n",
+        ),
+    ):
+        (tmp_path / file).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / file).write_text(text, encoding="utf-8")
+
+    loaded = load_scenario(tmp_path / "plays/day.yaml", catalogue=catalogue)
+
+    assert loaded.scenario is not None, loaded.diagnostics
+    found = {
+        name: str(Path(task.mark.file).resolve().relative_to(tmp_path.resolve()))
+        for name, task in loaded.scenario.tasks.items()
+    }
+    assert found == {"Mine": "plays/mine.yaml", "Deeper": "trees/deep/er.yaml", "Circle": "trees/circle.yaml"}
