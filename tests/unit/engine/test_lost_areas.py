@@ -162,3 +162,23 @@ def test_one_whose_process_starts_anew_before_it_was_lost_does_too(make: Make) -
     field.explorer.boot()
     field.run_for(3)
     assert field.record("lwd_1").lost_area is None
+
+
+@pytest.mark.parametrize(("silent", "alarm"), [(False, "cancel_unconfirmed"), (True, "quarantined_airborne")])
+def test_a_start_that_never_confirmed_that_it_stopped_may_be_up_only_if_it_does_not_say_that_it_stands(
+    make: Make, silent: bool, alarm: str
+) -> None:
+    field = make(from_the_ground=True)
+    field.abort(field.survey)  # it would be in the way
+    field.run_for(1)
+    task = field.submit("Cross", {"robot": AgentRef("lwd_2"), "to": MIDDLE})
+    field.run_for(1)
+    field.other.confirms_cancel = False
+    field.abort(task)
+    field.run_for(5)
+    field.other.silent = silent
+    field.run_for(27)
+
+    assert field.record("lwd_2").quarantine == "cancel_unconfirmed"
+    assert (field.record("lwd_2").lost_leg is not None) is silent
+    assert [one.code for one in effects(field, Alarm) if one.agent == "lwd_2"] == [alarm]
