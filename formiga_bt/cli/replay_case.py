@@ -76,6 +76,10 @@ def _write_and_play(machine: "TimeMachine", story: "Story", out: Path) -> "tuple
 
 
 def _part(differs: "Differs") -> str:
+    from formiga_bt.replay.case import CLEARANCE
+
+    if differs.what == "answers" and CLEARANCE in differs.came:
+        return "clearances"
     return "after" if differs.what == "answers" and "never failed" in differs.came else differs.what
 
 

@@ -21,8 +21,10 @@ NEAR_M: Final = 1.0
 FULL: Final = 99.5
 MOST: Final = 80
 """Characters of a question behind its answer."""
-LOOSE: Final = ("after", "actions", "notices", "answers_asked", "end_state")
-"""What of a case may be left out or made easier if it does not come again in simulation."""
+LOOSE: Final = ("after", "clearances", "actions", "notices", "answers_asked", "end_state")
+"""What of a case may be left out or made easier if it does not come again in simulation; of clearances, when all were given."""
+CLEARANCE: Final = " is about to "
+"""In the text of each question of the engine itself, between the machine and what it does."""
 _NAME: Final = re.compile(r"[A-Za-z_]\w*")
 
 
@@ -58,7 +60,7 @@ def text_of(
     if params:
         lines.append(f"    params: {_flow(params)}")
     lines += _block("agents", [f"{name}: {_flow(keys)}{_why(why)}" for name, keys, why in _agents(story, site)])
-    answers = [*_answers(story), *_failures(story, easy="after" in loose)]
+    answers = [*_answers(story, easy="clearances" in loose), *_failures(story, easy="after" in loose)]
     lines += _block("answers", [f"- {_flow(keys)}{_why(why)}" for keys, why in answers])
     lines += _block("faults", [f"- {_flow(keys)}{_why(why)}" for keys, why in map(_fault(story), story.faults)])
     lines += _block("orders", [f"- {_flow(keys)}" for keys in _orders(story, site)])
@@ -197,12 +199,12 @@ def _near(agent: AgentRecord, spot: Place) -> bool:
     return at is not None and abs(at.east_m - spot.east_m) <= NEAR_M and abs(at.north_m - spot.north_m) <= NEAR_M
 
 
-def _answers(story: Story) -> Iterator[tuple[dict[str, str], str]]:
+def _answers(story: Story, *, easy: bool) -> Iterator[tuple[dict[str, str], str]]:
     asks = [one for one in story.questions.values() if one.kind == "ask"]
     for n, question in enumerate(asks, 1):
         yield {"ask": str(n), **_reply(question)}, shorten(question.text, MOST)
     others = [one for one in story.questions.values() if one.kind != "ask"]
-    if any(one.reply is None or one.reply["answer"] != "clear" for one in others):
+    if not easy or any(one.reply is None or one.reply["answer"] != "clear" for one in others):
         for question in others:
             yield {"ask": _quoted(question.text.partition(":")[0]), **_reply(question)}, "asked by the engine itself"
 

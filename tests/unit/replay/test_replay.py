@@ -120,6 +120,12 @@ MORE = {
     answers: [{ask: about to land, answer: refuse}]
     expect: {}
 """,
+    "people take their time to stand clear": """\
+  - name: clear late
+    params: {target: north_field, user: picker_1}
+    answers: [{ask: about to land, answer: clear, after: 24 s}, {ask: about to land, answer: clear, after: 9 s}]
+    expect: {}
+""",
     "nobody answers": """\
   - name: nobody
     params: {target: north_field, user: picker_1}
@@ -176,6 +182,9 @@ def test_a_story_comes_back_as_a_case(
 
 
 COMES_BACK = {
+    "people take their time to stand clear": [
+        '- {ask: "hwd_1 is about to land here", answer: clear, after: 24.0 s}  # asked by the engine itself',
+    ],
     "restarted by a person": ["- {at: 25.0 s, order: restart, target: PickUp, by: watcher_1}"],
     "a machine is lost": [
         "- {at: 20.0 s, agent: hwd_1, kind: kill}  # nothing was heard of it from then on; at 49.0 s it was given up"
@@ -255,6 +264,25 @@ PREEMPTED = """\
     agents: {hwd_2: {absent: true}}
     expect: {}
 """
+
+
+def test_clearances_that_do_not_come_again_are_left_out_if_all_were_given(
+    tmp_path: Path, capsys: Captured, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Another machine, or no question at all: people stand clear as they do by themselves."""
+    from formiga_bt.cli import replay_case
+
+    fly(tmp_path, MORE["people take their time to stand clear"])
+    monkeypatch.chdir(tmp_path)
+    play = replay_case._play
+
+    def other_machine(machine: TimeMachine, out: Path) -> list[Differs]:
+        told = "line 9: 'hwd_1 is about to land here' never came"
+        return [Differs("answers", "", told)] if "is about to" in out.read_text() else play(machine, out)
+
+    monkeypatch.setattr(replay_case, "_play", other_machine)
+    assert run(["replay", "--task", "PickUp-1", "--as-test", "story.test.yaml"]) == 0, capsys.readouterr().err
+    assert "(without clearances: in simulation they come otherwise)" in capsys.readouterr().err
 
 
 def test_a_run_that_does_not_come_again_is_left_out(
