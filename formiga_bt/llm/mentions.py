@@ -19,7 +19,9 @@ _SAYINGS: Final = re.compile(
     re.IGNORECASE,
 )
 """Sayings in which a noun is no agent."""
-_TO_DO: Final = re.compile(r"\b(?:to|will|would|shall|should|must|can|could|may|might|please|not)\s+$", re.IGNORECASE)
+_TO_DO: Final = re.compile(
+    r"\b(?:to|please|not)\s+$|\w\s+(?:will|would|shall|should|must|can|could|may|might)\s+$", re.IGNORECASE
+)
 _DONE_TO: Final = re.compile(
     r"\s+(?:the|an?|all|every|each|both|this|that|these|those|it|them|its|their|el|la|los|las|un|una)\b", re.IGNORECASE
 )
@@ -35,10 +37,13 @@ _FEW: Final = (
 _NOT_SO_MANY: Final = re.compile(
     r"(?:\b(?:up to|at most|at least|(?:more|less|fewer) than|instead of|rather than|(?:maximum|minimum|most) of|about|around|"
     r"roughly|or|hasta|(?:al|por lo) menos|como (?:máximo|mínimo|mucho)|(?:más|menos) de|en (?:vez|lugar) de|unos|o|at|klo)"
-    r"|\b(?:not|never|if|unless|whether|no|nunca|si)(?:\s+\w+){0,2}|n't(?:\s+\w+){0,2}"
-    r"|\b(?:we|you|they|i|site|there)\s+(?:\w+\s+)?(?:have|has|had|are|were|is)|\b(?:hay|tenemos|tiene)"
-    rf"|\b(?:{_FEW}|some|any|each|none|out|half|which|groups|teams|pairs|batches)\s+of(?:\s+(?:the|our|my|those|these|all))?"
-    r"|\b(?:uno|una|alguno|algunos|grupos|equipos|parejas)\s+de(?:\s+(?:los|las|nuestros))?"
+    r"|\b(?:not|never|if(?!\s+so\b)|unless|whether|nunca|si)(?:\s+\w+){0,2}|n't(?:\s+\w+){0,2}"
+    r"|(?<!\bon )(?<!\ba )(?<!\bun )\bno(?:\s+\w+){1,2}"
+    r"|\b(?:we|(?<!can )(?<!will )(?<!could )(?<!would )you|they|i|site|there)\s+"
+    r"(?:\w+\s+)?(?:have|has|had|are|were|is)|\b(?:hay|tenemos|tiene)"
+    rf"|\b(?:{_FEW}|some|any|each|none|out|half|which)\s+of\s+(?:the|our|my|those|these|all)"
+    r"|\b(?:groups|teams|pairs|batches)\s+of|\b(?:grupos|equipos|parejas)\s+de"
+    r"|\b(?:uno|una|alguno|algunos)\s+de\s+(?:los|las|nuestros)"
     rf"|\b(?:room|space|sitio|espacio)\s+(?:for|para)|\b{_FEW}\s+(?:to|a)"
     r"|\b(?:row|plot|point|checkpoint|step|site|gate|zone|sector|area|phase|number|no\.|nr\.?|fila|hilera|parcela|punto|paso|"
     r"zona|fase|número))\s*$",
@@ -86,7 +91,7 @@ def is_doing(request: str, start: int, end: int) -> bool:
         end: where it ends.
     """
     before, after = request[:start], request[end:]
-    if _DETERMINER.search(before):
+    if _DETERMINER.search(before) or " " in request[start:end]:
         return False
     return _TO_DO.search(before) is not None or _DONE_TO.match(after) is not None
 

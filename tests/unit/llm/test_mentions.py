@@ -57,11 +57,29 @@ def test_a_word_in_a_saying_a_doing_or_a_place_is_no_machine(request_: str) -> N
         ("The mule goes along the mule path", {"mule"}),
         ("The scout drone and two mules land", {"scout", "mule"}),
         ("LWD to the camp, HWD to the shore", {"lwd", "hwd"}),
+        ("Can scout look at the camp?", {"scout"}),
+        ("Can scout drone look at camp?", {"scout"}),
         ("Ask watcher whether all is well", {"watcher"}),
     ],
 )
 def test_a_noun_that_means_an_agent_is_read(request_: str, types: set[str]) -> None:
     assert types_of(request_) == types
+
+
+@pytest.mark.parametrize(
+    ("request_", "counts"),
+    [
+        ("One of 2 light drones hovers over each of the camp and the lake shore", {"lwd": 2}),
+        ("On a yes two light drones land, on no one heavy drone lands", {"lwd": 2, "hwd": 1}),
+        ("Ask the watcher, and only if so two light drones land", {"lwd": 2}),
+        ("Would you have one heavy drone watch the camp?", {"hwd": 1}),
+        ("No envíes dos drones ligeros al campamento", {}),
+        ("In teams of 2 light drones", {}),
+        ("One of the 2 light drones lands", {}),
+    ],
+)
+def test_how_many_take_part(request_: str, counts: dict[str, int]) -> None:
+    assert read(request_, world().site, world().catalogue).counts == counts
 
 
 def test_a_saying_asks_for_no_machine_and_a_right_task_is_not_refused() -> None:
