@@ -4,12 +4,15 @@ It is cautious: it says only what is certain, from names of the site, counts, am
 say may still be wrong; the person who approves a task reads it.
 """
 
+import math
 import re
-from collections.abc import Iterator, Mapping, Set
+from collections.abc import Iterator, Mapping, Sequence, Set
 from itertools import pairwise
 from typing import Final
 
+from formiga_bt.geo import Place
 from formiga_bt.lang.model import Task
+from formiga_bt.llm.outcome import OVER_M
 from formiga_bt.llm.records import Flight, Shortfall
 from formiga_bt.llm.spoken import is_english
 from formiga_bt.llm.teams import from_to, gap_of
@@ -64,7 +67,7 @@ def compare(words: Words, task: Task, text: str, flight: Flight, world: World) -
         *_agents(words, task, flight, world),
     ]
     if flight.status == "SUCCEEDED":
-        found += [*_people(words, flight, world), *_ends(words, flight), *_order(words, flight)]
+        found += [*_people(words, flight, world), *_ends(words, flight), *_order(words, flight, world)]
     return found
 
 
@@ -227,7 +230,7 @@ def _figures(words: Words, text: str) -> Iterator[Shortfall]:
             yield Shortfall("not_at_centre", text_, help=f"FlyTo {ring[1]} after the FlyAlong")
 
 
-def _order(words: Words, flight: Flight) -> Iterator[Shortfall]:
+def _order(words: Words, flight: Flight, world: World) -> Iterator[Shortfall]:
     """Find ways that are flown the other way round than from the one place to the other."""
     for a, b in sorted(from_to(words)):
         ways = [way for way in flight.visited.values() if a in way and b in way]
@@ -239,8 +242,25 @@ def _order(words: Words, flight: Flight) -> Iterator[Shortfall]:
             )
     for first, then in in_turn(words):
         ways = [way for way in flight.visited.values() if first in way and then in way]
-        if ways and not any(way.index(first) < way.index(then) for way in ways):
+        if ways and not any(_comes_before(first, then, way, world) for way in ways):
             yield Shortfall("wrong_order", f'the request wants "{words.places[first]}" before "{words.places[then]}"')
+
+
+def _comes_before(first: str, then: str, way: Sequence[str], world: World) -> bool:
+    """Return whether a machine was at one place before another, or passed that one on the straight way to the first."""
+    at, spots = way.index(then), world.site.places
+    if way.index(first) < at:
+        return True
+    a, b, over = (spots.get(one) for one in (way[at - 1] if at else "", first, then))
+    if not (isinstance(a, Place) and isinstance(b, Place) and isinstance(over, Place)):
+        return False
+    east, north = b.east_m - a.east_m, b.north_m - a.north_m
+    length = math.hypot(east, north)
+    if not length:
+        return False
+    along = ((over.east_m - a.east_m) * east + (over.north_m - a.north_m) * north) / length
+    aside = abs((over.east_m - a.east_m) * north - (over.north_m - a.north_m) * east) / length
+    return 0 < along < length and aside <= OVER_M
 
 
 def in_turn(words: Words) -> Iterator[tuple[str, str]]:

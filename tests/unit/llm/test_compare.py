@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 
+from formiga_bt.geo import Place
 from formiga_bt.llm.envelope import read_answer
 from formiga_bt.llm.judge import judge
 from formiga_bt.llm.vocabulary import verbs_of
@@ -175,6 +176,21 @@ def test_a_machine_that_a_spanish_request_names_in_words_that_are_not_known_is_n
 
     assert "type_unasked" not in said("Un dron explorador mira el campamento y un dron pesado la orilla del lago")
     assert "type_unasked" in said("A heavy drone looks at the camp and the lake shore")
+
+
+def test_a_place_on_the_way_to_the_one_before_it_is_passed_and_not_gone_to_too_early() -> None:
+    places = {"camp": Place(0.0, 60.0), "barn": Place(0.0, 120.0), "well": Place(0.0, 90.0), "mill": Place(60.0, 120.0)}
+    here = replace(world(), site=replace(world().site, places=places))
+
+    def said(request: str, *stops: str) -> list[str]:
+        words = read(request, here.site, here.catalogue)
+        answer = read_answer(tree(*map(fly_to, stops), home()))
+        judged = judge(answer, words, here, verbs_of(here), "short", compared=words)
+        return [one.code for one in judged.shortfalls]
+
+    request = "Look at the camp, the barn, then the {}, and come home"
+    assert said(request.format("well"), "camp", "barn", "well") == []
+    assert said(request.format("mill"), "camp", "mill", "barn") == ["wrong_order"]
 
 
 def test_a_task_that_fails_in_the_dry_run_is_told_with_its_reason() -> None:
