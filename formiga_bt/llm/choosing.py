@@ -15,7 +15,7 @@ from formiga_bt.llm.presets import LOCAL, NAMES, OTHER, PRESETS, has_key
 
 NOTHING: Final = """\
 no language model is set up. Ways to one:
-  a model on this machine, offline:  formiga model fetch qwen2.5-coder-1.5b   (1.1 GB; pip install 'formiga-bt[local-llm]')
+  a model on this machine, offline:  formiga model fetch qwen2.5-coder-0.5b   (491 MB; pip install 'formiga-bt[local-llm]')
   a service, with a key:             export GROQ_API_KEY=...   (or OPENAI_API_KEY, HF_TOKEN, AZURE_OPENAI_API_KEY)
   a server of your own:              --provider ollama | vllm | llamacpp, or --base-url http://localhost:8000/v1
   help: docs/models.md; formiga model use NAME makes one the default"""
@@ -83,7 +83,7 @@ def _named(provider: str, model: str, base_url: str, adapter: str, why: str, is_
     if name == LOCAL and not model:
         there = fetched()
         if not there:
-            raise LlmError("no model is on this machine\n  help: formiga model fetch qwen2.5-coder-1.5b")
+            raise LlmError("no model is on this machine\n  help: formiga model fetch qwen2.5-coder-0.5b")
         model = _best(there, adapter, is_change)
     return Choice(provider=name, model=model, base_url=base_url, adapter=adapter, why=why)
 

@@ -58,7 +58,7 @@ KNOWN: Final = (
         sha256="1d9614638d18024d0fbb36575a15f1302a3adf044df10345688ec4f6e1c4ff32",
         context=32768,
         memory_mb=900,
-        good_for="the simplest missions",
+        good_for="missions in words, with the adapter that ships with formiga",
         source="https://huggingface.co/Qwen/Qwen2.5-Coder-0.5B-Instruct-GGUF",
     ),
     Known(
@@ -69,7 +69,7 @@ KNOWN: Final = (
         sha256="cc324af070c2ecbfd324a30884d2f951a7ff756aba85cb811a6ec436933bb046",
         context=32768,
         memory_mb=2200,
-        good_for="simple missions",
+        good_for="simple missions, changes of tasks",
         source="https://huggingface.co/Qwen/Qwen2.5-Coder-1.5B-Instruct-GGUF",
     ),
 )
