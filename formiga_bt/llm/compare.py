@@ -21,10 +21,12 @@ from formiga_bt.llm.wording import INTENTS, LIGHT_HEAVY, Words, types_said
 from formiga_bt.llm.world import World
 from formiga_bt.units import NUMBER, UNIT, parse_quantity
 
+_TRIANGLE: Final = r"\btri[aá]ng\w+|\bright angle\b"
+_LEGS: Final = re.compile(r"\b(?:legs|catetos)\W*(?:(?:of|are|is|both|each|de|:)\s*)*$")
 FIGURES: Final[Mapping[str, str]] = {
     r"\b(?:circle[sd]?|circular|orbits?|c[ií]rculo)\b": "circle",
     r"\bzig-?zag\w*": "zigzag",
-    r"\btri[aá]ng\w+|\bright angle\b": "triangle",
+    _TRIANGLE: "triangle",
 }
 """What a request calls a figure -> the helper that is it."""
 OF_CHANGES: Final = frozenset({"place_not_used", "amount_not_used", "agent_not_used"})
@@ -43,7 +45,6 @@ _ANY_DRONE: Final = re.compile(
 )
 """A machine of which no type is said."""
 _QUANTITY: Final = re.compile(rf"(?<![\w.])({NUMBER})\s*({UNIT})(?![\w%])", re.ASCII)
-_CORNER: Final = re.compile(r"\b(?:corners?|angles?|esquinas?|[aá]ngulos?)\b", re.IGNORECASE)
 _NOT: Final = re.compile(
     r"\b(?:not|never|avoid|avoids|without|except|don't|instead of|rather than|ei|älä)\b", re.IGNORECASE
 )
@@ -93,8 +94,6 @@ def _is_refused(request: str, said: str) -> bool:
 def _amounts(words: Words, text: str) -> Iterator[Shortfall]:
     values = [a for match in _QUANTITY.finditer(_code(text)) if (a := parse_quantity(match[0])) is not None]
     for amount in words.amounts:
-        if _CORNER.search(words.text) and amount.type == "angle" and amount.words.startswith("90"):
-            continue  # a right angle, in other words
         if not any(t == amount.type and abs(v - amount.si) <= 1e-6 * max(1.0, abs(v)) for t, v in values):
             apart = gap_of(words) == f"{amount.si:g} m"
             yield Shortfall(
@@ -105,7 +104,7 @@ def _amounts(words: Words, text: str) -> Iterator[Shortfall]:
 
 
 def _misused(words: Words, task: Task) -> Iterator[Shortfall]:
-    """Find amounts that the request says are a radius or a gap, and that the task uses as something else only."""
+    """Find amounts that the request says are a radius, a leg or a gap, and that the task uses as something else only."""
     for amount in words.amounts:
         if amount.type != "distance":
             continue
@@ -126,6 +125,13 @@ def _misused(words: Words, task: Task) -> Iterator[Shortfall]:
             yield Shortfall(
                 "amount_misused",
                 f"the request wants a radius of {amount.words}, and the task uses it as {', '.join(uses)}",
+            )
+        is_leg = _LEGS.search(before) is not None or re.match(r"\W*(?:long )?(?:legs|catetos)\b", after) is not None
+        if is_leg and re.search(_TRIANGLE, words.text.casefold()) and not any(name.startswith("leg") for name in uses):
+            yield Shortfall(
+                "amount_misused",
+                f"the request wants legs of {amount.words}, and the task uses it as {', '.join(uses)}",
+                help=f"triangle(CORNER, {amount.words})",
             )
 
 

@@ -67,6 +67,7 @@ LIGHT_HEAVY: Final[Mapping[str, tuple[str, ...]]] = {
             "heavy one", "big drone", "big drones", "raskas drooni", "raskasta droonia", "raskaan droonin",
             "dron pesado", "drones pesados", "uno pesado"),
 }  # fmt: skip
+_CORNER: Final = re.compile(r"\b(?:corners?|angles?|esquinas?|[aá]ngulos?)\b", re.IGNORECASE)
 INTENTS: Final[Mapping[str, str]] = {
     "home": r"\b(?:(?:comes?|flies|fly|goes|go|returns?|gets?|brings?) (?:it |them |both )?(?:back )?home|return(?:s|ing)? to"
     r" (?:the |its |their )?(?:base|port|ports|home)|back (?:to (?:the |its |their )?(?:base|port|ports)|home)|comes? back|"
@@ -211,6 +212,8 @@ def _amounts(request: str) -> Iterator[Amount]:
             continue
         number = float(word.replace(",", ".")) if word[0].isdigit() else float(_IN_FULL[word])
         type_, factor = UNITS[UNIT_WORDS.get(unit, unit)]
+        if type_ == "angle" and number == 90 and _CORNER.search(request):
+            continue  # `a corner of 90 degrees`: a right angle, in other words
         yield Amount(type_, number * factor, match[0])
 
 

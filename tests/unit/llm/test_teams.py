@@ -432,3 +432,16 @@ def test_who_is_asked_by_another_name_keeps_the_roles_open() -> None:
 
     assert words.counts["lwd"] == 2
     assert roles_of(words, world().catalogue) == ()
+
+
+def test_a_right_angle_is_no_number_and_legs_are_no_height() -> None:
+    request = "Three light drones, triangle, corner of 90 degrees at the west field, legs 15 m. Land together."
+    assert [one.words for one in words(request).amounts] == ["15 m"]
+
+    def stand(leg: str, height: str) -> Judged:
+        spots = f"triangle(west_field, {leg})"
+        up = {"do": "FlyTo", "agent": "drones", "to": spots, "height": height}
+        return judged(request, up, land("drones", spots), agents=TEAM)
+
+    assert errors(stand("15 m", "40 m")) == []
+    assert errors(stand("90 m", "15 m")) == ["the request wants legs of 15 m, and the task uses it as height"]
