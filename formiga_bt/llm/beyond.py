@@ -13,6 +13,7 @@ from formiga_bt.llm.spoken import said
 from formiga_bt.llm.world import World
 
 _UNKNOWN: Final = re.compile(r"unknown name '([\w-]+)'")
+_CAMEL: Final = re.compile(r"(?<=[a-z])(?=[A-Z])")
 _ENERGY: Final = re.compile(r"(\w+) energy (100 %[^;]*)")
 _MOST_NAMES: Final = 12
 
@@ -34,7 +35,7 @@ def _unknown(rounds: Sequence[Round], request: str, world: World) -> Impossible 
     names = [set(_unknown_names(one)) for one in trees]
     common = sorted(set.intersection(*names)) if names else []
     for name in common:
-        words = said(name, request)
+        words = said(_CAMEL.sub("_", name), request)
         if words:
             here = ["base", *world.site.places, *world.site.regions][:_MOST_NAMES]
             return Impossible(f'the site {world.site.name} has no "{words}"', f"one of {', '.join(here)}")

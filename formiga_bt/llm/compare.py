@@ -17,15 +17,20 @@ from formiga_bt.llm.records import Flight, Shortfall
 from formiga_bt.llm.spoken import is_english
 from formiga_bt.llm.teams import from_to, gap_of
 from formiga_bt.llm.tidying import wants_centre
-from formiga_bt.llm.wording import INTENTS, LIGHT_HEAVY, Words, types_said
+from formiga_bt.llm.wording import INTENTS, LIGHT_HEAVY, NUMBERS, Words, types_said
 from formiga_bt.llm.world import World
 from formiga_bt.units import NUMBER, UNIT, parse_quantity
 
 _TRIANGLE: Final = r"\btri[aá]ng\w+|\bright angle\b"
+_TIMES: Final = re.compile(
+    rf"(?<![\w.])(\d{{1,3}}|{'|'.join(NUMBERS)})\s+(?:full |complete |whole )?(?:laps|rounds|times|vueltas|veces)\b"
+    r"(?!\s+(?:yes|no|s[ií]|the|as|that|higher|faster|más|que)\b)",
+    re.IGNORECASE,
+)
 _LEGS: Final = re.compile(r"\b(?:legs|catetos)\W*(?:(?:of|are|is|both|each|de|:)\s*)*$")
 FIGURES: Final[Mapping[str, str]] = {
     r"\b(?:circle[sd]?|circular|orbits?|c[ií]rculo)\b": "circle",
-    r"\bzig-?zag\w*": "zigzag",
+    r"\bzig-?zag\w*|\bslalom\w*|\bserpentines?\b|\bweav(?:e|es|ing)\b|\bsaw[- ]?(?:tooth|blade)\b": "zigzag",
     _TRIANGLE: "triangle",
 }
 """What a request calls a figure -> the helper that is it."""
@@ -65,6 +70,7 @@ def compare(words: Words, task: Task, text: str, flight: Flight, world: World) -
         *_amounts(words, text),
         *_misused(words, task),
         *_figures(words, text),
+        *_often(words, text),
         *_agents(words, task, flight, world),
     ]
     if flight.status == "SUCCEEDED":
@@ -234,6 +240,24 @@ def _figures(words: Words, text: str) -> Iterator[Shortfall]:
         if re.search(rf"(?:to|at): \$\{{(?:above\()?{ring[1]}\b", after) is None:
             text_ = f"the request wants the drone back at the centre after the circle, and it does not go to {ring[1]}"
             yield Shortfall("not_at_centre", text_, help=f"FlyTo {ring[1]} after the FlyAlong")
+
+
+def _often(words: Words, text: str) -> Iterator[Shortfall]:
+    """Find laps and times that a task does not fly: it repeats nothing, and has no verb so often."""
+    code = _code(text)
+    if re.search(r"\b(?:repeat|for):", code):
+        return
+    verbs = re.findall(r"\b(?:call|do): *(?:\w+\.)?(\w+)", code)
+    most = max((verbs.count(one) for one in verbs), default=0)
+    for match in _TIMES.finditer(words.text):
+        word = match[1].casefold()
+        wanted = int(word) if word.isdigit() else NUMBERS.get(word, 0)
+        if 2 <= wanted <= 1000 and most < wanted:
+            yield Shortfall(
+                "not_so_often",
+                f'the request says "{match[0]}", and the task does nothing {wanted} times',
+                help=f'{{"repeat": "{wanted}", "steps": [...]}}',
+            )
 
 
 def _order(words: Words, flight: Flight, world: World) -> Iterator[Shortfall]:

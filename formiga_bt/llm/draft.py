@@ -23,6 +23,7 @@ from formiga_bt.llm import prompt
 from formiga_bt.llm.agreeing import elected, is_settled, meaning
 from formiga_bt.llm.beyond import beyond
 from formiga_bt.llm.client import Chat
+from formiga_bt.llm.contradicted import contradicted
 from formiga_bt.llm.envelope import Answer, Form, NoAnswer, read_answer, schema_of
 from formiga_bt.llm.examples import examples_of, most_similar
 from formiga_bt.llm.feasible import impossible
@@ -259,6 +260,14 @@ class _Drafting:
                 Round(messages=said, reply=reply, shortfalls=(Shortfall("no_answer", str(error)),)),
             )
         if answer.tree is None:
+            wrong = contradicted(answer, self._world)
+            if wrong:
+                return (
+                    None,
+                    None,
+                    reply,
+                    Round(messages=said, reply=reply, shortfalls=(Shortfall("contradicted", wrong),)),
+                )
             return answer, None, reply, Round(messages=said, reply=reply)
         self._progress("checking", reply.usage.completion)
         credit = f"{self._chat.name} {self._chat.model}".strip()

@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final
 
+from formiga_bt.llm.mentions import unquoted
 from formiga_bt.llm.vocabulary import Verb
 from formiga_bt.llm.wording import Words
 from formiga_bt.llm.world import World
@@ -28,6 +29,17 @@ _ORDERED: Final = (
 """A doing where it is an order, not where it tells of a place: `fly to where they spray`."""
 
 
+_UNSAFE: Final = re.compile(
+    r"\b(?:disable|deactivate|override|bypass|ignore|switch off|turn off|desactiva|anula|ignora|apaga)\b"
+    r"(?:\s+(?:all|your|its|their|any|the|of|todas?|todos?|sus?|tus?|las?|los|el|de)){0,3}\s+"
+    r"(?:battery |charge |safety |flight |height |reserva de |lím\w+ de |reglas de )?"
+    r"(?:rules?|reserves?|geofences?|fences?|limits?|safety|separation|checks?|envelopes?|gates?|reglas?|reservas?|límites?|seguridad|"
+    r"batería|vallas?|separación)\b",
+    re.IGNORECASE,
+)
+"""An order to go without what no tree can switch off."""
+
+
 @dataclass(frozen=True, slots=True)
 class Impossible:
     """Why a request cannot be met, and what could be instead."""
@@ -38,7 +50,22 @@ class Impossible:
 
 def impossible(words: Words, world: World, verbs: Mapping[str, Verb]) -> Impossible | None:
     """Return what stands against a request for certain, or None."""
-    return _too_many(words, world) or _nobody(words, world) or _too_high(words, world) or _cannot(words, verbs)
+    return (
+        _unsafe(words)
+        or _too_many(words, world)
+        or _nobody(words, world)
+        or _too_high(words, world)
+        or _cannot(words, verbs)
+    )
+
+
+def _unsafe(words: Words) -> Impossible | None:
+    match = _UNSAFE.search(unquoted(words.text))
+    if match is None:
+        return None
+    return Impossible(
+        f'the request says "{match[0].strip()}", and that is what no task can switch off', "the same within the rules"
+    )
 
 
 def _cannot(words: Words, verbs: Mapping[str, Verb]) -> Impossible | None:

@@ -116,6 +116,9 @@ class Moves:
             number = next(n for n in range(1, 100) if (_beside(text, metres * n), height) not in others)
             moved = _beside(text, metres * number)
             told = f"{agent} keeps {metres * number:g} m from the one at {text}"
+            here = self.at.only(agent).place
+            if not height and not gap_of(self._words) and re.match(rf"last\(circle\({re.escape(text)}\s*,", here):
+                moved, told = here, f"{agent} lands where its ring ends, for another one is at {text}"
             if told not in self._added:  # in another branch
                 self._added.append(told)
             aside[agent, text] = moved

