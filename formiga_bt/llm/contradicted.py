@@ -12,6 +12,10 @@ from formiga_bt.llm.world import World
 
 _NO: Final = r"\bno (?:(?:place|spot|region|agent|drone|machine|person) )?(?:(?:called|named) )?(?:the )?"
 
+_CANNOT: Final = re.compile(
+    r"\bno verb here can (fly|look|hover|land|take off|go)(?:\s+there)?\s*(?:[.;]|$)", re.IGNORECASE
+)
+
 
 def contradicted(answer: Answer, world: World) -> str:
     """Return what is wrong with an answer that holds no tree, "" = nothing.
@@ -25,4 +29,5 @@ def contradicted(answer: Answer, world: World) -> str:
     for name in (*site.places, *site.regions, *site.agents):
         if re.search(_NO + pattern_of(name), said, re.IGNORECASE) is not None:
             return f"the answer says that there is no {name} here, and there is"
-    return ""
+    flying = _CANNOT.search(said)
+    return f"the answer says that nothing here can {flying[1]}, and drones can" if flying is not None else ""

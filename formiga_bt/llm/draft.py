@@ -303,15 +303,16 @@ class _Drafting:
         return self._done("impossible", plan=answer.plan, say=_sentences(answer.impossible, answer.instead))
 
     def _judged(self, best: tuple[Answer, Judged] | None) -> Draft:
+        names_nothing = not (self._words.places or self._words.agents or self._words.amounts) and self._before is None
+        if best is None and names_nothing and self._rounds and self._rounds[-1].shortfalls[0].code == "contradicted":
+            return self._where("")
         if best is None:
             problem = self._rounds[-1].shortfalls[0].text if self._rounds and self._rounds[-1].shortfalls else ""
             return self._done("failed", say=_sentences("the model gave no usable answer: " + problem))
         answer, judged = best
         flies = judged.task is not None and not judged.errors
-        words = self._words
-        if not flies and self._before is None and not (words.places or words.agents or words.amounts):
-            names = ", ".join(["base", *self._world.site.places][:12])
-            return self._done("question", plan=answer.plan, say=f"Where shall who go? Places of this site: {names}.")
+        if not flies and names_nothing:
+            return self._where(answer.plan)
         against = None if flies else beyond(self._rounds, self._words.text, self._world)
         if against is not None:
             return self._done("impossible", plan=answer.plan, say=_sentences(against.why, against.instead))
@@ -327,6 +328,11 @@ class _Drafting:
             flight=judged.flight,
             shortfalls=judged.shortfalls,
         )
+
+    def _where(self, plan: str) -> Draft:
+        """Ask back: the request names nothing."""
+        names = ", ".join(["base", *self._world.site.places][:12])
+        return self._done("question", plan=plan, say=f"Where shall who go? Places of this site: {names}.")
 
     def _done(self, kind: Any, *, plan: str = "", say: str = "") -> Draft:
         request = self._request if self._before is None else f"{self._before[0]}\n{self._request}"

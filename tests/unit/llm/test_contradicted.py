@@ -21,6 +21,7 @@ WORLD = world_of()
         ("The site has no place called the castle. Is the camp meant?", ""),
         ("There is no camping ground here.", ""),
         ("No verb here can paint the camp.", ""),
+        ("No verb here can look through smoke.", ""),
     ],
 )
 def test_what_the_site_has_is_not_missing(said: str, wrong: str) -> None:
@@ -77,3 +78,13 @@ def test_other_orders_to_leave_something_out_are_asked(request_: str) -> None:
     draft(request_, WORLD, chat)
 
     assert chat.asked
+
+
+def test_a_request_that_names_nothing_gets_a_question_when_the_model_says_that_nothing_can_fly() -> None:
+    chat = Scripted({"plan": "", "answer": {"impossible": "No verb here can fly.", "instead": "a look"}})
+    made = draft("Send somebody over there.", WORLD, chat)
+
+    assert made.kind == "question"
+    assert made.say.startswith("Where shall who go? Places of this site: base, ")
+    named = draft("Send somebody to the camp.", WORLD, chat)
+    assert (named.kind, "nothing here can fly" in named.say) == ("failed", True)
