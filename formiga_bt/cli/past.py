@@ -85,7 +85,7 @@ def remembering(source: "Source", site: Path | None) -> "Source":
     found = journals(site)
     if len(found) != 1 or not isinstance(source, RemoteSource):
         return source
-    return Remembering(source.client, lambda: machine_at(found[0]))
+    return Remembering(source.client, lambda: machine_at(found[0]), zone)
 
 
 def looked_at(machine: "TimeMachine", at: str, why: str = "") -> "JournalSource":

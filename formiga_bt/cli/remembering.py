@@ -14,6 +14,8 @@ from formiga_bt.errors import FormigaError, TaskError
 from formiga_bt.show.facts import Because, Chart, Stats, TaskPicture, Timeline
 
 if TYPE_CHECKING:
+    from datetime import tzinfo
+
     from formiga_bt.replay.machine import TimeMachine
     from formiga_bt.show.source import Source
 
@@ -26,11 +28,12 @@ class Remembering(RemoteSource):
     Args:
         client: of the engine.
         open_: opens the journal.
+        zone: the time zone in which moments are told; asked only when one is.
     """
 
-    def __init__(self, client: Client, open_: "Callable[[], TimeMachine]") -> None:
+    def __init__(self, client: Client, open_: "Callable[[], TimeMachine]", zone: "Callable[[], tzinfo]") -> None:
         super().__init__(client)
-        self._open = open_
+        self._open, self._zone = open_, zone
 
     def task(self, task_id: str) -> TaskPicture:
         """Return one task with its tree."""
@@ -64,7 +67,6 @@ class Remembering(RemoteSource):
     def _longer(self, live: Callable[[], T], past: "Callable[[Source], T]", hours: float = 0.0) -> T:
         """Ask the journal if the engine was started again within the last hours (0: a day), else the engine."""
         try:
-            from formiga_bt.cli.past import zone
             from formiga_bt.replay.source import WINDOW_US, JournalSource
             from formiga_bt.replay.when import in_words
 
@@ -73,7 +75,7 @@ class Remembering(RemoteSource):
                 wanted = round(hours * 3600 * SECOND) if hours > 0 else WINDOW_US
                 if began is not None and began > machine.last - wanted:
                     found = past(JournalSource(machine))
-                    when = in_words(began, zone())
+                    when = in_words(began, self._zone())
                     print(f"the engine was started again at {when}; its journal tells what was before", file=sys.stderr)
                     return found
         except FormigaError:
