@@ -124,7 +124,8 @@ def only_on_yes(tree: Mapping[str, Any], added: list[str]) -> Mapping[str, Any]:
     """
     changes: dict[int, Step] = {}
     for step in _all_steps(tree):
-        if "ask" not in step or not isinstance(step.get("save_as"), str):
+        plain = step.get("options") in (None, [], ["yes", "no"])
+        if "ask" not in step or not plain or not isinstance(step.get("save_as"), str):
             continue
         name = re.compile(rf"\b{re.escape(step['save_as'])}\b")
         if not any(name.search(text) for one in _all_steps(tree) for text in _looks(one)):
@@ -137,7 +138,7 @@ def only_on_yes(tree: Mapping[str, Any], added: list[str]) -> Mapping[str, Any]:
 def _looks(step: Step) -> Iterator[str]:
     """Yield the texts of a step in which a saved answer can be looked at."""
     for key, value in step.items():
-        if key not in ("save_as", "ask", "do", "agent", "notify", *_INNER) and isinstance(value, str):
+        if key not in ("save_as", "do", "agent") and isinstance(value, str):
             yield value
 
 

@@ -170,5 +170,10 @@ def test_a_question_whose_answer_nobody_looks_at_goes_on_after_a_yes() -> None:
     assert found.mends == ("it goes on after a yes only, for no step looks at the answer",) * 2
     assert found.yaml.count("expect: result.answer == 'yes'") == 2
 
+    which = {**ask, "options": ["east", "west"]}
+    assert judged(request, which, fly_to("camp"), home(), agents=agents).mends == ()
+    told = {"notify": "the reply was ${reply.answer}"}
+    assert judged(request, ask, fly_to("camp"), home(), told, agents=agents).mends == ()
+
     looked_at = {"if": "reply.answer == 'yes'", "then": [fly_to("camp"), home()]}
     assert judged(request, ask, looked_at, agents=agents).mends == ()
