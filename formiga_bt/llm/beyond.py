@@ -34,7 +34,10 @@ def _unknown(rounds: Sequence[Round], request: str, world: World) -> Impossible 
     trees = [one for one in rounds if one.yaml or one.shortfalls]
     names = [set(_unknown_names(one)) for one in trees]
     common = sorted(set.intersection(*names)) if names else []
+    here_too = {*world.catalogue.types, *world.site.people, *world.site.agents}
     for name in common:
+        if name.rstrip("s") in here_too or name in here_too:
+            continue  # somebody, where the model should have named a place or a role
         words = said(_CAMEL.sub("_", name), request)
         if words:
             here = ["base", *world.site.places, *world.site.regions][:_MOST_NAMES]

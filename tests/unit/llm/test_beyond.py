@@ -28,6 +28,15 @@ def test_a_name_that_the_request_does_not_have_is_the_fault_of_the_model() -> No
     assert said("Fly over the camp at 40 m and come home.", wrong, wrong, wrong, wrong)[0] == "failed"
 
 
+@pytest.mark.parametrize("who", ["watcher", "watchers", "lwd_1"])
+def test_people_and_machines_of_the_site_are_not_missing_where_a_model_took_them_for_places(who: str) -> None:
+    wrong = tree(fly_to(who), home())
+    kind, say = said(f"Fly over the camp at 40 m, wait for {who}, and come home.", wrong, wrong, wrong, wrong)
+
+    assert kind == "failed"
+    assert f'has no "{who}"' not in say
+
+
 @pytest.mark.parametrize("far", ["40 km", "12 km"])
 def test_a_way_longer_than_any_charge_is_impossible(far: str) -> None:
     wrong = tree(fly_to(f"offset(base, north={far})"), home())
