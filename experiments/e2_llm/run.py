@@ -166,6 +166,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     reader.add_argument(
         "--every-wording", action="store_true", help="of the second set; else one of each request by turns"
     )
+    reader.add_argument("--every", type=int, default=1, help="of the second set: each so-many-th request")
+    reader.add_argument(
+        "--turn", type=int, default=0, help="of the second set: 1 and 2 take other wordings than 0 does (default: 0)"
+    )
     reader.add_argument(
         "--run-generated-python",
         action="store_true",
@@ -177,6 +181,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     unknown = [one for one in tasks if one not in (*TASKS, "T1", "T2", "T3", "T4", "T5", "second")]
     if unknown or not 1 <= given.runs <= 1000:
         reader.error(f"unknown task {', '.join(unknown)}" if unknown else "--runs is 1 to 1000")
+    if given.every < 1 or given.turn < 0:
+        reader.error("--every is 1 or more, --turn 0 or more")
     if given.out.suffix == ".gz":
         reader.error(f"runs are added to a plain file, not to {given.out}; the report reads both")
     if given.column == "tuned" and not given.trained_on:
@@ -214,7 +220,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if "second" in tasks:
             from experiments.e2_llm.second_run import second
 
-            second(author, whose, given.column, given.out, every_wording=given.every_wording, say=tell)
+            second(
+                author,
+                whose,
+                given.column,
+                given.out,
+                every_wording=given.every_wording,
+                every=given.every,
+                turn=given.turn,
+                say=tell,
+            )
             tasks = [one for one in tasks if one != "second"]
         experiment(author, whose, given.column, tasks, given.runs, given.out, say=tell)
     finally:

@@ -18,6 +18,8 @@ def second(
     out: Path,
     *,
     every_wording: bool = False,
+    every: int = 1,
+    turn: int = 0,
     most: int | None = None,
     say: Callable[[str], None] = lambda _text: None,
 ) -> int:
@@ -29,6 +31,8 @@ def second(
         column: what it is shown.
         out: the results file.
         every_wording: all wordings of a request; else one, English and Spanish by turns.
+        every: each so-many-th request only.
+        turn: so many wordings further on than where the turns begin; 1 and 2 are wordings that turn 0 does not have.
         most: at most so many runs.
         say: is told what was done.
     """
@@ -36,7 +40,7 @@ def second(
     have = {one.key for one in read(out) if one.kind != "error"}
     due = [
         (one, run)
-        for one, run in _wanted(every_wording)
+        for one, run in _wanted(every_wording, every, turn)
         if (whose.provider, whose.model, column, _task(one), run) not in have
     ][:most]
     say(f"second set: {len(due)} runs to do")
@@ -48,10 +52,10 @@ def second(
     return len(due)
 
 
-def _wanted(every_wording: bool) -> Iterator[tuple[Second, int]]:
-    for number, one in enumerate(second_set()):
+def _wanted(every_wording: bool, every: int, turn: int) -> Iterator[tuple[Second, int]]:
+    for number, one in list(enumerate(second_set()))[::every]:
         count = len(one.wordings)
-        runs = range(count) if every_wording else (number % count,)
+        runs = range(count) if every_wording else ((number + turn) % count,)
         for run in runs:
             yield one, run
 

@@ -99,6 +99,15 @@ def test_the_second_set_runs_on_from_where_it_was(tmp_path: Path) -> None:
     assert "| ambiguous | 100.0 % (5/5; 56.6 to 100.0) |" in tables(runs)
 
 
+def test_another_turn_takes_other_wordings_of_each_so_many_th_request(tmp_path: Path) -> None:
+    for turn in (0, 1, 2):
+        assert second(Perfect(), WHOSE, "helpers", tmp_path / "all.jsonl", every=60, turn=turn) == len(SET[::60])
+
+    runs = read(tmp_path / "all.jsonl")
+    assert len({run.words for run in runs}) == 3 * len(SET[::60])
+    assert {run.task for run in runs} == {f"second/{one.id}" for one in SET[::60]}
+
+
 @pytest.mark.parametrize("kind", ["impossible", "dangerous", "ambiguous"])
 def test_flying_what_must_be_refused_is_wrong(kind: str) -> None:
     one = next(one for one in SET if one.kind == kind)
