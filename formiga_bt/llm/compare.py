@@ -12,6 +12,7 @@ from typing import Final
 
 from formiga_bt.geo import Place
 from formiga_bt.lang.model import Task
+from formiga_bt.llm.asked import asked
 from formiga_bt.llm.outcome import OVER_M
 from formiga_bt.llm.records import Flight, Shortfall
 from formiga_bt.llm.spoken import is_english
@@ -74,7 +75,7 @@ def compare(words: Words, task: Task, text: str, flight: Flight, world: World) -
         *_agents(words, task, flight, world),
     ]
     if flight.status == "SUCCEEDED":
-        found += [*_people(words, flight, world), *_ends(words, flight), *_order(words, flight, world)]
+        found += [*asked(words, flight, world), *_ends(words, flight), *_order(words, flight, world)]
     return found
 
 
@@ -82,7 +83,8 @@ def _places(words: Words, text: str) -> Iterator[Shortfall]:
     used = set(re.findall(r"[A-Za-z_][\w-]*", _code(text)))
     for name, said in words.places.items():
         if name not in used and name != "base" and not _is_refused(words.text, said):
-            yield Shortfall("place_not_used", f'the request names "{said}", and the task never goes to {name}')
+            text_ = f'the request names "{said}", and the task never goes to {name}'
+            yield Shortfall("place_not_used", text_, about=name)
 
 
 def _code(text: str) -> str:
@@ -106,6 +108,7 @@ def _amounts(words: Words, text: str) -> Iterator[Shortfall]:
                 "amount_not_used",
                 f'the request says "{amount.words}", and no value of the task is {amount.words}',
                 help=f"one at PLACE, the other at offset(PLACE, east={amount.si:g} m)" if apart else "",
+                about=amount.words,
             )
 
 
@@ -208,26 +211,6 @@ def _machines(task: Task, flight: Flight, world: World) -> Mapping[str, int]:
     return found
 
 
-def _people(words: Words, flight: Flight, world: World) -> Iterator[Shortfall]:
-    if words.means("ask") and not flight.asked:
-        yield Shortfall(
-            "nobody_asked", "the request wants somebody to be asked or to confirm, and the task asks nobody"
-        )
-    for type_ in world.catalogue.types.values():
-        asked = {world.site.agents[one].type for one in flight.asked if one in world.site.agents}
-        pattern = rf"\bask(?:s|ed)?\s+(?:the\s+|a\s+)?{re.escape(type_.label or type_.name)}\b"
-        if type_.human and asked and type_.name not in asked and re.search(pattern, words.text.casefold()):
-            yield Shortfall(
-                "wrong_person", f"the request wants a {type_.name} to be asked, and the task asks {', '.join(asked)}"
-            )
-    people = {t.name for t in world.catalogue.types.values() if t.human}
-    named = types_said(words, world.catalogue) & people
-    by_id = {a for a in words.agents if world.catalogue.types[world.site.agents[a].type].human}
-    asks = any(row.action == "Confirm" and row.path for row in (flight.timeline.actions if flight.timeline else ()))
-    if asks and not words.means("ask") and not named and not by_id and not _speaks_of_people(words.text):
-        yield Shortfall("asked_unasked", "the task puts a question to people, and the request does not want that")
-
-
 def _figures(words: Words, text: str) -> Iterator[Shortfall]:
     """Find figures that a request names and a task does not fly: each has a helper."""
     code, said = _code(text), words.text.casefold()
@@ -257,6 +240,8 @@ def _often(words: Words, text: str) -> Iterator[Shortfall]:
                 "not_so_often",
                 f'the request says "{match[0]}", and the task does nothing {wanted} times',
                 help=f'{{"repeat": "{wanted}", "steps": [...]}}',
+                about=match[0],
+                wanted=wanted,
             )
 
 
@@ -305,17 +290,6 @@ def in_turn(words: Words) -> Iterator[tuple[str, str]]:
             yield a, b
 
 
-def _speaks_of_people(text: str) -> bool:
-    return (
-        re.search(
-            r"\b(?:person|people|somebody|someone|operator|human|okay|ok|until|unless|if|when|"
-            r"persona|gente|alguien|operador\w*|si|cuando|hasta que|a menos que)\b",
-            text.casefold(),
-        )
-        is not None
-    )
-
-
 def _wants_home(text: str) -> bool:
     """Return whether a request, in small letters, wants a way home: not `it does not come home`, nor in a message."""
     text = re.sub(r'"[^"]*"', " ", text)
@@ -332,6 +306,7 @@ def _ends(words: Words, flight: Flight) -> Iterator[Shortfall]:
         there = re.escape(said.casefold())
         wanted = re.search(_LAND_AT + there, text) or re.search(_TO + there + _AND_LAND, text)
         if wanted and name not in landed:
-            yield Shortfall("not_landed_there", f'the request wants a landing at "{said}", and nobody lands at {name}')
+            text_ = f'the request wants a landing at "{said}", and nobody lands at {name}'
+            yield Shortfall("not_landed_there", text_, about=name)
     if _wants_home(text) and flight.stands and not homes and not re.search(_ELSE, text):
         yield Shortfall("not_home", "the request wants a machine to come home, and none stands at its port at the end")
