@@ -62,6 +62,10 @@ class Shortfall(Struct, frozen=True):
     """JSON path in the tree, or a step's place, or empty."""
     help: str = ""
     severity: Literal["error", "warning"] = "error"
+    about: str = ""
+    """What it speaks of, for programs: the name of a place, or the words of an amount or of a number of times."""
+    wanted: int = 0
+    """How often something was asked for."""
 
 
 class Flight(Struct, frozen=True, kw_only=True):
@@ -104,6 +108,8 @@ class Round(Struct, frozen=True, kw_only=True):
     flight: Flight | None = None
     mends: tuple[str, ...] = ()
     """What was put right without asking the model."""
+    answer: str = ""
+    """JSON of the answer that was judged, where a program had edited it; "" = the reply."""
 
 
 class Draft(Struct, frozen=True, kw_only=True):
