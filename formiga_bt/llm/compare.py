@@ -12,7 +12,9 @@ from typing import Final
 
 from formiga_bt.geo import Place
 from formiga_bt.lang.model import Task
+from formiga_bt.llm import plain_words
 from formiga_bt.llm.asked import asked
+from formiga_bt.llm.endings import ends_home
 from formiga_bt.llm.outcome import OVER_M
 from formiga_bt.llm.records import Flight, Shortfall
 from formiga_bt.llm.spoken import is_english
@@ -30,8 +32,8 @@ _TIMES: Final = re.compile(
 )
 _LEGS: Final = re.compile(r"\b(?:legs|catetos)\W*(?:(?:of|are|is|both|each|de|:)\s*)*$")
 FIGURES: Final[Mapping[str, str]] = {
-    r"\b(?:circle[sd]?|circular|orbits?|c[ií]rculo)\b": "circle",
-    r"\bzig-?zag\w*|\bslalom\w*|\bserpentines?\b|\bweav(?:e|es|ing)\b|\bsaw[- ]?(?:tooth|blade)\b": "zigzag",
+    rf"\b(?:circle[sd]?|circular|orbits?|c[ií]rculo)\b|{plain_words.pattern_of('circle')}": "circle",
+    rf"\bzig-?zag\w*|{plain_words.pattern_of('zigzag')}": "zigzag",
     _TRIANGLE: "triangle",
 }
 """What a request calls a figure -> the helper that is it."""
@@ -39,7 +41,10 @@ OF_CHANGES: Final = frozenset({"place_not_used", "amount_not_used", "agent_not_u
 """What is certain of a request that only says what is to be changed."""
 _ELSE: Final = r"\b(?:otherwise|if not|else|says? no|on (?:a )?no|unless|si no|en caso contrario|dice que no)\b"
 """What is said of the other case need not happen in the dry run, in which all answers are yes."""
-_LAND_AT: Final = r"\bland(?:s|ing)?\s+(?:together\s+)?(?:at|in|on|by|near|beside)\s+(?:the\s+)?"
+_LAND_AT: Final = (
+    r"\b(?:land(?:s|ing)?|touch(?:es)? down|(?<!be )(?<!is )(?<!are )(?:set|put)s? down|settles?(?: down)?|alights?)\s+"
+    r"(?:together\s+)?(?:at|in|on|by|near|beside)\s+(?:the\s+)?"
+)
 _TO, _AND_LAND = r"\b(?:to|towards?)\s+(?:the\s+)?", r",?\s+(?:and|to)\s+(?:then\s+)?lands?\b"
 _NO_WAY_HOME: Final = re.compile(
     r"\b(?:not|never|without|no need to|n't|no|sin)\b(?:(?!\b(?:and|then|y|luego)\b)[^.;:,]){0,25}$"
@@ -293,7 +298,9 @@ def in_turn(words: Words) -> Iterator[tuple[str, str]]:
 def _wants_home(text: str) -> bool:
     """Return whether a request, in small letters, wants a way home: not `it does not come home`, nor in a message."""
     text = re.sub(r'"[^"]*"', " ", text)
-    return any(_NO_WAY_HOME.search(text[: found.start()]) is None for found in re.finditer(INTENTS["home"], text))
+    return ends_home(text) or any(
+        _NO_WAY_HOME.search(text[: found.start()]) is None for found in re.finditer(INTENTS["home"], text)
+    )
 
 
 def _ends(words: Words, flight: Flight) -> Iterator[Shortfall]:

@@ -28,6 +28,7 @@ from formiga_bt.llm.envelope import Answer, Form, NoAnswer, read_answer, schema_
 from formiga_bt.llm.examples import examples_of, most_similar
 from formiga_bt.llm.feasible import impossible
 from formiga_bt.llm.judge import Judged, judge
+from formiga_bt.llm.plain_words import plainly
 from formiga_bt.llm.points import with_points
 from formiga_bt.llm.records import Draft, Message, Reply, Round, Shortfall
 from formiga_bt.llm.vocabulary import offered, verbs_of
@@ -195,7 +196,7 @@ class _Drafting:
         world, options = self._world, self._options
         if self._is_tuned:
             system = prompt.brief_prompt(self._plain_world, self._offered)
-            return prompt.ask(system, self._shown, note=self._note)
+            return prompt.ask(system, self._plainly(), note=self._note)
         system = prompt.system_prompt(self._plain_world, self._offered, options.form)
         chosen: list[Any] = []
         if options.examples and options.form == "short" and self._before is None:
@@ -204,7 +205,13 @@ class _Drafting:
             chosen = most_similar(self._words.text, examples, options.examples, names)
         if options.form == "full":
             return prompt.ask(system, self._request, chosen, previous=self._before)
-        return prompt.ask(system, self._shown, chosen, previous=self._shown_before, note=self._note)
+        return prompt.ask(system, self._plainly(), chosen, previous=self._shown_before, note=self._note)
+
+    def _plainly(self) -> str:
+        """Return the request as a model is shown it: in the words of the vocabulary."""
+        words, regions = self._words, self._world.site.regions
+        names = [said for name, said in (*words.places.items(), *words.agents.items()) if name not in regions]
+        return plainly(self._shown, [said for name, said in words.places.items() if name in regions], names)
 
     def _note(self, request: str) -> str:
         """Return what a request names for certain."""

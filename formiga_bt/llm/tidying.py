@@ -9,6 +9,7 @@ import re
 from collections.abc import Collection, Iterator, Mapping
 from typing import Any, Final
 
+from formiga_bt.llm.endings import stations
 from formiga_bt.llm.lifting import bare
 from formiga_bt.llm.moves import HEIGHT
 from formiga_bt.llm.vocabulary import Verb
@@ -36,7 +37,7 @@ Step = Mapping[str, Any]
 
 def wants_centre(request: str) -> bool:
     """Return whether a request wants a machine back over the middle of the ring that it has flown."""
-    return _CENTRE.search(request) is not None
+    return _CENTRE.search(request) is not None or "centre" in stations(request)
 
 
 def homeward(steps: list[Any], known: Collection[str], added: list[str]) -> list[Any]:
