@@ -17,11 +17,14 @@ from dataclasses import dataclass, field
 from typing import Any, Final
 
 from formiga_bt.lang.llm_form import field_key
+from formiga_bt.llm.asking import as_asked
 from formiga_bt.llm.lifting import Lifter, split_list
 from formiga_bt.llm.moves import FLYING, Moves
+from formiga_bt.llm.questions import questions
 from formiga_bt.llm.teams import at_once, in_compass, is_list, member_of
 from formiga_bt.llm.tidying import back_at_centre, branched, every_so_often, homeward, only_on_yes
 from formiga_bt.llm.vocabulary import Verb
+from formiga_bt.llm.waits import without_idle_waits
 from formiga_bt.llm.world import World
 
 STEPS: Final = ("parallel", "sequence", "for", "repeat", "if", "ask", "wait", "wait_until", "notify", "break_if")
@@ -77,7 +80,7 @@ class _Expander:
         self._moves = Moves(lifter.words, verbs, self._added)
 
     def task(self, tree: Any) -> Expanded:
-        tree = _object(tree, "$")
+        tree = as_asked(_object(tree, "$"), questions(self._lift.words, self._world), self._world, self._added)
         for index, role in enumerate(_list(tree.get("agents") or [], "$.agents")):
             role = _object(role, f"$.agents[{index}]")
             name = _text(role.get("name"), f"$.agents[{index}].name")
@@ -86,6 +89,7 @@ class _Expander:
         self._lift.taken |= set(self._roles)
         tree = back_at_centre(tree, self._lift.words.text, self._verbs, self._added)
         tree = only_on_yes(tree, self._added)
+        tree = without_idle_waits(tree, not all(map(self._is_machine, self._roles)), self._added)
         tree = every_so_often(tree, self._lift.words, self._added)
         tree = {**tree, "steps": self._at_once(_list(tree.get("steps"), "$.steps"))}
         steps = self.steps(tree.get("steps"), "$.steps")
@@ -353,6 +357,9 @@ class _Expander:
         name = self._lift.role(name)
         if name in self._roles or name in self._world.site.people:
             return name
+        of_id = next((role for role, of in self._roles.items() if of.get("id") == name), "")
+        if of_id:
+            return of_id
         agents, types = self._world.site.agents, self._world.catalogue.types
         plain = name if name in types else name.rstrip("s")
         if plain in types and types[plain].human:
@@ -363,6 +370,7 @@ class _Expander:
             return plain
         if name in agents and types[agents[name].type].human:
             role = f"the_{agents[name].type}"
+            role = f"the_{name}" if role in self._roles else role
             self._roles[role] = {"name": role, "type": agents[name].type, "id": name}
             return role
         raise ShortError(f"{path}.of", f"there is nobody called '{name}'; name a role of a person, or a type of people")

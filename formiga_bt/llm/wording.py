@@ -47,12 +47,17 @@ _MORE: Final = re.compile(
 )
 """Machines that are spoken of besides `one light drone`."""
 _AND_MORE: Final = re.compile(
-    r"\b(?:a|an|one|un|uno)\s+(?:[\w-]+\s+){0,2}?(?:drone?|lwd|hwd|uav)\b[^.;]*?\b(?:and|y)\s+"
+    r"\b(?:a|an|one|un|uno)\s+((?:[\w-]+\s+){0,2}?(?:drone?|lwd|hwd|uav))\b[^.;]*?\b(?:and|y)\s+"
     rf"(\d|{'|'.join(word for word, number in NUMBERS.items() if number in (2, 3, 4, 5))})\s+(?:more|others|más)\b"
     r"(?!\s+(?:times?|rounds?|laps?|minutes?|seconds?|met\w+|m|s|min|h|veces|vueltas)\b)",
     re.IGNORECASE,
 )
 """`A drone ... and two more`: three."""
+_ALL_ARE: Final = (
+    r"(?:[,;(–—-]\s*|\b(?:are|being|son)\s+)(?:all|both|todos|todas|ambos)\s+"
+    r"(?:(?:of\s+them|of\s+these|ellos|son|are|being|three|four|five|\d)\s+)*"
+)
+"""`, all of them LWDs`."""
 PEOPLE: Final[Mapping[str, tuple[str, ...]]] = {
     "watcher": ("vigilante", "vigilantes", "valvoja"),
     "picker": ("recolector", "recolectora", "recolectores", "poimija"),
@@ -237,9 +242,32 @@ def _counts(request: str, catalogue: Catalogue) -> dict[str, int]:
     plain = {name: next(iter(numbers)) for name, numbers in found.items() if len(numbers) == 1}
     besides = _AND_MORE.search(request)
     if besides is not None:
-        word = besides[1].casefold()
+        word = besides[2].casefold()
         plain["*"], more = 1 + (int(word) if word.isdigit() else NUMBERS[word]), True
+    type_ = _type_of_all(request, of_type, besides.span(1) if besides is not None else (0, 0))
+    if type_ and plain.get("*", 0) > 1:
+        plain[type_] = plain["*"]
     return {name: number for name, number in plain.items() if number > 1 or not more}
+
+
+def _type_of_all(request: str, of_type: Mapping[str, tuple[str, ...]], noun: tuple[int, int]) -> str:
+    """Return the one type that all machines of a request have: `a light drone ... and two more`, `all of them LWDs`; or "".
+
+    Args:
+        request: in words.
+        of_type: what each type is called.
+        noun: where the one stands besides which there are more; (0, 0) = nowhere.
+    """
+    named: dict[str, bool] = {}
+    for name, words in of_type.items():
+        nouns = "|".join(re.escape(w) for w in sorted(words, key=len, reverse=True))
+        at = [match.start() for match in re.finditer(rf"(?<!\w)(?:{nouns})(?!\w)", request, re.IGNORECASE)]
+        every = rf"{_ALL_ARE}(?:{nouns})(?=\s*(?:[.,;:)]|$))"
+        if at and name != "drone":
+            named[name] = (
+                any(noun[0] <= one < noun[1] for one in at) or re.search(every, request, re.IGNORECASE) is not None
+            )
+    return next(iter(named)) if len(named) == 1 and all(named.values()) else ""
 
 
 def _before(request: str, words: Iterable[str]) -> Iterator[tuple[int, int]]:

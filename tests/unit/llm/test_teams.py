@@ -406,6 +406,12 @@ def test_a_gap_is_no_height() -> None:
         ("Three LWDs and one heavy drone hover", (("hwd", 1), ("lwd", 3))),
         ("A light drone looks at the camp", ()),
         ("lwd_1 and two light drones hover", ()),
+        ("A light drone hovers over the camp, and two more 12 m to its sides", (("lwd", 3),)),
+        ("Take a drone and two others, all of them heavy drones: they hover", (("hwd", 3),)),
+        ("Un dron ligero va a camp y dos más a la orilla del lago", (("lwd", 3),)),
+        ("A heavy drone hovers, and two more light drones circle", ()),
+        ("Three drones hover; the heavy drone circles", ()),
+        ("Three drones hover, all light drones go home", ()),
         ("Two light drones look for the picker", ()),
     ],
 )
