@@ -80,7 +80,7 @@ def compare(words: Words, task: Task, text: str, flight: Flight, world: World) -
         *_agents(words, task, flight, world),
     ]
     if flight.status == "SUCCEEDED":
-        found += [*asked(words, flight, world), *_ends(words, flight), *_order(words, flight, world)]
+        found += [*asked(words, text, flight, world), *_ends(words, flight), *_order(words, flight, world)]
     return found
 
 

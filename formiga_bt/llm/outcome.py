@@ -189,6 +189,22 @@ def _near(a: Point, b: Point, spot: Point) -> float:
     return math.hypot(spot.east_m - east, spot.north_m - north)
 
 
+def over_first(flight: Flight, agent: str, place: str) -> int | None:
+    """Return when a machine was over a named place for the first time (microseconds), None = never."""
+    spot = _spots(flight.chart).get(place) if flight.chart is not None else None
+    if spot is None or flight.chart is None:
+        return None
+    for track in flight.chart.tracks:
+        if track.agent != agent:
+            continue
+        for index in range(1, len(track.points)):
+            a, b = track.points[index - 1], track.points[index]
+            if _near(a, b, spot) <= OVER_M:
+                start, end = track.times[index - 1], track.times[index]
+                return round(start + _share(a, b, spot) * (end - start))
+    return None
+
+
 def _landings(
     agent: str, way: Sequence[Track], log: "RunLog", task_id: str, spots: Mapping[str, Point], site: Site
 ) -> tuple[str, ...]:
