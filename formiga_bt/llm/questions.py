@@ -22,7 +22,10 @@ from formiga_bt.llm.world import World
 Next = Literal["land", "leave", "go on", ""]
 """What a yes leads to: a landing, a way from where the machine is, a wait that ends; "" = that is not read."""
 _I: Final = re.IGNORECASE
-_DET: Final = r"(?:(?:both|either|the|an?|one|another|some|el|la|los|las|un|una|otro|otra|al?|del?)\s+)*"
+_DET: Final = (
+    r"(?:(?:(?:one|any|some|uno|alguno|cualquiera) (?:of|de)|both|either|the|an?|one|another|some|el|la|los|las|un|una|otro|otra|"
+    r"al?|del?)\s+)*"
+)
 _YES: Final = (
     r"(?:yes|ok|okay|permission|approval|confirmation|consent|agreement|word|go-ahead|clearance|answer|"
     r"s[ií]|permiso|confirmación|aprobación|visto bueno)"
@@ -67,7 +70,8 @@ _SAYS_NO: Final = re.compile(
     _I,
 )
 _OTHER_CASE: Final = re.compile(
-    r"\b(?:no|not|never|otherwise|else|unless|without|instead|neither|nobody|sin|nunca|tampoco|ni)\b|n't\b", _I
+    r"\b(?:no|not|never|otherwise|else|unless|without|instead|neither|nobody|sin|nunca|tampoco|ni|or|o|failing)\b|n't\b",
+    _I,
 )
 _IF: Final = re.compile(r"\b(?:if|when|whenever|in case|should|si|cuando|en caso)\b", _I)
 _THERE: Final = re.compile(
@@ -236,7 +240,11 @@ def _groups(text: str, mentions: list[_Mention]) -> Iterator[list[_Mention]]:
 def _is_asked(text: str, start: int, end: int) -> bool:
     """Return whether those who are named there are asked for certain, not only if something else happens."""
     clause = text[_clause(text, start) : start]
-    if _SAYS_NO.match(text, end) is not None or _OTHER_CASE.search(clause) is not None:
+    if (
+        _SAYS_NO.match(text, end) is not None
+        or _OR.match(text[end:].lstrip(" ,)"))
+        or _OTHER_CASE.search(clause) is not None
+    ):
         return False
     before = _ASKED_BEFORE.search(clause)
     if before is not None:
