@@ -23,8 +23,8 @@ Next = Literal["land", "leave", "go on", ""]
 """What a yes leads to: a landing, a way from where the machine is, a wait that ends; "" = that is not read."""
 _I: Final = re.IGNORECASE
 _DET: Final = (
-    r"(?:(?:(?:one|any|some|uno|alguno|cualquiera) (?:of|de)|both|either|the|an?|one|another|some|el|la|los|las|un|una|otro|otra|"
-    r"al?|del?)\s+)*"
+    r"(?:(?:(?:one|any|some|uno|alguno|cualquiera) (?:of|de)|both|either|the|an?|one|another|some|el|la|los|las|un|una|otro|"
+    r"otra|al?|del?)\s+)*"
 )
 _YES: Final = (
     r"(?:yes|ok|okay|permission|approval|confirmation|consent|agreement|word|go-ahead|clearance|answer|"
