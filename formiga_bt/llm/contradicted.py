@@ -7,27 +7,28 @@ import re
 from typing import Final
 
 from formiga_bt.llm.envelope import Answer
+from formiga_bt.llm.gainsaid import gainsaid
 from formiga_bt.llm.spoken import pattern_of
+from formiga_bt.llm.wording import Words
 from formiga_bt.llm.world import World
 
-_NO: Final = r"\bno (?:(?:place|spot|region|agent|drone|machine|person) )?(?:(?:called|named) )?(?:the )?"
-
-_CANNOT: Final = re.compile(
-    r"\bno verb here can (fly|look|hover|land|take off|go)(?:\s+there)?\s*(?:[.;]|$)", re.IGNORECASE
+_NO: Final = (
+    r"\bno (?:such )?(?:(?:place|spot|region|agent|drone|machine|person|mention|sign|trace|record|entry) )?"
+    r"(?:(?:called|named|of|as|like|for) )?(?:the |an? )?"
 )
 
 
-def contradicted(answer: Answer, world: World) -> str:
+def contradicted(answer: Answer, world: World, words: Words) -> str:
     """Return what is wrong with an answer that holds no tree, "" = nothing.
 
     Args:
         answer: a question, or why something is impossible.
         world: the site and its fleet.
+        words: the request.
     """
     said = answer.question or answer.impossible
     site = world.site
     for name in (*site.places, *site.regions, *site.agents):
         if re.search(_NO + pattern_of(name), said, re.IGNORECASE) is not None:
             return f"the answer says that there is no {name} here, and there is"
-    flying = _CANNOT.search(said)
-    return f"the answer says that nothing here can {flying[1]}, and drones can" if flying is not None else ""
+    return gainsaid(answer.impossible, words, world) if answer.impossible else ""

@@ -24,10 +24,12 @@ from formiga_bt.llm.agreeing import elected, is_settled, meaning
 from formiga_bt.llm.beyond import beyond
 from formiga_bt.llm.client import Chat
 from formiga_bt.llm.contradicted import contradicted
-from formiga_bt.llm.envelope import Answer, Form, NoAnswer, read_answer, schema_of
+from formiga_bt.llm.envelope import Answer, Form, NoAnswer, read_answer, schema_of, without_refusal
 from formiga_bt.llm.examples import examples_of, most_similar
 from formiga_bt.llm.feasible import impossible
+from formiga_bt.llm.gainsaid import is_flown
 from formiga_bt.llm.judge import Judged, judge
+from formiga_bt.llm.known_words import goes_nowhere
 from formiga_bt.llm.plain_words import plainly
 from formiga_bt.llm.points import with_points
 from formiga_bt.llm.records import Draft, Message, Reply, Round, Shortfall
@@ -155,6 +157,8 @@ class _Drafting:
         against = impossible(self._words, self._world, self._verbs)
         if against is not None:
             return self._done("impossible", say=_sentences(against.why, against.instead))
+        if self._before is None and goes_nowhere(self._words, self._world):
+            return self._where("")
         asked = self._messages()
         best: tuple[Answer, Judged] | None = None
         messages, seen = asked, set[str]()
@@ -267,8 +271,10 @@ class _Drafting:
                 Round(messages=said, reply=reply, shortfalls=(Shortfall("no_answer", str(error)),)),
             )
         if answer.tree is None:
-            wrong = contradicted(answer, self._world)
+            wrong = contradicted(answer, self._world, self._words)
             if wrong:
+                if answer.impossible and is_flown(self._words, self._world):
+                    self._schema = without_refusal(self._schema)
                 return (
                     None,
                     None,

@@ -86,6 +86,13 @@ def schema_of(
     return {**_closed({"plan": _PROSE, "answer": {"anyOf": kinds}}), "$defs": definitions}
 
 
+def without_refusal(schema: Schema) -> Schema:
+    """Return the schema of an answer that may not say that something is impossible."""
+    answer = schema["properties"]["answer"]
+    kinds = [one for one in answer["anyOf"] if "impossible" not in one["properties"]]
+    return {**schema, "properties": {**schema["properties"], "answer": {"anyOf": kinds}}}
+
+
 def _task(world: World) -> Schema:
     types = [name for name in world.catalogue.types if name != "person"]
     on_site = {agent.type for agent in world.site.agents.values()}

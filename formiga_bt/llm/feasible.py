@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from formiga_bt.llm.mentions import unquoted
+from formiga_bt.llm.strangers import stranger
 from formiga_bt.llm.vocabulary import Verb
 from formiga_bt.llm.wording import Words
 from formiga_bt.llm.world import World
@@ -54,6 +55,7 @@ def impossible(words: Words, world: World, verbs: Mapping[str, Verb]) -> Impossi
         _unsafe(words)
         or _too_many(words, world)
         or _nobody(words, world)
+        or _stranger(words, world)
         or _too_high(words, world)
         or _cannot(words, verbs)
     )
@@ -104,18 +106,33 @@ def _nobody(words: Words, world: World) -> Impossible | None:
     return None
 
 
-def _too_high(words: Words, world: World) -> Impossible | None:
+def _stranger(words: Words, world: World) -> Impossible | None:
+    who = stranger(words, world)
+    if not who:
+        return None
+    site, types = world.site, world.catalogue.types
+    here = [one.id for one in site.agents.values() if not types[one.type].human]
+    return Impossible(f'the site {site.name} has no "{who}"', f"with one of {', '.join(here)}" if here else "")
+
+
+def height_limit_m(world: World) -> float | None:
+    """Return how high over the ground a machine may fly here, at most; None = nothing is said."""
     limits = [t.limits["max_height_m"] for t in world.catalogue.types.values() if "max_height_m" in t.limits]
     limits += [world.site.envelope["max_height_m"]] if "max_height_m" in world.site.envelope else []
-    if not limits:
+    return min(limits, default=None)
+
+
+def _too_high(words: Words, world: World) -> Impossible | None:
+    limit = height_limit_m(world)
+    if limit is None:
         return None
     for amount in words.amounts:
         at = words.text.find(amount.words)
         before, after = words.text[:at], words.text[at + len(amount.words) :]
         is_height = _HIGH.match(after) is not None or _HEIGHT_OF.search(before) is not None
-        if amount.type == "distance" and is_height and amount.si > min(limits) and not _is_aside(after):
-            why = f"{amount.words} is higher than any drone may fly here ({min(limits):g} m over the ground)"
-            return Impossible(why, f"the same at {min(limits):g} m")
+        if amount.type == "distance" and is_height and amount.si > limit and not _is_aside(after):
+            why = f"{amount.words} is higher than any drone may fly here ({limit:g} m over the ground)"
+            return Impossible(why, f"the same at {limit:g} m")
     return None
 
 
