@@ -30,6 +30,7 @@ from formiga_bt.llm.feasible import impossible
 from formiga_bt.llm.gainsaid import is_flown
 from formiga_bt.llm.judge import Judged, judge
 from formiga_bt.llm.known_words import goes_nowhere
+from formiga_bt.llm.nearby import nearest
 from formiga_bt.llm.plain_words import plainly
 from formiga_bt.llm.points import with_points
 from formiga_bt.llm.records import Draft, Message, Reply, Round, Shortfall
@@ -177,13 +178,13 @@ class _Drafting:
                 break
             seen.add(reply.text)
             errors = [one for one in problems if one.severity == "error"]
-            tree = answer.tree if answer is not None else None
+            tree, shown = answer.tree if answer is not None else None, self._rounds[-1].answer or reply.text
             plain = self._offered is not self._verbs and not self._options.without_verbs
             if self._is_tuned:  # it was trained on requests, not on talks about answers: it is asked again
                 messages = asked
                 continue
             fresh = plain and (number % 2 == 0 or not tree)
-            messages = prompt.again(asked, errors) if fresh else prompt.repair(asked, reply.text, errors, tree)
+            messages = prompt.again(asked, errors) if fresh else prompt.repair(asked, shown, errors, tree)
         return self._judged(best)
 
     def _name_points(self) -> None:
@@ -283,17 +284,13 @@ class _Drafting:
                 )
             return answer, None, reply, Round(messages=said, reply=reply)
         self._progress("checking", reply.usage.completion)
-        credit = f"{self._chat.name} {self._chat.model}".strip()
-        judged = judge(
-            answer,
-            self._all_words(),
-            self._world,
-            self._verbs,
-            self._options.form,
-            credit=credit,
-            compared=self._words if self._options.compare else None,
-            is_change=self._before is not None,
-        )
+        judged = self._judge(answer)
+        edited = ""
+        if judged.errors and self._options.form == "short" and self._before is None:
+            near = nearest(answer, judged, self._words, self._world, self._verbs, self._judge)
+            if near.told:
+                answer, judged = near.answer, near.judged
+                edited = json.encode({"plan": answer.plan, "answer": {"tree": answer.tree}}).decode()
         one = Round(
             messages=said,
             reply=reply,
@@ -301,8 +298,22 @@ class _Drafting:
             shortfalls=judged.shortfalls,
             flight=judged.flight,
             mends=judged.mends,
+            answer=edited,
         )
         return answer, judged, reply, one
+
+    def _judge(self, answer: Answer, edited: tuple[str, ...] = ()) -> Judged:
+        return judge(
+            answer,
+            self._all_words(),
+            self._world,
+            self._verbs,
+            self._options.form,
+            credit=f"{self._chat.name} {self._chat.model}".strip(),
+            compared=self._words if self._options.compare else None,
+            is_change=self._before is not None,
+            edited=edited,
+        )
 
     def _all_words(self) -> Words:
         """Return the words of the request, and of the one that it changes: values come from both."""
@@ -367,7 +378,7 @@ def _last_answer(previous: Draft | None) -> tuple[str, str] | None:
         return None
     for one in reversed(previous.rounds):
         if one.yaml == previous.yaml and one.reply.text:
-            return previous.request, one.reply.text
+            return previous.request, one.answer or one.reply.text
     last = previous.rounds[-1].reply.text if previous.rounds else json.encode({"plan": "", "answer": {}}).decode()
     return previous.request, last
 

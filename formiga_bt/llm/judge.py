@@ -55,6 +55,7 @@ def judge(
     credit: str = "",
     compared: Words | None = None,
     is_change: bool = False,
+    edited: tuple[str, ...] = (),
 ) -> Judged:
     """Judge an answer that holds a tree.
 
@@ -67,16 +68,17 @@ def judge(
         credit: who wrote it, for the head of the file.
         compared: the request that the task is compared with; None = none.
         is_change: `compared` changes an earlier request, so that it does not say everything.
+        edited: what a program edited in the answer, in words; see `nearby`.
     """
     assert answer.tree is not None
     try:
         data, notes, values, added = _data(answer, words, world, verbs, form)
     except ShortError as error:
-        return Judged(None, "", (), (Shortfall("form", str(error), error.path),))
+        return Judged(None, "", (), (Shortfall("form", str(error), error.path),), None, edited)
     fixed = mended(data, world)
     problems = [from_diagnostic(p.path, p.diagnostic, p.message, p.help) for p in fixed.loaded.problems]
     problems += _foreign_imports(fixed.data, verbs)
-    mends = (*added, *fixed.done)
+    mends = (*edited, *added, *fixed.done)
     if fixed.loaded.task is None or any(p.severity == "error" for p in problems):
         return Judged(None, fixed.loaded.yaml, values, tuple(problems), None, mends)
     values = (*values, *_more_values(fixed.data, values, words))
