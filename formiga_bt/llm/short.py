@@ -23,6 +23,7 @@ from formiga_bt.llm.moves import FLYING, Moves
 from formiga_bt.llm.questions import questions
 from formiga_bt.llm.teams import at_once, in_compass, is_list, member_of
 from formiga_bt.llm.tidying import back_at_centre, branched, every_so_often, homeward, only_on_yes
+from formiga_bt.llm.unasked import left_out
 from formiga_bt.llm.vocabulary import Verb
 from formiga_bt.llm.waits import without_idle_waits
 from formiga_bt.llm.world import World
@@ -81,6 +82,7 @@ class _Expander:
 
     def task(self, tree: Any) -> Expanded:
         tree = as_asked(_object(tree, "$"), questions(self._lift.words, self._world), self._world, self._added)
+        tree = left_out(tree, self._lift.words, self._world, self._added)
         for index, role in enumerate(_list(tree.get("agents") or [], "$.agents")):
             role = _object(role, f"$.agents[{index}]")
             name = _text(role.get("name"), f"$.agents[{index}].name")
