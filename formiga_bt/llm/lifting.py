@@ -239,7 +239,8 @@ def _argument_names(text: str) -> Callable[[int], str]:
         if not isinstance(node, ast.Call) or not isinstance(node.func, ast.Name):
             continue
         for keyword in node.keywords:
-            found[lead + _start(keyword.value)] = keyword.arg or ""
+            for part in (keyword.value.right if isinstance(keyword.value, ast.BinOp) else keyword.value, keyword.value):
+                found[lead + _start(part)] = keyword.arg or ""
         forms = STANDARD.forms(node.func.id)
         if forms:
             for arg, given in zip(forms[0].args, node.args, strict=False):

@@ -81,9 +81,10 @@ def _mend(data: dict[str, Any], problem: Problem, world: World) -> str:
     match = _AIRBORNE.match(said)
     if code == "E031" and match is not None and "steps" in data:
         _import(data)
-        data["steps"].append(_call("ReturnHome", match[1]))
+        step = _call("ReturnHome", match[1])
+        data["steps"].append(step if not _is_team(data, match[1]) else _of_each(match[1], step))
         if not _load(data, world).task:  # on some way it stands on the ground by then
-            data["steps"][-1]["when"] = f"{match[1]}.airborne"
+            step["when"] = f"{_agent(step)}.airborne"
         return f"{match[1]} comes home at the end: a task may not leave it in the air"
     if code == "E066" and (wrapped := re.search(r"say (above\(.+), 60 m\)$", said)):
         return _wrap(data, problem.path, wrapped[1])
@@ -184,6 +185,16 @@ def _agent(step: Mapping[str, Any]) -> str:
         if isinstance(one, dict) and one.get("name") == "drone" and isinstance(one.get("value"), dict):
             return str(one["value"].get("expr", ""))
     return ""
+
+
+def _is_team(data: Mapping[str, Any], role: str) -> bool:
+    return any(one.get("name") == role and "count" in one for one in data.get("agents", ()))
+
+
+def _of_each(team: str, step: dict[str, Any]) -> dict[str, Any]:
+    """Return a step of a machine as one of all members of a team, at the same time."""
+    step["with"][0]["value"] = {"expr": "each_one"}
+    return {"for": [{"name": "each_one", "value": {"expr": team}}], "mode": "parallel", "steps": [step]}
 
 
 def _call(name: str, agent: str) -> dict[str, Any]:

@@ -7,7 +7,8 @@ import re
 from collections.abc import Mapping
 from typing import Any, Final
 
-from formiga_bt.llm.teams import GAP, gap_of, in_a_row, in_compass, is_list, lands_only, turned_round
+from formiga_bt.llm.formations import can_land_at, is_told_once, lands_below, leg_of, legs_in
+from formiga_bt.llm.teams import GAP, gap_of, in_a_row, in_compass, is_list, lands_only, spaced, turned_round
 from formiga_bt.llm.vocabulary import Verb
 from formiga_bt.llm.whereabouts import Whereabouts
 from formiga_bt.llm.wording import Words
@@ -16,6 +17,7 @@ FLYING: Final = "lib/flying.yaml"
 HEIGHT: Final = "20 m"
 """Where a verb needs a height and none was given."""
 _WHERE: Final = ("place", "position", "list of place")
+_LANDS: Final = ("FlyAndLand", "LandIn")
 _Own = dict[str, Any]
 
 
@@ -36,6 +38,10 @@ class Moves:
         alike = sum(one.type == "distance" and f"{one.si:g} m" == self._gap for one in words.amounts)
         self._only_gap = self._gap if alike == 1 and gap_of(words) and self._gap != HEIGHT else ""
         self._stays = lands_only(words)
+        self._below = lands_below(words)
+        self._leg = leg_of(words)
+        self._landed: set[str] = set()
+        self._down: set[str] = set()
         self.at = Whereabouts()
 
     def where(self, name: str) -> str:
@@ -45,6 +51,8 @@ class Moves:
 
     def landing(self, name: str, agent: str, own: _Own) -> tuple[str, _Own]:
         """Return a landing in place of a way home, where only a landing was asked for."""
+        if name in (*_LANDS, "ReturnHome"):
+            self._landed.add(agent)
         if name != "ReturnHome" or not self._stays or "FlyAndLand" not in self._verbs:
             return name, own
         spot, teams = self.at.only(agent), self.at.now.teams
@@ -53,6 +61,18 @@ class Moves:
             return name, own
         self._added.append(f"{agent} lands where it is, as the request says, and does not fly home")
         return "FlyAndLand", {"at": places}
+
+    def still_up(self) -> dict[str, str]:
+        """Return who hovers at the end and never lands, though the request wants a landing and no way home, and where."""
+        if not self._stays or "FlyAndLand" not in self._verbs:
+            return {}
+        spots = {agent: self.at.only(agent) for agent in self.at.now.spots}
+        found = {agent: spot.place for agent, spot in spots.items() if spot.height and spot.place}
+        found |= {team: places for team, (_, places) in self.at.now.teams.items()}
+        found = {who: at for who, at in found.items() if who not in self._landed and can_land_at(at, self._words)}
+        for who, at in found.items():
+            self._tell(f"{who} lands where it is, at {at}, for the request wants a landing and no way home")
+        return found
 
     def leaves_ground(self, agent: str) -> bool:
         """Return whether a machine that flies home now may stand on the ground, away from home."""
@@ -72,6 +92,26 @@ class Moves:
         """Return where a machine was told to be, for a machine that stands where a place is due: `circle(first, 10 m)`."""
         spot = self.at.only(match[0]).place
         return spot if spot and not is_list(spot) and not spot.startswith("last(") else match[0]
+
+    def legs(self, own: _Own) -> _Own:
+        """Return the values of a verb with the legs of a triangle as the request says them, which are no height."""
+        where = next((key for key in ("to", "at", "way") if legs_in(str(own.get(key, "")))), "")
+        if not self._leg or not where:
+            return own
+        wrong = legs_in(own[where])
+        found = {**own, where: own[where].replace(wrong, self._leg)}
+        alike = [one for one in self._words.amounts if one.type == "distance"]
+        if own.get("height") == self._leg and sum(f"{one.si:g} m" == self._leg for one in alike) == 1:
+            is_said = wrong != self._leg and any(f"{one.si:g} m" == wrong for one in alike)
+            found["height"] = wrong if is_said else HEIGHT
+        if found != own:
+            flown = f", at {found['height']}" if found.get("height") != own.get("height") else ""
+            self._tell(f"the legs are {self._leg}{flown}, as the request says")
+        return found
+
+    def _tell(self, what: str) -> None:
+        if what not in self._added:  # in another branch
+            self._added.append(what)
 
     def height(self, own: _Own) -> _Own:
         """Return the values of a verb without a height that the request says is a gap between machines."""
@@ -96,6 +136,11 @@ class Moves:
             return "FlyAlong", {"way": text, "height": own.get("height", HEIGHT)}
         if name == "FlyAlong" and not is_list(text) and "FlyTo" in self._verbs:
             return "FlyTo", {"to": text, "height": own.get("height", HEIGHT)}
+        spot = self.at.only(agent)
+        if name in _LANDS and self._below and spot.height and spot.place and not self.at.is_in_loop:
+            if text != spot.place:
+                self._tell(f"{agent} lands below where it hovers, at {spot.place}, as the request says")
+            return self._straight_down(name), {"at": spot.place}
         if is_list(text) and name in ("FlyAndLand", "LandIn"):
             text = own[where] = f"last({text})"
         here = {spot.place for spot in self.at.of(agent)}
@@ -103,6 +148,9 @@ class Moves:
             there = {text, self.at.now.moved.get((agent, text), text)}
             return (name, own) if here and here <= there else ("FlyAndLand", {"at": text})
         return name, own
+
+    def _straight_down(self, name: str) -> str:
+        return "LandIn" if "LandIn" in self._verbs else name
 
     def _apart(self, name: str, agent: str, text: str, height: str) -> str:
         """Return a place that no other machine is at, and keep that this one is there."""
@@ -119,8 +167,7 @@ class Moves:
             here = self.at.only(agent).place
             if not height and not gap_of(self._words) and re.match(rf"last\(circle\({re.escape(text)}\s*,", here):
                 moved, told = here, f"{agent} lands where its ring ends, for another one is at {text}"
-            if told not in self._added:  # in another branch
-                self._added.append(told)
+            self._tell(told)
             aside[agent, text] = moved
             text = moved
         self.at.goes(agent, text, height)
@@ -135,15 +182,31 @@ class Moves:
         if name == "FlyAlong" and is_list(text) and "FlyTo" in self._verbs:
             name, own, where = "FlyTo", {"to": text, "height": own.get("height", HEIGHT)}, "to"
         before, places = self.at.now.teams.get(team, ("", ""))
+        if is_list(text):
+            text = self._spaced(text, count)
+        if name in _LANDS and places and team not in self._down and not self.at.is_in_loop:
+            if text != places and before != told and (self._below or is_told_once(text, places, self._words)):
+                self._tell(f"{team} land below where they hover: {places}")
+                text = places
+            if self._below and text == places:
+                name, where = self._straight_down(name), "at"
         if not is_list(text):
             text = places if places and (before == told or name == "LandIn") else in_a_row(text, count, self._gap)
-            said = f"{team} keep {self._gap} from each other at {told}"
-            if text != places and said not in self._added:
-                self._added.append(said)
+            text = spaced(text, count, gap_of(self._words))
+            if text != places:
+                self._tell(f"{team} keep {self._gap} from each other at {told}")
         if name == "LandIn" and "FlyAndLand" in self._verbs and places != text:
             name, own, where = "FlyAndLand", {"at": text}, "at"
         self.at.now.teams[team] = (told, text)
+        (self._down.add if name in _LANDS else self._down.discard)(team)
         return name, own, where, text
+
+    def _spaced(self, text: str, count: int) -> str:
+        """Return a row of a team with the gap between neighbours that the request says."""
+        found = spaced(text, count, gap_of(self._words))
+        if found != text and re.search(rf"=\s*-?\s*{re.escape(self._gap)}", text):
+            self._tell(f"{self._gap} between neighbours, as the request says, is not the length of the row")
+        return found
 
 
 def _beside(place: str, metres: float) -> str:

@@ -23,7 +23,6 @@ from formiga_bt.llm.moves import FLYING, Moves
 from formiga_bt.llm.questions import questions
 from formiga_bt.llm.teams import at_once, in_compass, is_list, member_of
 from formiga_bt.llm.tidying import back_at_centre, branched, every_so_often, homeward, only_on_yes
-from formiga_bt.llm.unasked import left_out
 from formiga_bt.llm.vocabulary import Verb
 from formiga_bt.llm.waits import without_idle_waits
 from formiga_bt.llm.world import World
@@ -82,7 +81,6 @@ class _Expander:
 
     def task(self, tree: Any) -> Expanded:
         tree = as_asked(_object(tree, "$"), questions(self._lift.words, self._world), self._world, self._added)
-        tree = left_out(tree, self._lift.words, self._world, self._added)
         for index, role in enumerate(_list(tree.get("agents") or [], "$.agents")):
             role = _object(role, f"$.agents[{index}]")
             name = _text(role.get("name"), f"$.agents[{index}].name")
@@ -95,6 +93,8 @@ class _Expander:
         tree = every_so_often(tree, self._lift.words, self._added)
         tree = {**tree, "steps": self._at_once(_list(tree.get("steps"), "$.steps"))}
         steps = self.steps(tree.get("steps"), "$.steps")
+        for agent, at in self._moves.still_up().items():
+            steps.append(self._do({"do": "FlyAndLand", "agent": agent, "at": at}, f"$.steps[{len(steps)}]"))
         roles = [self._role(name, role, index) for index, (name, role) in enumerate(self._roles.items())]
         params, notes = self._lift.params()
         name = re.sub(r"\W", "", str(tree.get("task") or "")) or "Drafted"
@@ -219,7 +219,7 @@ class _Expander:
         if name not in self._verbs:
             raise ShortError(f"{path}.do", f"there is no verb '{name}'; verbs: {', '.join(self._verbs)}")
         own = {k: v for k, v in step.items() if k not in ("do", "agent", "save_as") and v is not None}
-        name, own = self._moves.landing(name, agent, self._moves.height(own))
+        name, own = self._moves.landing(name, agent, self._moves.height(self._moves.legs(own)))
         where = self._moves.where(name)
         if where and isinstance(own.get(where), str):
             own[where] = self._moves.wayward(own[where])

@@ -16,13 +16,18 @@ GAP: Final = "5 m"
 _LIST: Final = re.compile(r"(?:circle|zigzag|line|triangle|polygon|reverse|lawnmower)\s*\(.*\)|\[.*\]", re.DOTALL)
 _APART: Final = re.compile(
     r"\W*(?:apart|from each other|from one another|between (?:them|the two|both|each)|between\b(?=\s*[.,;)]|$)|of space\b|"
-    r"beside each other|off each other|from the (?:other|first)\b)",
+    r"beside each other|off each other|from the (?:other|first)\b|between (?:the )?(?:neighbou?rs|machines|drones|any two)\b|"
+    r"(?:uno|una) (?:del?|de la) otr[oa]|entre (?:s[ií]|ellos|ellas|los dos|cada)\b|de separaci[oó]n\b|de distancia entre\b)",
     re.IGNORECASE,
 )
 _COMPASS: Final = re.compile(r"\b(south|west)\s*=\s*(-?)\s*(?=[\dA-Za-z_])")
 _AWAY: Final = re.compile(r"(?:\d\s*k?m|\bmet(?:er|re)s?|\baway|\bfar|\bapart)\s+$", re.IGNORECASE)
 """What stands before a `from` that begins no way: `20 m from the camp`."""
 _WAY: Final = re.compile(r"(zigzag|line)\(\s*([A-Za-z_]\w*)\s*,\s*([A-Za-z_]\w*)\s*,(.*)\)", re.DOTALL)
+
+_ROW: Final = re.compile(
+    r"line\(\s*([A-Za-z_]\w*)\s*,\s*offset\(\s*\1\s*,\s*(north|east)\s*=\s*(-?)\s*(\d+(?:\.\d+)?)\s*m\s*\)\s*,\s*(\d+)\s*\)"
+)
 
 
 def is_list(text: str) -> bool:
@@ -55,7 +60,11 @@ def at_once(words: Words) -> bool:
 def lands_only(words: Words) -> bool:
     """Return whether a request wants a landing, and speaks of no way home."""
     text = words.text.casefold()
-    home = re.search(r"\b(?:home|port|ports|back|return\w*|base|palaa\w*|kotiin|asemalle)\b", text)
+    home = re.search(
+        r"\b(?:home|port|ports|back|return\w*|base|casa|puertos?|vuelv\w*|volver|regres\w*|retorn\w*|"
+        r"palaa\w*|kotiin|asemalle)\b",
+        text,
+    )
     return words.means("land") and home is None
 
 
@@ -63,6 +72,25 @@ def in_a_row(place: str, count: int, gap: str) -> str:
     """Return a list of places for a team that is sent to one place: side by side."""
     metres = float(gap.split()[0]) * (count - 1)
     return f"line({place}, offset({place}, east={metres:g} m), {count})"
+
+
+def spaced(text: str, count: int, gap: str) -> str:
+    """Return a row for a team, with the gap between neighbours as a value of its own.
+
+    A model gives the gap as the length of the whole row, too.
+
+    Args:
+        text: the value; what is no such row is returned as it is.
+        count: how many they are.
+        gap: as the request says it; "" = it says nothing.
+    """
+    row = _ROW.fullmatch(text.strip())
+    metres = float(gap.split()[0]) if gap else 0.0
+    if row is None or count < 3 or int(row[5]) != count or float(row[4]) not in (metres, metres * (count - 1)):
+        return text
+    place, way = row[1], f"{row[2]}={row[3]}"
+    further = (f"offset({place}, {way}{f'{n} * ' if n > 1 else ''}{gap})" for n in range(1, count))
+    return f"[{', '.join([place, *further])}]"
 
 
 def in_compass(text: str) -> str:

@@ -124,6 +124,11 @@ class Whereabouts:
         """End it."""
         self._loops -= 1
 
+    @property
+    def is_in_loop(self) -> bool:
+        """Return whether what is done here may have been done before."""
+        return self._loops > 0
+
     def _answer(self, condition: str) -> Answer | None:
         """Return what a condition says of an answer, if it says nothing else."""
         match = _ASKED.fullmatch(condition)

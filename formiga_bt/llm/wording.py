@@ -82,7 +82,8 @@ INTENTS: Final[Mapping[str, str]] = {
     r"pregunt\w+|consult\w+|permiso|aprueb\w+|autoriz\w+|est[aá] de acuerdo|dice(?:n)? (?:que|si)|diga(?:n)? que|vahvist\w+|"
     r"question|\w+'s (?:word|ok|okay|answer|go-ahead))\b",
     "stay": r"\b(?:stays? there|remains?|leave (?:it|them) there|jää)\b",
-    "land": r"\b(?:land|lands|landing|aterri\w+|laskeudu\w*)\b",
+    "land": r"\b(?:land|lands|landing|touch(?:es)? down|aterri\w+|laskeudu\w*|"
+    r"(?:gather|put|set|place|park|collect)\w*\b[^.;,]{0,40}\bon the ground)\b",
 }
 """What is meant -> a pattern over the request in small letters."""
 _NO_QUESTION: Final = re.compile(

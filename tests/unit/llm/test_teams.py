@@ -70,8 +70,8 @@ def test_a_team_that_is_sent_to_one_place_stands_in_a_row() -> None:
         agents=TEAM,
     )
 
-    assert errors(found) == ['the request says "8 m", and no value of the task is 8 m']
-    assert "line(camp, offset(camp, east=east), 3)" in found.yaml
+    assert errors(found) == []
+    assert "spot: ${[camp, offset(camp, east=east), offset(camp, east=2 * east)]}" in found.yaml
     assert found.mends[0] == "drones keep 8 m from each other at camp"
 
 
@@ -444,10 +444,10 @@ def test_a_right_angle_is_no_number_and_legs_are_no_height() -> None:
     request = "Three light drones, triangle, corner of 90 degrees at the west field, legs 15 m. Land together."
     assert [one.words for one in words(request).amounts] == ["15 m"]
 
-    def stand(leg: str, height: str) -> Judged:
-        spots = f"triangle(west_field, {leg})"
+    def stand(spots: str, height: str) -> Judged:
         up = {"do": "FlyTo", "agent": "drones", "to": spots, "height": height}
         return judged(request, up, land("drones", spots), agents=TEAM)
 
-    assert errors(stand("15 m", "40 m")) == []
-    assert errors(stand("90 m", "15 m")) == ["the request wants legs of 15 m, and the task uses it as height"]
+    assert errors(stand("triangle(west_field, 15 m)", "40 m")) == []
+    wrong = stand("line(west_field, offset(west_field, east=20 m), 3)", "15 m")
+    assert "the request wants legs of 15 m, and the task uses it as height" in errors(wrong)
