@@ -43,6 +43,19 @@ def asked(words: Words, text: str, flight: Flight, world: World) -> Iterator[Sho
         yield from _when(question, rows, flight, world)
 
 
+def only_asked(words: Words, text: str, flight: Flight, world: World) -> Iterator[Shortfall]:
+    """Find what is wrong with a task where the request wants a question and nothing else.
+
+    What it names, a place or an amount, belongs to the question. See `asked` for the arguments.
+    """
+    if flight.status == "SUCCEEDED":
+        yield from asked(words, text, flight, world)
+    for agent in flight.visited:
+        yield Shortfall(
+            "flies_unasked", f"the request only wants somebody to be asked, and {agent} takes part in the task"
+        )
+
+
 def _whom(question: Question, rows: Sequence[ActionFact], world: World, *, is_all: bool) -> Iterator[Shortfall]:
     """Find people of one question who are not asked, or are asked together where the word of each counts."""
     of = {one: [row for row in rows if _is_of(row, one, world)] for one in question.people}

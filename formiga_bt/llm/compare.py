@@ -13,8 +13,9 @@ from typing import Final
 from formiga_bt.geo import Place
 from formiga_bt.lang.model import Task
 from formiga_bt.llm import plain_words
-from formiga_bt.llm.asked import asked
+from formiga_bt.llm.asked import asked, only_asked
 from formiga_bt.llm.endings import ends_home
+from formiga_bt.llm.only_question import only_question
 from formiga_bt.llm.outcome import OVER_M
 from formiga_bt.llm.records import Flight, Shortfall
 from formiga_bt.llm.spoken import is_english
@@ -71,6 +72,8 @@ def compare(words: Words, task: Task, text: str, flight: Flight, world: World) -
         flight: its dry run; empty status = it was not flown.
         world: the site.
     """
+    if only_question(words, world) is not None:
+        return list(only_asked(words, text, flight, world))
     found = [
         *_places(words, text),
         *_amounts(words, text),

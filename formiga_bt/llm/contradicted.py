@@ -8,6 +8,7 @@ from typing import Final
 
 from formiga_bt.llm.envelope import Answer
 from formiga_bt.llm.gainsaid import gainsaid
+from formiga_bt.llm.only_question import only_question
 from formiga_bt.llm.spoken import pattern_of
 from formiga_bt.llm.wording import Words
 from formiga_bt.llm.world import World
@@ -31,4 +32,8 @@ def contradicted(answer: Answer, world: World, words: Words) -> str:
     for name in (*site.places, *site.regions, *site.agents):
         if re.search(_NO + pattern_of(name), said, re.IGNORECASE) is not None:
             return f"the answer says that there is no {name} here, and there is"
+    only = only_question(words, world)
+    if only is not None:
+        who = " and ".join(one.id or f"a {one.type}" for one in only.people)
+        return f"the request only wants {who} to be asked, which a task does, and the answer is no task"
     return gainsaid(answer.impossible, words, world) if answer.impossible else ""

@@ -31,6 +31,7 @@ from formiga_bt.llm.gainsaid import is_flown
 from formiga_bt.llm.judge import Judged, judge
 from formiga_bt.llm.known_words import goes_nowhere
 from formiga_bt.llm.nearby import nearest
+from formiga_bt.llm.only_question import only_question, tree_of
 from formiga_bt.llm.plain_words import plainly
 from formiga_bt.llm.points import with_points
 from formiga_bt.llm.records import Draft, Message, Reply, Round, Shortfall
@@ -185,7 +186,7 @@ class _Drafting:
                 continue
             fresh = plain and (number % 2 == 0 or not tree)
             messages = prompt.again(asked, errors) if fresh else prompt.repair(asked, shown, errors, tree)
-        return self._judged(best)
+        return self._judged(self._own(best))
 
     def _name_points(self) -> None:
         """Have the coordinates of this request, and of the one that it changes, under the same names everywhere."""
@@ -272,7 +273,7 @@ class _Drafting:
                 Round(messages=said, reply=reply, shortfalls=(Shortfall("no_answer", str(error)),)),
             )
         if answer.tree is None:
-            wrong = contradicted(answer, self._world, self._words)
+            wrong = contradicted(answer, self._world, self._all_words())
             if wrong:
                 if answer.impossible and is_flown(self._words, self._world):
                     self._schema = without_refusal(self._schema)
@@ -325,6 +326,33 @@ class _Drafting:
         if answer.question:
             return self._done("question", plan=answer.plan, say=answer.question)
         return self._done("impossible", plan=answer.plan, say=_sentences(answer.impossible, answer.instead))
+
+    def _own(self, best: tuple[Answer, Judged] | None) -> tuple[Answer, Judged] | None:
+        """Return the best answer, or if none passes and only a question is wanted, the task of that question."""
+        is_new = self._options.form == "short" and self._before is None
+        only = only_question(self._words, self._world) if is_new else None
+        if only is None or (best is not None and not best[1].errors):
+            return best
+        answer = Answer("", tree=tree_of(only))
+        who = " and ".join(one.id or f"a {one.type}" for one in only.people)
+        judged = self._judge(
+            answer, (f"the question of the request is put to {who}, and no more: no answer of the model did that",)
+        )
+        if judged.errors:
+            return best
+        text = json.encode({"plan": "", "answer": {"tree": answer.tree}}).decode()
+        self._rounds.append(
+            Round(
+                messages=(),
+                reply=Reply(text=text),
+                yaml=judged.yaml,
+                shortfalls=judged.shortfalls,
+                flight=judged.flight,
+                mends=judged.mends,
+                answer=text,
+            )
+        )
+        return answer, judged
 
     def _judged(self, best: tuple[Answer, Judged] | None) -> Draft:
         names_nothing = not (self._words.places or self._words.agents or self._words.amounts) and self._before is None

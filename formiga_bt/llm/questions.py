@@ -49,7 +49,7 @@ _OR: Final = re.compile(r"\b(?:or|o|u)\b", _I)
 _ONE_OF: Final = re.compile(
     r"\b(?:either|(?:one|any|some) of|whoever|which(?:ever)? of|uno de|alguno de|cualquiera de)\s+(?:\w+\s+)?$", _I
 )
-_ASK: Final = r"\b(?:asks?|asking|consults?|pregunt(?:a|e|ar|an|en)|consult(?:a|e|ar|an|en))"
+_ASK: Final = r"\b(?:asks?|asking|consults?|preg[uú]nt(?:a|e|ar|an|en)(?:les?)?|consult(?:a|e|ar|an|en)(?:les?)?)"
 _ASKED_BEFORE: Final = re.compile(
     rf"(?P<ask>{_ASK})\s+(?:first\s+|primero\s+)?(?:for\s+)?(?:{_YES}\s+{_BY}\s+)?{_DET}$"
     rf"|\b{_YES}\s+{_BY}\s+{_DET}$"

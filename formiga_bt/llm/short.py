@@ -20,6 +20,7 @@ from formiga_bt.lang.llm_form import field_key
 from formiga_bt.llm.asking import as_asked
 from formiga_bt.llm.lifting import Lifter, split_list
 from formiga_bt.llm.moves import FLYING, Moves
+from formiga_bt.llm.only_question import only_question
 from formiga_bt.llm.questions import questions
 from formiga_bt.llm.teams import at_once, in_compass, is_list, member_of
 from formiga_bt.llm.tidying import back_at_centre, branched, every_so_often, homeward, only_on_yes
@@ -76,6 +77,7 @@ class _Expander:
         self._imports: list[str] = []
         self._roles: dict[str, dict[str, Any]] = {}
         self._first_place: dict[str, str] = {}
+        self._asks_only = False
         self._added: list[str] = []
         self._moves = Moves(lifter.words, verbs, self._added)
 
@@ -85,10 +87,11 @@ class _Expander:
             role = _object(role, f"$.agents[{index}]")
             name = _text(role.get("name"), f"$.agents[{index}].name")
             self._roles[self._lift.renamed(name)] = role
+        self._asks_only = _asks_only(tree.get("steps")) and only_question(self._lift.words, self._world) is not None
         self._pin()
         self._lift.taken |= set(self._roles)
         tree = back_at_centre(tree, self._lift.words.text, self._verbs, self._added)
-        tree = only_on_yes(tree, self._added)
+        tree = tree if self._asks_only else only_on_yes(tree, self._added)
         tree = without_idle_waits(tree, not all(map(self._is_machine, self._roles)), self._added)
         tree = every_so_often(tree, self._lift.words, self._added)
         tree = {**tree, "steps": self._at_once(_list(tree.get("steps"), "$.steps"))}
@@ -348,6 +351,8 @@ class _Expander:
         if options and options != ["yes", "no"]:
             found["options"] = options
         found["timeout"] = self._value(ASKED_FOR, "duration", "answer_within", path)
+        if self._asks_only:  # any answer will do, for nothing depends on it
+            return found
         if step.get("save_as"):
             self._moves.at.asks(str(step["save_as"]), options)
             return {**found, "save_as": str(step["save_as"])}
@@ -388,6 +393,10 @@ class _Expander:
         if isinstance(value, (dict, list)) or value is None:
             raise ShortError(path, "a value is a text, such as '40 m', 'camp' or 'circle(base, 3 m)'")
         return self._lift.value(str(value).lower() if isinstance(value, bool) else str(value), type_, key)
+
+
+def _asks_only(steps: Any) -> bool:
+    return isinstance(steps, list) and all(isinstance(one, dict) and "ask" in one for one in steps)
 
 
 def _object(value: Any, path: str) -> dict[str, Any]:
