@@ -31,6 +31,8 @@ _TIMES: Final = re.compile(
     r"(?!\s+(?:yes|no|s[ií]|the|as|that|higher|faster|más|que)\b)",
     re.IGNORECASE,
 )
+_ONCE_MORE: Final = re.compile(r"\b(?:repeat\w*|again|more|repit\w+|otra|más|and then)\b", re.IGNORECASE)
+"""What may stand beside a number of times that does not count the first one."""
 _LEGS: Final = re.compile(r"\b(?:legs|catetos)\W*(?:(?:of|are|is|both|each|de|:)\s*)*$")
 FIGURES: Final[Mapping[str, str]] = {
     rf"\b(?:circle[sd]?|circular|orbits?|c[ií]rculo)\b|{plain_words.pattern_of('circle')}": "circle",
@@ -237,6 +239,7 @@ def _often(words: Words, text: str) -> Iterator[Shortfall]:
     """Find laps and times that a task does not fly: it repeats nothing, and has no verb so often."""
     code = _code(text)
     if re.search(r"\b(?:repeat|for):", code):
+        yield from _too_often(words, code)
         return
     verbs = re.findall(r"\b(?:call|do): *(?:\w+\.)?(\w+)", code)
     most = max((verbs.count(one) for one in verbs), default=0)
@@ -251,6 +254,23 @@ def _often(words: Words, text: str) -> Iterator[Shortfall]:
                 about=match[0],
                 wanted=wanted,
             )
+
+
+def _too_often(words: Words, code: str) -> Iterator[Shortfall]:
+    """Find the one repetition of a task that has more rounds than the one number of times that the request says."""
+    said, rounds = list(_TIMES.finditer(words.text)), re.findall(r"\brepeat: *(\S+)", code)
+    if len(said) != 1 or len(rounds) != 1 or not rounds[0].isdigit():
+        return
+    word = said[0][1].casefold()
+    wanted = int(word) if word.isdigit() else NUMBERS.get(word, 0)
+    if int(rounds[0]) > max(1, wanted) + (_ONCE_MORE.search(words.text) is not None):
+        yield Shortfall(
+            "too_often",
+            f'the request says "{said[0][0]}", and the task repeats its steps {rounds[0]} times',
+            help=f'{{"repeat": "{wanted}", "steps": [...]}}',
+            about=said[0][0],
+            wanted=wanted,
+        )
 
 
 def _order(words: Words, flight: Flight, world: World) -> Iterator[Shortfall]:
