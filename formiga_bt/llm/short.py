@@ -22,6 +22,7 @@ from formiga_bt.llm.lifting import Lifter, split_list
 from formiga_bt.llm.moves import FLYING, Moves
 from formiga_bt.llm.only_question import only_question
 from formiga_bt.llm.questions import questions
+from formiga_bt.llm.regions import Regions
 from formiga_bt.llm.teams import at_once, in_compass, is_list, member_of
 from formiga_bt.llm.tidying import back_at_centre, branched, every_so_often, homeward, only_on_yes
 from formiga_bt.llm.vocabulary import Verb
@@ -95,6 +96,7 @@ class _Expander:
         tree = without_idle_waits(tree, not all(map(self._is_machine, self._roles)), self._added)
         tree = every_so_often(tree, self._lift.words, self._added)
         tree = {**tree, "steps": self._at_once(_list(tree.get("steps"), "$.steps"))}
+        self._regions = Regions(self._lift.words, self._world.site.regions, self._verbs, tree, self._added)
         steps = self.steps(tree.get("steps"), "$.steps")
         for agent, at in self._moves.still_up().items():
             steps.append(self._do({"do": "FlyAndLand", "agent": agent, "at": at}, f"$.steps[{len(steps)}]"))
@@ -222,7 +224,12 @@ class _Expander:
         if name not in self._verbs:
             raise ShortError(f"{path}.do", f"there is no verb '{name}'; verbs: {', '.join(self._verbs)}")
         own = {k: v for k, v in step.items() if k not in ("do", "agent", "save_as") and v is not None}
+        type_ = str(self._roles.get(agent, {}).get("type", ""))
+        name, own = self._regions.fitting(name, type_, self._count(agent), own)
         name, own = self._moves.landing(name, agent, self._moves.height(self._moves.legs(own)))
+        region = next((key for key, type_ in self._verbs[name].fields.items() if type_ == "region"), "")
+        if region:
+            self._moves.at.leaves(agent)
         where = self._moves.where(name)
         if where and isinstance(own.get(where), str):
             own[where] = self._moves.wayward(own[where])
@@ -230,7 +237,7 @@ class _Expander:
                 return self._by_team(name, agent, own, where, path)
             name, own = self._moves.of_one(name, agent, own, where)
         elif self._count(agent) > 1:
-            return self._by_team(name, agent, own, "", path)
+            return self._by_team(name, agent, own, region if is_list(str(own.get(region, ""))) else "", path)
         found = self._one(name, agent, own, path, step.get("save_as"))
         if name == "ReturnHome" and self._moves.leaves_ground(agent) and self._verbs[name].library == FLYING:
             found["call"] = "FetchHome"
@@ -249,12 +256,17 @@ class _Expander:
         member = member_of(team, set(self._roles) | set(self._verbs))
         self._lift.local.add(member)
         of = [{"name": member, "value": {"expr": team}}]
-        name, own, where, places = self._moves.of_team(name, team, self._count(team), own, where)
+        kind = self._verbs[name].fields.get(where, "place")
+        if kind == "region":
+            places = own[where]
+            self._moves.of_team(name, team, self._count(team), own, "")
+        else:
+            name, own, where, places = self._moves.of_team(name, team, self._count(team), own, where)
         if where:
             listed = {"expr": self._lift.expression(places)}
             self._lift.local.add("spot")
             of.append({"name": "spot", "value": listed})
-            self._note_place(team, listed, "list")
+            self._note_place(team, listed, "list" if kind != "region" else "list of region")
             own = {**own, where: "spot"}
         return {"for": of, "mode": "parallel", "steps": [self._one(name, member, own, path, None)]}
 
@@ -289,6 +301,8 @@ class _Expander:
             return
         if type_ == "region":
             text = f"centroid({text})"
+        elif type_ == "list of region":
+            text = f"[{', '.join(f'centroid({one})' for one in split_list(text.strip('[]')))}]"
         elif type_ == "position":
             text = f"ground({text})"
         elif type_.startswith("list of"):
