@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from formiga_bt.llm.mentions import unquoted
-from formiga_bt.llm.questions import Person, questions
+from formiga_bt.llm.questions import Person, in_one_line, questions
 from formiga_bt.llm.wording import DRONES, Words, types_said
 from formiga_bt.llm.world import World
 
@@ -66,7 +66,8 @@ def only_question(words: Words, world: World) -> OnlyQuestion | None:
         world: its people and machines.
     """
     found = questions(words, world)
-    text = unquoted(words.text)
+    plain = in_one_line(words)
+    text = unquoted(plain)
     if len(found) != 1 or _LEAD.fullmatch(text[: found[0].start]) is None:
         return None
     question = found[0]
@@ -76,7 +77,7 @@ def only_question(words: Words, world: World) -> OnlyQuestion | None:
     quoted = re.fullmatch(r"[\s,:)]*·+", said)
     asked = _ASKED.fullmatch(said)
     if quoted is not None:
-        return OnlyQuestion(question.people, words.text[question.end :].lstrip(" ,:)")[1 : said.count("·") - 1].strip())
+        return OnlyQuestion(question.people, plain[question.end :].lstrip(" ,:)")[1 : said.count("·") - 1].strip())
     if (
         asked is None
         or _MORE.search(asked["clause"]) is not None
