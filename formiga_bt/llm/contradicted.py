@@ -8,6 +8,7 @@ from typing import Final
 
 from formiga_bt.llm.envelope import Answer
 from formiga_bt.llm.gainsaid import gainsaid
+from formiga_bt.llm.needless import needless
 from formiga_bt.llm.only_question import only_question
 from formiga_bt.llm.spoken import pattern_of
 from formiga_bt.llm.wording import Words
@@ -36,4 +37,6 @@ def contradicted(answer: Answer, world: World, words: Words) -> str:
     if only is not None:
         who = " and ".join(one.id or f"a {one.type}" for one in only.people)
         return f"the request only wants {who} to be asked, which a task does, and the answer is no task"
-    return gainsaid(answer.impossible, words, world) if answer.impossible else ""
+    if answer.impossible:
+        return gainsaid(answer.impossible, words, world)
+    return needless(answer.question, words, world)

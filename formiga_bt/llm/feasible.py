@@ -30,6 +30,12 @@ _ORDERED: Final = (
 """A doing where it is an order, not where it tells of a place: `fly to where they spray`."""
 
 
+_MOVING: Final = re.compile(
+    r"(?:drops?\s+(?:by|in (?:at|on)|over to|(?:down )?to \d)|pulls?\s+(?:back|up|away|over|out)\b(?!\s+(?:the|an?|its?)\b)"
+    r"|push(?:es)?\s+(?:on|off|ahead|forward)\b(?!\s+(?:the|an?|its?)\b)|shoots?\s+(?:up(?!\s+(?:the|an?)\b)|over|across|past)\b)",
+    re.IGNORECASE,
+)
+"""Such a word where it only says how a machine moves: `drop by the camp`, `pull back to the base`."""
 _UNSAFE: Final = re.compile(
     r"\b(?:disable|deactivate|override|bypass|ignore|switch off|turn off|desactiva|anula|ignora|apaga)\b"
     r"(?:\s+(?:all|your|its|their|any|the|of|todas?|todos?|sus?|tus?|las?|los|el|de)){0,3}\s+"
@@ -73,7 +79,7 @@ def _unsafe(words: Words) -> Impossible | None:
 def _cannot(words: Words, verbs: Mapping[str, Verb]) -> Impossible | None:
     known = " ".join(f"{verb.name} {verb.help} {' '.join(verb.fields)}" for verb in verbs.values()).casefold()
     for match in re.finditer(_ORDERED.format("|".join(DOINGS)), words.text, re.IGNORECASE):
-        if match[1].casefold() not in known:
+        if match[1].casefold() not in known and not _MOVING.match(f"{match[1]}{words.text[match.end(1) :]}"):
             can = ", ".join(verb.name for verb in verbs.values())
             return Impossible(f'the request says "{match[1]}", and nothing here can do that; verbs: {can}', "")
     return None

@@ -14,6 +14,8 @@ from formiga_bt.llm.endings import written_out
 _PLACE_AT: Final = r"(?=\s+(?:at|in|on|by|near|beside|there|here|where|for|and|safely|gently)\b|\s*(?:[.,;:!]|$))"
 _OVER: Final = r"(?=\s+(?:\S+\s+(?:m|s|min|h|met\w+|sec\w*|minutes?|hours?)\s+)?(?:over|above)\b)"
 _SOBRE: Final = r"(?=\s+(?:\S+\s+(?:m|s|min|h|metros?|segundos?|minutos?)\s+)?(?:sobre|encima)\b)"
+_AT_END: Final = r"(?=\s*(?:[.;!]|$))"
+_FLY_TO: Final = "|".join(4 * ["fly to|flies to"])
 _ROUND: Final = r"\s+(?:about|around|round)\b"
 _TOOTH: Final = r"saw(?:[- ]?(?:blade|tooth|teeth))?"
 
@@ -93,16 +95,23 @@ DEEDS: Final[Mapping[str, tuple[Way, ...]]] = {
             r"(?:\s+(?:suspendido|suspendida|en el aire|flotando|quieto|parado))?" + _SOBRE,
         ),
     ),
+    "go": (
+        Way("swing by|swings by|drop by|drops by|stop by|stops by|call at|calls at", _FLY_TO),
+        Way("drop in at|drops in at|drop in on|drops in on|pop over to|pops over to|nip over to|nips over to", _FLY_TO),
+        Way("hop over to|hops over to|dash to|dashes to|make for|makes for|push on to|pushes on to", _FLY_TO),
+    ),
     "home": (
-        Way("come back|comes back", "come home|comes home", r"(?=\s*(?:[.;!]|$))"),
+        Way("head back|heads back|fly back|flies back", "come home|comes home|come home|comes home", _AT_END),
+        Way("pull back|pulls back", "come home|comes home", _AT_END),
+        Way("come back|comes back", "come home|comes home", _AT_END),
         Way(
-            "(?<!in )(?<!on )(?<!the )(?<!a )(?<!its )return|returns", "return home|returns home", r"(?=\s*(?:[.;!]|$))"
+            "(?<!in )(?<!on )(?<!the )(?<!a )(?<!its )return|returns", "return home|returns home", _AT_END
         ),
         Way(
             "vuelve|vuelva|vuelven|vuelvan|volver|regresa|regrese|regresan|regresen|regresar",
             "vuelve a casa|vuelva a casa|vuelven a casa|vuelvan a casa|volver a casa|"
             "regresa a casa|regrese a casa|regresan a casa|regresen a casa|regresar a casa",
-            r"(?=\s*(?:[.;!]|$))",
+            _AT_END,
         ),
     ),
 }  # fmt: skip

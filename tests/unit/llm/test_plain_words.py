@@ -33,6 +33,7 @@ DRONE = [{"name": "drone", "type": "lwd"}]
         ("Loiter above the camp and come back.", "Hover above the camp and come home."),
         ("Combs through the whole bog, then returns.", "Explores the bog, then returns home."),
         ("Search the camp.", "Search the camp."),
+        ("It drops by the camp, makes for the lake and heads back.", "It flies to the camp, flies to the lake and comes home."),
         ('Tell "weave and return." and settle there.', 'Tell "weave and return." and land there.'),
         ("Fly to Loop about and touch down.", "Fly to Loop about and land."),
         ("It circles it. Once done: middle, its port, touchdown.",
