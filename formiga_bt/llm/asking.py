@@ -26,7 +26,7 @@ _OF_GOING: Final = re.compile(r"\b(?:go|fly|start|take off|deliver|ir|volar|desp
 _LANDS: Final = ("FlyAndLand", "LandIn")
 
 
-def as_asked(tree: Step, questions: Sequence[Question], world: World, added: list[str]) -> Step:
+def as_asked(tree: Step, questions: Sequence[Question], world: World, added: list[str], *, height: str = "") -> Step:
     """Return a tree whose questions are put to whom the request names, and when it says.
 
     Args:
@@ -34,11 +34,12 @@ def as_asked(tree: Step, questions: Sequence[Question], world: World, added: lis
         questions: of the request.
         world: its people.
         added: is told what was put right.
+        height: at which a machine hovers where the model has it land at once; "" = that is not put right.
     """
     for question in questions:
         tree = _each_agrees(tree, question, world, added)
     moments = [one for one in questions if one.after]
-    return _asked_there(tree, moments[0], world, added) if len(moments) == 1 else tree
+    return _asked_there(tree, moments[0], world, added, height) if len(moments) == 1 else tree
 
 
 def _each_agrees(tree: Step, question: Question, world: World, added: list[str]) -> Step:
@@ -56,11 +57,11 @@ def _each_agrees(tree: Step, question: Question, world: World, added: list[str])
     agents = [*_named_apart(tree.get("agents"), world)]
     roles = {str(one.get("name")): one for one in agents}
     names = [_name_of(one, roles) for one in question.people]
-    saved = ask.get("save_as") if isinstance(ask.get("save_as"), str) else ""
+    saved = str(ask.get("save_as") or "")
     looks = [step for step in _all_steps(tree) if saved and step is not ask and _looks_at(step, saved)]
     changes: dict[int, list[Step]] = {}
     kept = {key: value for key, value in ask.items() if key not in ("save_as", "of")}
-    plain = [{**kept, "of": [name]} for name in names]
+    plain: list[Step] = [{**kept, "of": [name]} for name in names]
     if not looks:
         changes[id(ask)] = plain
     else:
@@ -82,7 +83,7 @@ def _each_agrees(tree: Step, question: Question, world: World, added: list[str])
     return changed
 
 
-def _asked_there(tree: Step, question: Question, world: World, added: list[str]) -> Step:
+def _asked_there(tree: Step, question: Question, world: World, added: list[str], height: str) -> Step:
     """Return a tree in which the flight that the request tells of first is in front of the question."""
     machines = [
         one
@@ -92,7 +93,7 @@ def _asked_there(tree: Step, question: Question, world: World, added: list[str])
     if len(machines) != 1 or machines[0].get("count") not in (None, 1):
         return tree
     for steps in _lists(tree):
-        found = _there(steps, question, _roles(tree), world)
+        found = _there(steps, question, _roles(tree), world, height)
         if found is None:
             continue
         begun = [*_before(tree, steps), *steps[: found[0]]]
@@ -106,7 +107,7 @@ def _asked_there(tree: Step, question: Question, world: World, added: list[str])
 
 
 def _there(
-    steps: Sequence[Any], question: Question, roles: Mapping[str, Step], world: World
+    steps: Sequence[Any], question: Question, roles: Mapping[str, Step], world: World, height: str
 ) -> tuple[int, list[Any]] | None:
     """Return where the questions of a list begin, and the list with the flight in front of them; None = not certain."""
     at = next((i for i, one in enumerate(steps) if _is_ask(one) and _is_of(one, question.people, roles, world)), None)
@@ -124,6 +125,10 @@ def _there(
     if not isinstance(body, list) or (look is not None and not _is_yes(look["if"], *saves)):
         return None
     front = _front(body, question)
+    if not front and height and question.then == "land" and _place(body[0] if body else None) in question.after[-1:]:
+        place, agent = question.after[-1], body[0].get("agent")  # it lands there at once
+        body = [{"do": "FlyTo", "agent": agent, "to": place, "height": height}, *body]
+        front = _front(body, question)
     asks = [_of_leaving(one, question) for one in asks]
     if not front:
         return None

@@ -19,7 +19,7 @@ from typing import Any, Final
 from formiga_bt.lang.llm_form import field_key
 from formiga_bt.llm.asking import as_asked
 from formiga_bt.llm.lifting import Lifter, split_list
-from formiga_bt.llm.moves import FLYING, Moves
+from formiga_bt.llm.moves import FLYING, HEIGHT, Moves
 from formiga_bt.llm.only_question import only_question
 from formiga_bt.llm.questions import questions
 from formiga_bt.llm.regions import Regions
@@ -83,7 +83,8 @@ class _Expander:
         self._moves = Moves(lifter.words, verbs, self._added)
 
     def task(self, tree: Any) -> Expanded:
-        tree = as_asked(_object(tree, "$"), questions(self._lift.words, self._world), self._world, self._added)
+        asked = questions(self._lift.words, self._world)
+        tree = as_asked(_object(tree, "$"), asked, self._world, self._added, height=self._hovers())
         for index, role in enumerate(_list(tree.get("agents") or [], "$.agents")):
             role = _object(role, f"$.agents[{index}]")
             name = _text(role.get("name"), f"$.agents[{index}].name")
@@ -111,6 +112,11 @@ class _Expander:
         data |= {"agents": roles} if roles else {}
         data["steps"] = steps
         return Expanded(data, {f"$.params[{i}]": note for i, note in notes.items()}, self._added)
+
+    def _hovers(self) -> str:
+        """Return the height that the request gives for certain, or the usual one where it gives none; "" = neither."""
+        far = {f"{one.si:g} m" for one in self._lift.words.amounts if one.type == "distance"}
+        return "" if "FlyTo" not in self._verbs or len(far) > 1 else next(iter(far), HEIGHT)
 
     def _at_once(self, steps: list[Any]) -> list[Any]:
         """Return the steps of each machine in a branch of its own, if the request wants that and the tree has no branches."""

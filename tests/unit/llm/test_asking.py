@@ -150,6 +150,16 @@ def test_who_decides_on_the_way_back_is_asked_there(steps: list[Any]) -> None:
     ]  # fmt: skip
 
 
+def test_a_drone_that_lands_at_once_hovers_there_first() -> None:
+    request = "A light drone hovers over the camp at 35 m; when the watcher agrees, it lands."
+    found = judged(request, ask("watcher"), land("drone", "camp"), agents=[DRONE])
+
+    assert errors(found) == []
+    assert [line for line in lines(found.yaml) if "call" in line or "ask" in line] == [
+        "- call: FlyTo", '- ask: "Is it free?"', "- call: FlyAndLand",
+    ]  # fmt: skip
+
+
 def test_a_question_that_is_put_too_early_is_found() -> None:
     request = "A light drone hovers over the camp at 40 m; when the watcher agrees, it lands."
     found = judged(request, ask("watcher"), {"sequence": [land("drone", "camp")]}, agents=[DRONE])
