@@ -6,6 +6,7 @@ from typing import Any, Final
 
 from formiga_bt.llm.edits_steps import Case, Edited, Found, Step, after, is_so, put, steps_of
 from formiga_bt.llm.edits_who import who
+from formiga_bt.llm.teams import gap_of
 from formiga_bt.llm.wording import Amount
 
 _HEIGHTS: Final = ("height", "altitude")
@@ -20,7 +21,7 @@ _NO_MORE: Final = re.compile(
     r"\s*(?:$|[.,;:)]|(?:and|then|over|for|while|during|all|the whole|y|luego|durante|sobre|mientras)\b)", re.IGNORECASE
 )
 _NO_HEIGHT: Final = re.compile(
-    r"\b(?:apart|radius|away|distance|gap|spacing|side|legs?|wide|long|separation|separad\w+|radio|distancia|lado)\b",
+    r"\b(?:lands?|landing|aterri\w+|apart|radius|away|distance|gap|spacing|side|legs?|wide|long|separation|separad\w+|radio|distancia|lado)\b",
     re.IGNORECASE,
 )
 _FOR: Final = re.compile(
@@ -97,7 +98,8 @@ def _is_height(case: Case, amount: Amount) -> bool:
     text = case.words.text
     begin = text.find(amount.words)
     before, behind = text[:begin], text[begin + len(amount.words) :]
-    if _NO_HEIGHT.search(before[-20:]) or _NO_HEIGHT.match(behind.lstrip()):
+    is_gap = gap_of(case.words) == f"{amount.si:g} m"
+    if is_gap or _NO_HEIGHT.search(before[-24:]) or _NO_HEIGHT.match(behind.lstrip()):
         return False
     return bool(_HIGH.match(behind) or _HEIGHT_OF.search(before) or (_AT.search(before) and _NO_MORE.match(behind)))
 

@@ -47,11 +47,19 @@ def _figure(case: Case, begin: int, said: str) -> tuple[Found, int, str] | None:
     if len(flown) != 1:
         return None
     one, name = flown[0]
-    sentence = _sentence(case.words.text, begin)
     is_meant = _LAPS.search(said) and name in _CLOSED
-    if not is_meant and (name not in _NAMED or re.search(_NAMED[name], sentence, re.IGNORECASE) is None):
-        return None
-    return one, 1, f"the {name}"
+    return (one, 1, f"the {name}") if is_meant or _is_beside(case.words.text, begin, said, name) else None
+
+
+def _is_beside(text: str, begin: int, said: str, figure: str) -> bool:
+    """Return whether a number of times is one of a figure: `circles the camp 3 times`, `3 times round the camp`."""
+    if figure not in _NAMED:
+        return False
+    since = max(text.rfind(mark, 0, begin) for mark in (". ", "; ")) + 1
+    before = [match.end() for match in re.finditer(_NAMED[figure], text[since:begin], re.IGNORECASE)]
+    if before and re.search(r"\b(?:and|then|y|luego)\b|,", text[since + before[-1] : begin], re.IGNORECASE) is None:
+        return True
+    return re.match(rf"\s+(?:in a |en )?(?:{_NAMED[figure]})", text[begin + len(said) :], re.IGNORECASE) is not None
 
 
 def _figure_of(found: Found) -> str:
@@ -98,9 +106,3 @@ def _between(case: Case, one: str, other: str) -> tuple[Found, int, str] | None:
 def _is_way(step: Mapping[str, Any], one: str, other: str) -> bool:
     match = _TWO.fullmatch(step["way"]) if isinstance(step.get("way"), str) else None
     return match is not None and (match[1] or match[3], match[2] or match[4]) == (one, other)
-
-
-def _sentence(text: str, position: int) -> str:
-    begin = max(text.rfind(mark, 0, position) for mark in (". ", "; ")) + 1
-    end = min((at_ for mark in (". ", "; ") if (at_ := text.find(mark, position)) >= 0), default=len(text))
-    return text[begin:end]

@@ -52,6 +52,8 @@ def landed(case: Case) -> Iterator[Edited]:
     subject = who(case, verb)
     names = _who_of(subject, set(agents))
     tree, lands = case.tree, [one for one in flights if one[1].get("agent") in names]
+    if text.count(case.words.places.get(place, place).casefold()) > 1 and not all(_is_last(case, one) for one in lands):
+        return  # it is spoken of twice: which time it lands there is not certain
     is_later = _STAYS.search(text[:verb]) is not None
     for path, step in reversed(lands):
         made = _with_landing(case, tree, (path, step), is_later=is_later)
@@ -103,9 +105,21 @@ def gone_on(case: Case) -> Iterator[Edited]:
     told = f"{machine.name} goes on to {place}{' and lands there' if lands else ''}, as the request says"
     if not ways_home:
         yield at_end(case.tree, go, *([_home(machine.name)] if comes_home else [])), told
-    elif len(ways_home) == 1 and own[-1] is ways_home[0]:
+    elif len(ways_home) == 1 and own[-1] is ways_home[0] and not _asks_after(case, ways_home[0]):
         path, step = ways_home[0]
         yield put(case.tree, path, [go, step] if comes_home or not lands else [go]), told
+
+
+def _is_last(case: Case, flight: Found) -> bool:
+    """Return whether a machine goes nowhere after a flight, but home."""
+    own = [path for path, step in case.of(str(flight[1].get("agent"))) if step.get("do") != "ReturnHome"]
+    return own[-1] == flight[0]
+
+
+def _asks_after(case: Case, found: Found) -> bool:
+    """Return whether somebody is asked after a step: who goes on in its stead would not wait for the answer."""
+    order = list(steps_of(case.tree))
+    return any("ask" in step for _, step in order[order.index(found) :])
 
 
 def _is_named(case: Case, place: str) -> bool:
@@ -196,8 +210,10 @@ def _landing_verb(case: Case, place: str) -> int | None:
     """Return where a request says that a machine lands at a place: the word that is next to it."""
     text, said = case.words.text.casefold(), case.words.places.get(place, place).casefold()
     there = rf"{re.escape(said)}(?!\w)"
-    found = re.search(rf"{_LANDS}{_AT}{there}|{there}[^.;]*?({_LANDS})", text)
-    return None if found is None else found.start(1) if found[1] else found.start()
+    found = re.search(rf"{_LANDS}{_AT}{there}|{there}([^.;]*?)({_LANDS})", text)
+    if found is None or any(one.casefold() in (found[1] or "") for one in case.words.places.values()):
+        return None
+    return found.start(2) if found[2] else found.start()
 
 
 def _is_at(value: Any, place: str) -> bool:

@@ -113,6 +113,29 @@ def test_the_machine_that_is_meant_lands_there(
 
 
 @pytest.mark.parametrize(
+    ("request_", "steps"),
+    [
+        (
+            "A light drone flies over the camp and to the lake shore, then lands at the camp.",
+            [fly_to("camp"), fly_to("lake_shore"), home()],
+        ),
+        ("Two drones fly to the camp. One lands at the camp.", [TO_CAMP]),
+        ("Three drones fly to the camp and land.", [TO_CAMP]),
+    ],
+)
+def test_which_time_and_which_machine_lands_is_not_guessed(request_: str, steps: Steps) -> None:
+    agents = DRONE if len(steps) > 1 else PAIR
+
+    assert edits(request_, "not_landed_there", *steps, agents=agents, about="camp") == []
+
+
+def test_who_goes_on_after_an_answer_does_not_go_before_it() -> None:
+    steps = [TO_CAMP, home("other"), ASK, home("one")]
+
+    assert edits(FERRY, "place_not_used", *steps, agents=[*PAIR, WATCHER], about="lake_shore") == []
+
+
+@pytest.mark.parametrize(
     ("request_", "steps", "agents", "wanted"),
     [
         (
@@ -177,6 +200,8 @@ def test_who_goes_on_is_not_guessed(request_: str) -> None:
         ),
         ("A drone circles the camp and then asks the watcher. It says so 3 times.", "3 times", [RING, ASK], None),
         ("Each flies 3 laps.", "3 laps", [RING, RING], None),
+        ("A drone circles the camp 3 times.", "3 times", [RING], [RING]),
+        ("A drone circles the camp and then calls 3 times.", "3 times", [RING], None),
     ],
 )
 def test_only_what_is_to_be_done_several_times_is_repeated(
@@ -194,6 +219,7 @@ def test_only_what_is_to_be_done_several_times_is_repeated(
         ("mira el campamento desde 25 m de altura", "25 m", [fly_to("camp")], [fly_to("camp", "25 m")]),
         ("fly to the camp at 25 m, then to the lake at 35 m", "35 m", [fly_to("camp", "25 m")], None),
         ("hover over the camp, 25 m away from the trees", "25 m", [fly_to("camp")], None),
+        ("aterrizan en el campamento a 25 m, uno del otro", "25 m", [fly_to("camp")], None),
         ("stay at the camp for 50 s", "50 s", [fly_to("camp"), home()], [fly_to("camp"), {"wait": "50 s"}, home()]),
         ("stay at the camp for 50 s", "50 s", [fly_to("camp"), {"wait": "9 s"}], [fly_to("camp"), {"wait": "50 s"}]),
         (
