@@ -383,7 +383,8 @@ class _Drafting:
 
     def _where(self, plan: str) -> Draft:
         """Ask back: the request names nothing."""
-        names = ", ".join(["base", *self._world.site.places][:12])
+        site = self._world.site
+        names = ", ".join(["base", *site.places, *site.regions][:12])
         return self._done("question", plan=plan, say=f"Where shall who go? Places of this site: {names}.")
 
     def _done(self, kind: Any, *, plan: str = "", say: str = "") -> Draft:

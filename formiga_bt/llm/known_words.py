@@ -62,7 +62,8 @@ _SPANISH: Final = """
 KNOWN: Final = frozenset(f"{_LOOK} {_GO} {_HOME} {_SMALL} {_DO} {_WHERE} {_SPANISH}".split())
 _UPWARDS: Final = re.compile(
     r"\b(?:take\w* off|lift\w* off|climb\w*|ris(?:e|es|ing)|ascend\w*|straight up|(?:go|goes|fly|flies|come|comes) up|"
-    r"desp[ei]e?g\w+|sub[ea]\w*|asciend\w+)\b|(?<!m )(?<!metres )(?<!meters )\bup\b",
+    r"desp[ei]e?g\w+|sub[ea]\w*|asciend\w+)\b|(?<!m )(?<!metres )(?<!meters )\bup\b"
+    r"|\bto (?:a height of )?\d+ ?m(?:et\w+)?\b",
     re.IGNORECASE,
 )
 _FIGURE: Final = re.compile(
@@ -103,7 +104,7 @@ def goes_nowhere(words: Words, world: World) -> bool:
     if any(types[one].human for one in types_said(words, world.catalogue)):
         return False
     goal = "|".join(map(re.escape, words.agents.values()))
-    to_one = rf"\b(?:to|at|over|above|near|round|around|a|sobre|hasta)\s+(?:the\s+)?(?:{goal})(?!\w)"
+    to_one = rf"\b(?:to|at|over|above|near|round|around|a|sobre|hasta|{'|'.join(_LOOK.split())})\s+(?:the\s+)?(?:{goal})(?!\w)"
     if goal and re.search(to_one, words.text, re.IGNORECASE):
         return False
     if _UPWARDS.search(words.text) or _FIGURE.search(words.text):

@@ -204,6 +204,8 @@ def test_who_certainly_says_no_place_is_asked_where_before_a_model_is(request_: 
         "Fly a circle of 20 m with a light drone.",
         "Send a light drone 50 m north.",
         "lwd_1 goes over hwd_2.",
+        "Please check lwd_2.",
+        "lwd_2 flies to 12 m and lands.",
     ],
 )
 def test_others_are_left_to_the_model(request_: str) -> None:

@@ -183,7 +183,7 @@ def test_one_drone_in_two_branches_does_one_thing_after_another() -> None:
     ],
 )
 def test_a_question_or_a_reason_is_handed_on(answer: Any, kind: str, say: str) -> None:
-    found, chat = made("Send a drone.", answer)
+    found, chat = made("Send a drone to the tower.", answer)
 
     assert (found.kind, found.say, found.yaml, len(chat.asked)) == (kind, say, "", 1)
 
@@ -232,7 +232,8 @@ def test_a_request_without_a_place_of_which_nothing_comes_is_asked_about() -> No
 
     assert (found.kind, found.say) == (
         "question",
-        "Where shall who go? Places of this site: base, camp, north_field, east_field, south_field, west_field, lake_shore.",
+        "Where shall who go? Places of this site: base, camp, north_field, east_field, south_field, west_field, lake_shore, "
+        "lake, bog.",
     )
 
 
