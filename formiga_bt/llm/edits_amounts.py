@@ -38,10 +38,13 @@ _EACH: Final = re.compile(r"\s*(?:\w+\s+){0,2}?(?:each|every|cada)\b|\s*at (?:bo
 
 
 def with_height(case: Case) -> Iterator[Edited]:
-    """Flights of an assumed height have the one that the request says."""
+    """Flights of an assumed height have the one that the request says; of several, the flight to the place beside it."""
     amount = _amount(case, "distance")
     heights = [one for one in case.words.amounts if one.type == "distance" and _is_height(case, one)]
-    if amount is None or amount not in heights or len(heights) != 1:
+    if amount is None or amount not in heights:
+        return
+    if len(heights) > 1:
+        yield from _with_height_there(case, amount)
         return
     begin = case.words.text.find(amount.words)
     subject = who(case, begin)
@@ -57,6 +60,29 @@ def with_height(case: Case) -> Iterator[Edited]:
     for path, step in own:
         tree = put(tree, path, [{**step, **{key: height for key in _HEIGHTS if key in step}}])
     yield tree, f"the height is {height}, as the request says"
+
+
+def _with_height_there(case: Case, amount: Amount) -> Iterator[Edited]:
+    """Give the one flight to the place that stands beside a height this height: `to the camp at 20 m`."""
+    words, high = re.escape(amount.words), r"(?:(?:a|an|una?)\s+(?:height|altitude|altura|altitud)\s+(?:of|de)\s+)?"
+    beside = [
+        name
+        for name, said in case.words.places.items()
+        if re.search(
+            rf"{re.escape(said)}(?!\w),?\s+(?:at|from|a|desde)\s+{high}{words}"
+            rf"|{words}\s+(?:high\s+)?(?:over|above|sobre)\s+(?:(?:the|el|la)\s+)?{re.escape(said)}(?!\w)",
+            case.words.text,
+            re.IGNORECASE,
+        )
+    ]
+    flights = [(path, step) for path, step in steps_of(case.tree) if beside and step.get("to") == beside[0]]
+    if len(beside) == 1 and len(flights) == 1 and flights[0][1].get("height"):
+        path, step = flights[0]
+        height = f"{amount.si:g} m"
+        yield (
+            put(case.tree, path, [{**step, "height": height}]),
+            f"the height at {beside[0]} is {height}, as the request says",
+        )
 
 
 def with_stay(case: Case) -> Iterator[Edited]:

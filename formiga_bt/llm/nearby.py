@@ -65,6 +65,8 @@ class _Search:
         flight = start.judged.flight
         if flight is not None and flight.duration_s > LONG_S:
             self._left = _MOST_LONG
+        if any(one.code not in EDITS for one in _errors(start.judged)):
+            self._left = min(self._left, DEEP)  # it will hardly become right
         assert start.answer.tree is not None
         self._seen.append(start.answer.tree)
         self._from(start, DEEP)

@@ -218,6 +218,13 @@ def test_only_what_is_to_be_done_several_times_is_repeated(
         ("fly to the camp at 25 m and come home", "25 m", [fly_to("camp"), home()], [fly_to("camp", "25 m"), home()]),
         ("mira el campamento desde 25 m de altura", "25 m", [fly_to("camp")], [fly_to("camp", "25 m")]),
         ("fly to the camp at 25 m, then to the lake at 35 m", "35 m", [fly_to("camp", "25 m")], None),
+        (
+            "fly to the camp at 25 m, then to the lake shore at 35 m",
+            "35 m",
+            [fly_to("camp", "25 m"), fly_to("lake_shore", "25 m")],
+            [fly_to("camp", "25 m"), fly_to("lake_shore", "35 m")],
+        ),
+        ("fly over the camp at 25 m, 9 m apart, and go home at 35 m", "35 m", [fly_to("camp", "25 m")], None),
         ("hover over the camp, 25 m away from the trees", "25 m", [fly_to("camp")], None),
         ("aterrizan en el campamento a 25 m, uno del otro", "25 m", [fly_to("camp")], None),
         ("stay at the camp for 50 s", "50 s", [fly_to("camp"), home()], [fly_to("camp"), {"wait": "50 s"}, home()]),
@@ -292,4 +299,7 @@ def test_an_edit_that_breaks_something_else_is_not_taken_and_the_search_is_bound
 
     assert (deepest, judgements, found.told) == (DEEP, MOST, ("1", "1", "1"))
     assert found.judged.errors == 6
+    judgements = 0
+    nearest(answer, worth(0, "no_edit_for_this"), words, world(), {}, judging)
+    assert judgements == DEEP
     assert answer == read_answer(tree(fly_to("camp")))
