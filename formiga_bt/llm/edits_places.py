@@ -19,7 +19,7 @@ _STAYS: Final = re.compile(
     r"se queda\w*|mira\w*|observ\w+|filma\w*|graba\w*)\b"
 )
 _GOES: Final = (
-    r"\b(?:go|goes|going|continues?|proceeds?|moves?|flies|fly|heads?|advances?|carry|carries|va|van|vuelan?|"
+    r"\b(?:then|luego|despu[eé]s|go|goes|going|continues?|proceeds?|moves?|flies|fly|heads?|advances?|carry|carries|va|van|vuelan?|"
     r"contin[uú]an?|prosiguen?|proceden?|pasan?|siguen?|avanzan?|se dirigen?)"
     r"(?:,?\s+(?:then|on|onwards?|further|now|directly|straight|luego|despu[eé]s|ahora))*"
     r"\s+(?:to|towards?|al?|hacia|hasta)\s+(?:the\s+|el\s+|la\s+|l[ao]s\s+)?"
@@ -62,7 +62,8 @@ def landed(case: Case) -> Iterator[Edited]:
         tree = made
     if lands:
         told = " and ".join(str(step["agent"]) for _, step in lands)
-        yield tree, f"{told} {'land' if len(lands) > 1 else 'lands'} at {place}, as the request says"
+        are_many = len(lands) > 1 or any(one.count > 1 for one in case.machines if one.name in names)
+        yield tree, f"{told} {'land' if are_many else 'lands'} at {place}, as the request says"
 
 
 def _with_landing(case: Case, tree: Mapping[str, Any], flight: Found, *, is_later: bool) -> Mapping[str, Any] | None:

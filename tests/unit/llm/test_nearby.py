@@ -145,7 +145,7 @@ def test_who_goes_on_after_an_answer_does_not_go_before_it() -> None:
             [fly_to("camp", agent="small"), fly_to("camp", agent="big"), home("big"), lands("lake_shore", "small")],
         ),
         (
-            "A light drone flies to the camp, then on to the lake shore. It goes to the lake shore at 25 m and comes home.",
+            "A light drone flies to the camp, then on to the lake shore at 25 m, and comes home.",
             [fly_to("camp"), home()],
             DRONE,
             [fly_to("camp"), fly_to("lake_shore", "25 m"), home()],
