@@ -81,6 +81,7 @@ def compare(words: Words, task: Task, text: str, flight: Flight, world: World) -
         *_amounts(words, text),
         *_misused(words, task),
         *_figures(words, text),
+        *_rings(text, task, world),
         *_often(words, text),
         *_agents(words, task, flight, world),
     ]
@@ -224,8 +225,10 @@ def _machines(task: Task, flight: Flight, world: World) -> Mapping[str, int]:
 def _figures(words: Words, text: str) -> Iterator[Shortfall]:
     """Find figures that a request names and a task does not fly: each has a helper."""
     code, said = _code(text), words.text.casefold()
-    for pattern, helper in FIGURES.items():
-        if re.search(pattern, said) and f"{helper}(" not in code and "Explore" not in code:
+    ways = re.sub(r"^ *near: .*$", "", code, flags=re.MULTILINE)
+    for pattern, helper in FIGURES.items():  # who goes to the end of a way does not fly it
+        is_flown = re.search(rf"(?<!\bfirst\()(?<!\blast\()\b{helper}\(", ways) is not None
+        if re.search(pattern, said) and not is_flown and "Explore" not in code:
             yield Shortfall("figure_not_used", f"the request wants a {helper}, and the task flies none")
     ring = re.search(r"circle\((?:above\()?(\w+)", code)
     if ring is not None and wants_centre(words.text):
@@ -233,6 +236,20 @@ def _figures(words: Words, text: str) -> Iterator[Shortfall]:
         if re.search(rf"(?:to|at): \$\{{(?:above\()?{ring[1]}\b", after) is None:
             text_ = f"the request wants the drone back at the centre after the circle, and it does not go to {ring[1]}"
             yield Shortfall("not_at_centre", text_, help=f"FlyTo {ring[1]} after the FlyAlong")
+
+
+def _rings(text: str, task: Task, world: World) -> Iterator[Shortfall]:
+    """Find rings round a machine that still stands at its port when they are begun."""
+    steps = _code(text).partition("\nsteps:")[2]
+    machines = {name for name, role in task.roles.items() if not world.catalogue.types[role.types[0]].human}
+    for ring in re.finditer(r"\bcircle\((?:(?:ground|above)\()?(\w+)\.position\b", steps):
+        name = ring[1]
+        if name in machines and re.search(rf"\b{name}\b(?!\.position)", steps[: ring.start()]) is None:
+            yield Shortfall(
+                "ring_elsewhere",
+                f"the ring is round where {name} stands before it is sent anywhere",
+                help="circle(PLACE, RADIUS) with the place that it is sent to",
+            )
 
 
 def _often(words: Words, text: str) -> Iterator[Shortfall]:

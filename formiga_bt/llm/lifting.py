@@ -87,6 +87,11 @@ class Lifter:
         self._roles[role] = f"{name}_agent" if hidden else name
         return self._roles[role]
 
+    @property
+    def roles(self) -> tuple[str, ...]:
+        """Return the roles as the model wrote them."""
+        return tuple(self._roles)
+
     def role(self, word: str) -> str:
         """Return the name that a role has in the task."""
         return self._roles.get(word, word)

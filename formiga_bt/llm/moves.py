@@ -4,10 +4,12 @@ Two never use one spot at a time, lists are flown, a landing that is asked for i
 """
 
 import re
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Any, Final
 
 from formiga_bt.llm.formations import can_land_at, is_told_once, lands_below, leg_of, legs_in
+from formiga_bt.llm.hovering import height_over
+from formiga_bt.llm.rings import goals, landings, meant, round_
 from formiga_bt.llm.teams import GAP, gap_of, in_a_row, in_compass, is_list, lands_only, spaced, turned_round
 from formiga_bt.llm.vocabulary import Verb
 from formiga_bt.llm.whereabouts import Whereabouts
@@ -17,6 +19,10 @@ FLYING: Final = "lib/flying.yaml"
 HEIGHT: Final = "20 m"
 """Where a verb needs a height and none was given."""
 _WHERE: Final = ("place", "position", "list of place")
+_MACHINE: Final = re.compile(
+    r"(?<![\w.])(?:ground\(\s*([A-Za-z_]\w*)\.position\s*\)|([A-Za-z_]\w*)(?:\.position)?(?!\w|\.|\s*\())"
+)
+"""What may be a machine, where a place is due."""
 _LANDS: Final = ("FlyAndLand", "LandIn")
 _Own = dict[str, Any]
 
@@ -41,6 +47,10 @@ class Moves:
         self._below = lands_below(words)
         self._leg = leg_of(words)
         self._landed: set[str] = set()
+        self._roles: Mapping[str, str] = {}
+        self._places: Collection[str] = ()
+        self._goals: Mapping[str, str] = {}
+        self._lands: Mapping[str, frozenset[str]] = {}
         self._down: set[str] = set()
         self.at = Whereabouts()
 
@@ -50,7 +60,13 @@ class Moves:
         return next((key for key, type_ in fields.items() if type_ in _WHERE), "")
 
     def landing(self, name: str, agent: str, own: _Own) -> tuple[str, _Own]:
-        """Return a landing in place of a way home, where only a landing was asked for."""
+        """Return a landing in place of a way home, where only a landing was asked for; a flight in place of a landing."""
+        flown = height_over(str(own.get("at", "")), self._words) if name in _LANDS and "FlyTo" in self._verbs else ""
+        if flown:
+            self._tell(
+                f"{agent} is at {own['at']} at {flown}, and does not land there, for the request wants no landing"
+            )
+            return "FlyTo", {"to": own["at"], "height": flown}
         if name in (*_LANDS, "ReturnHome"):
             self._landed.add(agent)
         if name != "ReturnHome" or not self._stays or "FlyAndLand" not in self._verbs:
@@ -80,18 +96,42 @@ class Moves:
         self.at.leaves(agent)
         return found
 
-    def wayward(self, text: str) -> str:
+    def wayward(self, text: str, agent: str = "") -> str:
         """Return a place or a way as the language has it, with the ends of a way as the request has them."""
-        plain = re.sub(r"[A-Za-z_]\w*", self._place_of, in_compass(text))
+        placed = _MACHINE.sub(lambda match: self._place_of(match, agent), in_compass(text))
+        plain = round_(placed, self._words)
+        if plain != placed:
+            self._tell(f"{plain} is a ring, and has as many points as make it round")
         turned = turned_round(plain, self._words)
         if turned != plain:
             self._added.append(f"{turned} instead of {text}, as the request says where it begins")
         return turned
 
-    def _place_of(self, match: re.Match[str]) -> str:
-        """Return where a machine was told to be, for a machine that stands where a place is due: `circle(first, 10 m)`."""
-        spot = self.at.only(match[0]).place
+    def _place_of(self, match: re.Match[str], agent: str) -> str:
+        """Return where a machine is told to be, for a machine that stands where a place is due: `circle(first, 10 m)`."""
+        name = match[1] or match[2]
+        if name in self._places:
+            return match[0]
+        role = self._roles.get(name) or meant(name, self._roles, agent) or name
+        if self.at.of(role):
+            spot = self.at.only(role).place
+        else:
+            spot = self._goals.get(role, "") if role != agent else ""
+            if spot:
+                self._tell(f"where {name} is means {spot}: it is sent there")
         return spot if spot and not is_list(spot) and not spot.startswith("last(") else match[0]
+
+    def foresee(self, tree: Mapping[str, Any], roles: Mapping[str, str], places: Collection[str]) -> None:
+        """Learn where machines are sent in a whole tree.
+
+        Args:
+            tree: in the short form.
+            roles: what each role is called in the task.
+            places: names of the site, which are no machines.
+        """
+        self._roles, self._places = roles, places
+        self._goals = {roles.get(agent, agent): place for agent, place in goals(tree).items()}
+        self._lands = {roles.get(agent, agent): places for agent, places in landings(tree).items()}
 
     def legs(self, own: _Own) -> _Own:
         """Return the values of a verb with the legs of a triangle as the request says them, which are no height."""
@@ -159,13 +199,15 @@ class Moves:
         aside = self.at.now.moved
         text = aside.get((agent, text), text)
         others = self.at.others(agent)
-        if (text, height) in others and not text.startswith("fix"):
+        here = self.at.only(agent).place
+        ringed = not gap_of(self._words) and re.match(rf"last\(circle\({re.escape(text)}\s*,", here) is not None
+        for_other = any(text in places for who, places in self._lands.items() if who != agent)
+        if ((text, height) in others or (ringed and for_other and not height)) and not text.startswith("fix"):
             metres = float(self._gap.split()[0])
             number = next(n for n in range(1, 100) if (_beside(text, metres * n), height) not in others)
             moved = _beside(text, metres * number)
             told = f"{agent} keeps {metres * number:g} m from the one at {text}"
-            here = self.at.only(agent).place
-            if not height and not gap_of(self._words) and re.match(rf"last\(circle\({re.escape(text)}\s*,", here):
+            if not height and ringed:
                 moved, told = here, f"{agent} lands where its ring ends, for another one is at {text}"
             self._tell(told)
             aside[agent, text] = moved

@@ -23,6 +23,7 @@ from formiga_bt.llm.moves import FLYING, HEIGHT, Moves
 from formiga_bt.llm.only_question import only_question
 from formiga_bt.llm.questions import questions
 from formiga_bt.llm.regions import Regions
+from formiga_bt.llm.rings import along_ways
 from formiga_bt.llm.teams import at_once, in_compass, is_list, member_of
 from formiga_bt.llm.tidying import back_at_centre, branched, every_so_often, homeward, only_on_yes
 from formiga_bt.llm.vocabulary import Verb
@@ -97,6 +98,10 @@ class _Expander:
         tree = without_idle_waits(tree, not all(map(self._is_machine, self._roles)), self._added)
         tree = every_so_often(tree, self._lift.words, self._added)
         tree = {**tree, "steps": self._at_once(_list(tree.get("steps"), "$.steps"))}
+        tree = along_ways(tree, self._lift.words, self._verbs, HEIGHT, self._added)
+        site = self._world.site
+        names = {role: self._lift.role(role) for role in (*self._lift.roles, *self._roles)}
+        self._moves.foresee(tree, names, {*site.places, *site.regions, *site.ports, *self._lift.words.points, "base"})
         self._regions = Regions(self._lift.words, self._world.site.regions, self._verbs, tree, self._added)
         steps = self.steps(tree.get("steps"), "$.steps")
         for agent, at in self._moves.still_up().items():
@@ -238,7 +243,7 @@ class _Expander:
             self._moves.at.leaves(agent)
         where = self._moves.where(name)
         if where and isinstance(own.get(where), str):
-            own[where] = self._moves.wayward(own[where])
+            own[where] = self._moves.wayward(own[where], agent)
             if self._count(agent) > 1:
                 return self._by_team(name, agent, own, where, path)
             name, own = self._moves.of_one(name, agent, own, where)
