@@ -247,9 +247,9 @@ def _counts(request: str, catalogue: Catalogue) -> dict[str, int]:
     if besides is not None:
         word = besides[2].casefold()
         plain["*"], more = 1 + (int(word) if word.isdigit() else NUMBERS[word]), True
-    type_ = _type_of_all(request, of_type, besides.span(1) if besides is not None else (0, 0))
-    if type_ and plain.get("*", 0) > 1:
-        plain[type_] = plain["*"]
+    every = _type_of_all(request, of_type, besides.span(1) if besides is not None else (0, 0))
+    if every and plain.get("*", 0) > 1:
+        plain[every] = plain["*"]
     return {name: number for name, number in plain.items() if number > 1 or not more}
 
 
