@@ -31,6 +31,7 @@ from formiga_bt.llm.gainsaid import is_flown
 from formiga_bt.llm.judge import Judged, judge
 from formiga_bt.llm.known_words import goes_nowhere
 from formiga_bt.llm.nearby import nearest
+from formiga_bt.llm.needless import is_told
 from formiga_bt.llm.only_question import only_question, tree_of
 from formiga_bt.llm.plain_words import plainly
 from formiga_bt.llm.points import with_points
@@ -275,8 +276,9 @@ class _Drafting:
         if answer.tree is None:
             wrong = contradicted(answer, self._world, self._all_words())
             if wrong:
-                if answer.impossible and is_flown(self._words, self._world):
-                    self._schema = without_refusal(self._schema)
+                told = is_told(self._words, self._world)
+                if told or (answer.impossible and is_flown(self._words, self._world)):
+                    self._schema = without_refusal(self._schema, may_ask=not told)
                 return (
                     None,
                     None,

@@ -86,10 +86,11 @@ def schema_of(
     return {**_closed({"plan": _PROSE, "answer": {"anyOf": kinds}}), "$defs": definitions}
 
 
-def without_refusal(schema: Schema) -> Schema:
-    """Return the schema of an answer that may not say that something is impossible."""
+def without_refusal(schema: Schema, *, may_ask: bool = True) -> Schema:
+    """Return the schema of an answer that may not say that something is impossible, nor put a question if it may not ask."""
     answer = schema["properties"]["answer"]
-    kinds = [one for one in answer["anyOf"] if "impossible" not in one["properties"]]
+    barred = {"impossible"} if may_ask else {"impossible", "question"}
+    kinds = [one for one in answer["anyOf"] if not barred & one["properties"].keys()]
     return {**schema, "properties": {**schema["properties"], "answer": {"anyOf": kinds}}}
 
 

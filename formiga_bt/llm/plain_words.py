@@ -15,6 +15,9 @@ _PLACE_AT: Final = r"(?=\s+(?:at|in|on|by|near|beside|there|here|where|for|and|s
 _OVER: Final = r"(?=\s+(?:\S+\s+(?:m|s|min|h|met\w+|sec\w*|minutes?|hours?)\s+)?(?:over|above)\b)"
 _SOBRE: Final = r"(?=\s+(?:\S+\s+(?:m|s|min|h|metros?|segundos?|minutos?)\s+)?(?:sobre|encima)\b)"
 _AT_END: Final = r"(?=\s*(?:[.;!]|$))"
+_MACHINES_DOWN: Final = (
+    r"(?=\s+(?:[^\W_]+\s+){0,3}?(?:drones?|lwds?|hwds?|uavs?|machines?|them)\b[^.;]{0,40}\bon the ground\b)"
+)
 _FLY_TO: Final = "|".join(4 * ["fly to|flies to"])
 _ROUND: Final = r"\s+(?:about|around|round)\b"
 _TOOTH: Final = r"saw(?:[- ]?(?:blade|tooth|teeth))?"
@@ -95,6 +98,9 @@ DEEDS: Final[Mapping[str, tuple[Way, ...]]] = {
             r"(?:\s+(?:suspendido|suspendida|en el aire|flotando|quieto|parado))?" + _SOBRE,
         ),
     ),
+    "park": (
+        Way("gather|gathers|assemble|assembles|collect|collects", "park|parks|park|parks|park|parks", _MACHINES_DOWN),
+    ),
     "go": (
         Way("swing by|swings by|drop by|drops by|stop by|stops by|call at|calls at", _FLY_TO),
         Way("drop in at|drops in at|drop in on|drops in on|pop over to|pops over to|nip over to|nips over to", _FLY_TO),
@@ -146,6 +152,10 @@ _SWINGS: Final = (
     (r"(?<=\d )(?:segmentos|trechos|trozos)\b", "tramos"),
 )
 """How far a zigzag swings and of how many legs it is; only where a zigzag is spoken of."""
+_GAP: Final = (
+    rf"\bwith {_METRES} (?:of space )?(?:between|from) (?:neighbou?rs|neighbou?r to neighbou?r|each pair|one and the next"
+    r"|(?:the )?(?:machines|drones))\b"
+)
 _LOOKED: Final = (
     ("search|scan|survey|scour|comb|sweep|examine|reconnoitre|map", "explore"),
     ("searches|scans|surveys|scours|combs|sweeps|examines|reconnoitres|maps", "explores"),
@@ -203,6 +213,7 @@ def plainly(request: str, regions: Iterable[str] = (), names: Iterable[str] = ()
     if _speaks_of_zigzag(text):
         for pattern, plain in _SWINGS:
             text = re.sub(rf"(?<!\w){pattern}", plain, text, flags=re.IGNORECASE)
+    text = re.sub(_GAP, r"\1 apart", text, flags=re.IGNORECASE)
     for forms, plain in _LOOKED if areas else ():
         text = re.sub(rf"\b(?:{forms}){_ALL_OF}(?=[{areas}])", _with_article(plain), text, flags=re.IGNORECASE)
     text = written_out(text)

@@ -26,6 +26,7 @@ from formiga_bt.llm.regions import Regions
 from formiga_bt.llm.rings import along_ways
 from formiga_bt.llm.teams import at_once, in_compass, is_list, member_of
 from formiga_bt.llm.tidying import back_at_centre, branched, every_so_often, homeward, only_on_yes
+from formiga_bt.llm.unasked import left_out
 from formiga_bt.llm.vocabulary import Verb
 from formiga_bt.llm.waits import without_idle_waits
 from formiga_bt.llm.world import World
@@ -86,6 +87,7 @@ class _Expander:
     def task(self, tree: Any) -> Expanded:
         asked = questions(self._lift.words, self._world)
         tree = as_asked(_object(tree, "$"), asked, self._world, self._added, height=self._hovers())
+        tree = left_out(tree, self._lift.words, self._world, self._added)
         for index, role in enumerate(_list(tree.get("agents") or [], "$.agents")):
             role = _object(role, f"$.agents[{index}]")
             name = _text(role.get("name"), f"$.agents[{index}].name")

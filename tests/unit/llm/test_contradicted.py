@@ -154,6 +154,19 @@ def test_who_refuses_flights_in_plain_words_may_not_refuse_again() -> None:
 
         refusing = ["impossible" in str(schema["properties"]["answer"]["anyOf"]) for schema in chat.schemas[:2]]
         assert refusing == [True, may]
+        assert ["question" in str(schema["properties"]["answer"]["anyOf"]) for schema in chat.schemas[:2]] == refusing
+
+
+def test_who_asks_what_is_plainly_told_may_not_ask_again() -> None:
+    asks = {"plan": "", "answer": {"question": "The site has no place called the camp. Which one is meant?"}}
+    for request, may in (
+        ("Have lwd_1 hover over the camp for 20 s.", False),
+        ("Have lwd_1 fly there, to the camp.", True),
+    ):
+        chat = _Kept(asks, tree(fly_to("camp"), home()))
+        draft(request, WORLD, chat)
+
+        assert ["question" in str(one["properties"]["answer"]["anyOf"]) for one in chat.schemas[:2]] == [True, may]
 
 
 def test_no_tree_is_made_up_where_a_model_only_refuses() -> None:

