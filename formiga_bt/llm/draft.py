@@ -37,7 +37,7 @@ from formiga_bt.llm.plain_words import plainly
 from formiga_bt.llm.points import with_points
 from formiga_bt.llm.records import Draft, Message, Reply, Round, Shortfall
 from formiga_bt.llm.vocabulary import offered, verbs_of
-from formiga_bt.llm.wording import Words, read, roles_of
+from formiga_bt.llm.wording import Words, read, roles_of, types_said
 from formiga_bt.llm.world import World
 
 Progress = Callable[[str, int], None]
@@ -384,10 +384,14 @@ class _Drafting:
         )
 
     def _where(self, plan: str) -> Draft:
-        """Ask back: the request names nothing."""
+        """Ask back: the request names no place, and perhaps no machine."""
         site = self._world.site
+        words = self._words
+        who = words.agents or words.counts or types_said(words, self._world.catalogue)
         names = ", ".join(["base", *site.places, *site.regions][:12])
-        return self._done("question", plan=plan, say=f"Where shall who go? Places of this site: {names}.")
+        return self._done(
+            "question", plan=plan, say=f"{'Where to' if who else 'Who shall go where'}? Places of this site: {names}."
+        )
 
     def _done(self, kind: Any, *, plan: str = "", say: str = "") -> Draft:
         request = self._request if self._before is None else f"{self._before[0]}\n{self._request}"

@@ -59,9 +59,10 @@ def test_a_right_answer_in_the_column_of_the_paper_is_a_success() -> None:
 
 
 def test_a_question_is_kept_as_what_was_said() -> None:
-    written = DraftAuthor(Says({"plan": "", "answer": {"question": "Where?"}}), "helpers").write("", "Send a drone.")
+    said = {"plan": "", "answer": {"question": "For how long?"}}
+    written = DraftAuthor(Says(said), "helpers").write("", "A drone guards the camp for some time.")
 
-    assert (written.kind, written.say, len(written.attempts)) == ("question", "Where?", 1)
+    assert (written.kind, written.say, len(written.attempts)) == ("question", "For how long?", 1)
 
 
 def test_the_examples_that_are_held_back_are_there() -> None:

@@ -98,9 +98,11 @@ def test_a_request_that_names_nothing_gets_a_question_when_the_model_says_that_n
     made = draft("Send somebody over there.", WORLD, chat)
 
     assert made.kind == "question"
-    assert made.say.startswith("Where shall who go? Places of this site: base, ")
+    assert made.say.startswith("Who shall go where? Places of this site: base, ")
     named = draft("Send somebody to the camp.", WORLD, chat)
     assert (named.kind, "nothing here can fly" in named.say) == ("failed", True)
+    drone = draft("A light drone: go and check it.", WORLD, chat)
+    assert (drone.kind, drone.say.split("?")[0]) == ("question", "Where to")
 
 
 LOOK = "Scan the bog from 35 m with an LWD and return."

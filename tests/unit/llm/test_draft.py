@@ -232,7 +232,7 @@ def test_a_request_without_a_place_of_which_nothing_comes_is_asked_about() -> No
 
     assert (found.kind, found.say) == (
         "question",
-        "Where shall who go? Places of this site: base, camp, north_field, east_field, south_field, west_field, lake_shore, "
+        "Who shall go where? Places of this site: base, camp, north_field, east_field, south_field, west_field, lake_shore, "
         "lake, bog.",
     )
 
