@@ -4,7 +4,7 @@
     python -m experiments.e2_llm.candidates --report c.jsonl
 
 Each request gets the same answers for every N: the first of them at temperature 0, the others drawn. What N of them would have
-given is reckoned afterwards with the product's own vote (`formiga_bt.llm.agreeing`). No repairs.
+given is reckoned afterwards with the product's own vote (`formiga_bt.llm.judging.agreeing`). No repairs.
 """
 
 import argparse
@@ -23,7 +23,7 @@ from experiments.e2_llm.report import share
 from experiments.e2_llm.requests import requests
 from experiments.e2_llm.run import judged
 from experiments.e2_llm.second_set import judge_tree, second_set
-from formiga_bt.llm.agreeing import elected, what_happened
+from formiga_bt.llm.judging.agreeing import elected, what_happened
 from formiga_bt.llm.records import Draft
 
 MOST: Final = 5

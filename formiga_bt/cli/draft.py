@@ -215,7 +215,7 @@ def _closing(made: "Draft") -> str:
 def _as_json(made: "Draft", kept: Path) -> dict[str, Any]:
     from msgspec import to_builtins
 
-    from formiga_bt.llm.outcome import facts
+    from formiga_bt.llm.judging.outcome import facts
 
     usage = [one.reply.usage for one in made.rounds]
     return {

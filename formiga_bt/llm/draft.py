@@ -20,24 +20,24 @@ from msgspec import Struct, json, structs
 
 from formiga_bt.errors import UnusableFile
 from formiga_bt.llm import prompt
-from formiga_bt.llm.agreeing import elected, is_settled, meaning
-from formiga_bt.llm.beyond import beyond
 from formiga_bt.llm.client import Chat
-from formiga_bt.llm.contradicted import contradicted
+from formiga_bt.llm.edits.nearby import nearest
 from formiga_bt.llm.envelope import Answer, Form, NoAnswer, read_answer, schema_of, without_refusal
 from formiga_bt.llm.examples import examples_of, most_similar
-from formiga_bt.llm.feasible import impossible
-from formiga_bt.llm.gainsaid import is_flown
-from formiga_bt.llm.judge import Judged, judge
-from formiga_bt.llm.known_words import goes_nowhere
-from formiga_bt.llm.nearby import nearest
-from formiga_bt.llm.needless import is_told
-from formiga_bt.llm.only_question import only_question, tree_of
-from formiga_bt.llm.plain_words import plainly
-from formiga_bt.llm.points import with_points
+from formiga_bt.llm.judging.agreeing import elected, is_settled, meaning
+from formiga_bt.llm.judging.contradicted import contradicted
+from formiga_bt.llm.judging.judge import Judged, judge
+from formiga_bt.llm.judging.needless import is_told
 from formiga_bt.llm.records import Draft, Message, Reply, Round, Shortfall
 from formiga_bt.llm.vocabulary import offered, verbs_of
-from formiga_bt.llm.wording import Words, read, roles_of, types_said
+from formiga_bt.llm.words.beyond import beyond
+from formiga_bt.llm.words.feasible import impossible
+from formiga_bt.llm.words.gainsaid import is_flown
+from formiga_bt.llm.words.known_words import goes_nowhere
+from formiga_bt.llm.words.only_question import only_question, tree_of
+from formiga_bt.llm.words.plain_words import plainly
+from formiga_bt.llm.words.points import with_points
+from formiga_bt.llm.words.wording import Words, read, roles_of, types_said
 from formiga_bt.llm.world import World
 
 Progress = Callable[[str, int], None]

@@ -4,8 +4,8 @@
     {"plan": "...", "answer": {"question": "..."}}
     {"plan": "...", "answer": {"impossible": "...", "instead": "..."}}
 
-The tree is in one of two forms: `short` (see `llm.short`), or `full`, the JSON form of the language, with `run` beside it for
-the values of its params. An answer can hold nothing else, and its sizes are bounded: what is longer is no answer.
+The tree is in one of two forms: `short` (see `llm.shaping.short`), or `full`, the JSON form of the language, with `run` beside
+it for the values of its params. An answer can hold nothing else, and its sizes are bounded: what is longer is no answer.
 """
 
 import json

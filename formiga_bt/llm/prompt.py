@@ -15,7 +15,7 @@ from formiga_bt.llm.envelope import Form
 from formiga_bt.llm.examples import Example
 from formiga_bt.llm.records import Message, Shortfall
 from formiga_bt.llm.vocabulary import Verb
-from formiga_bt.llm.wording import Words, types_said
+from formiga_bt.llm.words.wording import Words, types_said
 from formiga_bt.llm.world import World
 
 MOST_REQUEST: Final = 2000

@@ -11,8 +11,8 @@ from typing import Final
 
 from formiga_bt.lang import model
 from formiga_bt.lang.model import Expr, Step, Task
-from formiga_bt.llm.lifting import ASSUMED
 from formiga_bt.llm.records import Draft, Flight, Value
+from formiga_bt.llm.shaping.lifting import ASSUMED
 from formiga_bt.show.clean import cleaned
 from formiga_bt.show.phrases import label_of, source
 

@@ -32,15 +32,15 @@ from experiments.e2_llm.train.phrases_cases import TOLD
 from experiments.e2_llm.train.sites import Practice, practice
 from experiments.e2_llm.train.speaker import Speaker
 from formiga_bt.lang.llm_in import load_task_json
-from formiga_bt.llm.compare import compare
 from formiga_bt.llm.envelope import Answer
-from formiga_bt.llm.feasible import impossible
-from formiga_bt.llm.judge import Judged, judge
-from formiga_bt.llm.lifting import Lifter
-from formiga_bt.llm.points import Point, with_points
+from formiga_bt.llm.judging.compare import compare
+from formiga_bt.llm.judging.judge import Judged, judge
 from formiga_bt.llm.prompt import reading
-from formiga_bt.llm.short import ShortError, expanded
-from formiga_bt.llm.wording import Words, read
+from formiga_bt.llm.shaping.lifting import Lifter
+from formiga_bt.llm.shaping.short import ShortError, expanded
+from formiga_bt.llm.words.feasible import impossible
+from formiga_bt.llm.words.points import Point, with_points
+from formiga_bt.llm.words.wording import Words, read
 from formiga_bt.llm.world import World
 
 MISSIONS: Final = 7

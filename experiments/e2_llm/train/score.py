@@ -25,10 +25,10 @@ from experiments.e2_llm.train.pairs import Pair, renamed_problem, with_points_of
 from experiments.e2_llm.train.renaming import verbs_renamed
 from experiments.e2_llm.train.sites import Practice, practice
 from formiga_bt.llm.envelope import Answer, NoAnswer, read_answer, schema_of
-from formiga_bt.llm.judge import judge
+from formiga_bt.llm.judging.judge import judge
 from formiga_bt.llm.records import Message
 from formiga_bt.llm.vocabulary import offered
-from formiga_bt.llm.wording import read, roles_of
+from formiga_bt.llm.words.wording import read, roles_of
 
 MOST_TOKENS = 900
 

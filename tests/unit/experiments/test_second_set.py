@@ -131,9 +131,9 @@ def test_refusing_what_can_be_done_is_wrong() -> None:
 
 def test_the_comparison_of_the_product_has_nothing_against_a_right_tree_in_any_wording_and_language() -> None:
     from formiga_bt.lang.loader import load_task_text
-    from formiga_bt.llm.compare import compare
-    from formiga_bt.llm.outcome import fly
-    from formiga_bt.llm.wording import read
+    from formiga_bt.llm.judging.compare import compare
+    from formiga_bt.llm.judging.outcome import fly
+    from formiga_bt.llm.words.wording import read
     from formiga_bt.llm.world import world_of as live_world
 
     world = live_world()

@@ -30,10 +30,10 @@ from experiments.e2_llm.train.sites import PLACES, practice
 from experiments.e2_llm.train.speaker import Metres, Speaker, Time
 from formiga_bt.lang.llm_out import from_yaml
 from formiga_bt.llm.envelope import Answer, schema_of
-from formiga_bt.llm.judge import judge
-from formiga_bt.llm.spoken import SPANISH, said
+from formiga_bt.llm.judging.judge import judge
 from formiga_bt.llm.vocabulary import offered
-from formiga_bt.llm.wording import read, roles_of
+from formiga_bt.llm.words.spoken import SPANISH, said
+from formiga_bt.llm.words.wording import read, roles_of
 from formiga_bt.packaged import folder
 
 SITES = (0, 1, 11)  # 11 is held out; names are changed at one of them at least

@@ -5,8 +5,8 @@ from functools import cache
 from hypothesis import given
 from hypothesis import strategies as st
 
-from formiga_bt.llm.agreeing import elected, is_settled
 from formiga_bt.llm.draft import Options, draft
+from formiga_bt.llm.judging.agreeing import elected, is_settled
 from formiga_bt.llm.world import World, world_of
 from tests.unit.llm.scripted import Scripted, fly_to, home, tree
 

@@ -4,8 +4,8 @@ from typing import Any
 
 import pytest
 
-from formiga_bt.llm.asking import as_asked
-from formiga_bt.llm.questions import questions
+from formiga_bt.llm.shaping.asking import as_asked
+from formiga_bt.llm.words.questions import questions
 from tests.unit.llm.scripted import fly_to, home
 from tests.unit.llm.test_teams import errors, judged, land, words, world
 

@@ -8,9 +8,9 @@ import pytest
 
 from formiga_bt.geo import Place
 from formiga_bt.llm.envelope import read_answer
-from formiga_bt.llm.judge import judge
+from formiga_bt.llm.judging.judge import judge
 from formiga_bt.llm.vocabulary import verbs_of
-from formiga_bt.llm.wording import read
+from formiga_bt.llm.words.wording import read
 from formiga_bt.llm.world import World, world_of
 from tests.unit.llm.scripted import fly_to, home, tree
 

@@ -4,13 +4,13 @@ from typing import Any
 
 import pytest
 
-from formiga_bt.llm.contradicted import contradicted
 from formiga_bt.llm.draft import draft
 from formiga_bt.llm.envelope import Answer
-from formiga_bt.llm.known_words import goes_nowhere
+from formiga_bt.llm.judging.contradicted import contradicted
 from formiga_bt.llm.records import Reply
-from formiga_bt.llm.strangers import stranger
-from formiga_bt.llm.wording import Words, read
+from formiga_bt.llm.words.known_words import goes_nowhere
+from formiga_bt.llm.words.strangers import stranger
+from formiga_bt.llm.words.wording import Words, read
 from formiga_bt.llm.world import world_of
 from tests.unit.llm.scripted import Scripted, fly_to, home, tree
 

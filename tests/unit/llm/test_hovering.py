@@ -2,7 +2,7 @@
 
 import pytest
 
-from formiga_bt.llm.hovering import height_over
+from formiga_bt.llm.shaping.hovering import height_over
 from tests.unit.llm.scripted import home
 from tests.unit.llm.test_teams import errors, judged, land, words
 

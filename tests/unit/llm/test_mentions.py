@@ -6,7 +6,7 @@ from functools import cache
 import pytest
 
 from formiga_bt.llm.draft import Options, draft
-from formiga_bt.llm.wording import read, roles_of, types_said
+from formiga_bt.llm.words.wording import read, roles_of, types_said
 from formiga_bt.llm.world import World, world_of
 from tests.unit.llm.scripted import Scripted, fly_to, home, tree
 

@@ -6,14 +6,14 @@ from typing import Any
 import pytest
 
 from formiga_bt.llm.draft import Options, draft
-from formiga_bt.llm.edits import EDITS
-from formiga_bt.llm.edits_steps import Case
+from formiga_bt.llm.edits.nearby import DEEP, MOST, nearest
+from formiga_bt.llm.edits.steps import Case
+from formiga_bt.llm.edits.table import EDITS
 from formiga_bt.llm.envelope import Answer, read_answer
-from formiga_bt.llm.judge import Judged
-from formiga_bt.llm.nearby import DEEP, MOST, nearest
+from formiga_bt.llm.judging.judge import Judged
 from formiga_bt.llm.records import Draft, Shortfall
 from formiga_bt.llm.vocabulary import verbs_of
-from formiga_bt.llm.wording import read
+from formiga_bt.llm.words.wording import read
 from formiga_bt.llm.world import World, world_of
 from tests.unit.llm.scripted import Scripted, fly_to, home, tree
 

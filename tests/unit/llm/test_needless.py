@@ -2,11 +2,11 @@
 
 import pytest
 
-from formiga_bt.llm.contradicted import contradicted
 from formiga_bt.llm.envelope import Answer
-from formiga_bt.llm.feasible import impossible
+from formiga_bt.llm.judging.contradicted import contradicted
 from formiga_bt.llm.vocabulary import verbs_of
-from formiga_bt.llm.wording import Words, read
+from formiga_bt.llm.words.feasible import impossible
+from formiga_bt.llm.words.wording import Words, read
 from formiga_bt.llm.world import world_of
 
 WORLD = world_of()

@@ -2,10 +2,10 @@
 
 import pytest
 
-from formiga_bt.llm.contradicted import contradicted
 from formiga_bt.llm.draft import draft
 from formiga_bt.llm.envelope import Answer
-from formiga_bt.llm.only_question import only_question, tree_of
+from formiga_bt.llm.judging.contradicted import contradicted
+from formiga_bt.llm.words.only_question import only_question, tree_of
 from tests.unit.llm.scripted import Scripted, fly_to, home
 from tests.unit.llm.test_teams import judged, words, world
 

@@ -4,9 +4,9 @@ from functools import cache
 from typing import Any
 
 from formiga_bt.llm.envelope import read_answer
-from formiga_bt.llm.judge import Judged, judge
+from formiga_bt.llm.judging.judge import Judged, judge
 from formiga_bt.llm.vocabulary import verbs_of
-from formiga_bt.llm.wording import read
+from formiga_bt.llm.words.wording import read
 from formiga_bt.llm.world import World, world_of
 from tests.unit.llm.scripted import fly_to, home, tree
 

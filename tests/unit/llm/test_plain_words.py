@@ -3,9 +3,9 @@
 import pytest
 
 from formiga_bt.llm.draft import draft
-from formiga_bt.llm.endings import ends_home, stations
-from formiga_bt.llm.plain_words import plainly
-from formiga_bt.llm.tidying import wants_centre
+from formiga_bt.llm.shaping.tidying import wants_centre
+from formiga_bt.llm.words.endings import ends_home, stations
+from formiga_bt.llm.words.plain_words import plainly
 from formiga_bt.llm.world import world_of
 from tests.unit.llm.scripted import Scripted, fly_to, home, tree
 from tests.unit.llm.test_teams import errors, judged

@@ -4,8 +4,8 @@ from functools import cache
 
 import pytest
 
-from formiga_bt.llm.questions import Question, questions
-from formiga_bt.llm.wording import read
+from formiga_bt.llm.words.questions import Question, questions
+from formiga_bt.llm.words.wording import read
 from formiga_bt.llm.world import World, world_of
 
 

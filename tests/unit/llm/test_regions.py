@@ -4,7 +4,7 @@ from typing import Any
 
 import pytest
 
-from formiga_bt.llm.regions import looked_at
+from formiga_bt.llm.shaping.regions import looked_at
 from tests.unit.llm.scripted import fly_to, home
 from tests.unit.llm.test_teams import TWO, errors, judged, words, world
 

@@ -4,7 +4,7 @@ from typing import Any
 
 import pytest
 
-from formiga_bt.llm.rings import goals, meant, round_
+from formiga_bt.llm.shaping.rings import goals, meant, round_
 from tests.unit.llm.scripted import fly_to, home
 from tests.unit.llm.test_teams import errors, judged, land, words
 

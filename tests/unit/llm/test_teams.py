@@ -11,12 +11,12 @@ from formiga_bt.llm import prompt
 from formiga_bt.llm.draft import Options, draft
 from formiga_bt.llm.envelope import Answer, schema_of, shapes
 from formiga_bt.llm.examples import examples_of
-from formiga_bt.llm.judge import Judged, judge
-from formiga_bt.llm.points import named
+from formiga_bt.llm.judging.judge import Judged, judge
 from formiga_bt.llm.records import Draft
-from formiga_bt.llm.teams import from_to, gap_of, in_compass
+from formiga_bt.llm.shaping.teams import from_to, gap_of, in_compass
 from formiga_bt.llm.vocabulary import offered, verbs_of
-from formiga_bt.llm.wording import Words, read, roles_of
+from formiga_bt.llm.words.points import named
+from formiga_bt.llm.words.wording import Words, read, roles_of
 from formiga_bt.llm.world import World, world_of
 from tests.unit.llm.scripted import Scripted, fly_to, home, tree
 

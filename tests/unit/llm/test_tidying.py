@@ -4,7 +4,7 @@ from typing import Any
 
 import pytest
 
-from formiga_bt.llm.tidying import wants_centre
+from formiga_bt.llm.shaping.tidying import wants_centre
 from tests.unit.llm.scripted import fly_to, home
 from tests.unit.llm.test_teams import errors, judged
 

@@ -4,7 +4,7 @@ from typing import Any
 
 import pytest
 
-from formiga_bt.llm.waits import without_idle_waits
+from formiga_bt.llm.shaping.waits import without_idle_waits
 from tests.unit.llm.scripted import fly_to
 from tests.unit.llm.test_teams import TEAM, TWO, errors, judged, land
 

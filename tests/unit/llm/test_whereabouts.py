@@ -6,10 +6,10 @@ from typing import Any
 import pytest
 
 from formiga_bt.llm.envelope import Answer
-from formiga_bt.llm.judge import Judged, judge
+from formiga_bt.llm.judging.judge import Judged, judge
+from formiga_bt.llm.shaping.whereabouts import NOWHERE, Spot, Whereabouts
 from formiga_bt.llm.vocabulary import verbs_of
-from formiga_bt.llm.whereabouts import NOWHERE, Spot, Whereabouts
-from formiga_bt.llm.wording import read
+from formiga_bt.llm.words.wording import read
 from formiga_bt.llm.world import World, world_of
 from tests.unit.llm.scripted import fly_to, home
 

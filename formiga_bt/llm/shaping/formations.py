@@ -1,0 +1,91 @@
+"""What a request says of machines that stand as a figure: how long its legs are, and that each lands below where it hovers."""
+
+import re
+from typing import Final
+
+from formiga_bt.llm.words.wording import Words
+
+_TRIANGLE: Final = re.compile(r"\btri[aá]ng\w+|\bright[ -]angle|\b(?:90|ninety)[ -]?(?:degrees?|deg|°)", re.IGNORECASE)
+_LEGS_BEFORE: Final = re.compile(r"\b(?:legs?|catetos?)\W*(?:(?:of|are|is|both|each|de|:)\s*)*$", re.IGNORECASE)
+_LEGS_AFTER: Final = re.compile(r"\W*(?:long )?(?:legs|catetos)\b", re.IGNORECASE)
+_LEGS_IN: Final = re.compile(r"triangle\((?:[^()]|\([^()]*\))*,\s*(\d+(?:\.\d+)?\s*k?m)\s*\)")
+_BELOW: Final = re.compile(
+    r"\b(?:land|lands|landing|touch(?:es)? down|come down|comes down)\b(?P<en>[^.;]{0,50}?)"
+    r"(?:\b(?:below|beneath|underneath)\b(?!\s+(?:the|a|an|it to|\d))|\b(?:straight|right|vertically) down\b"
+    r"|\bwhere (?:it|they|each|each one|each of them) (?:is|are|hovers?|stands?|floats?)\b(?! told| sent| to)"
+    r"|\b(?:under|below) (?:it|them|itself|themselves)\b|\bon the spot\b|\bright there\b)"
+    r"|\b(?:straight|vertically) down (?:to land|and land)\b"
+    r"|\baterri\w+(?P<es>[^.;]{0,50}?)(?:\b(?:debajo|abajo|en vertical|ahí mismo|allí mismo|en el sitio)\b(?! de\b)"
+    r"|\bdonde (?:está|están|se encuentran?)\b)",
+    re.IGNORECASE,
+)
+_LANDS_AT: Final = re.compile(
+    r"\b(?:land(?:s|ing)?|touch(?:es)? down|aterri\w+)\s+(?:all\s+|each\s+|both\s+|together\s+|juntos\s+|todos\s+)*"
+    r"(?:at|in|on|by|near|beside|next to|en|junto a|cerca de)\b"
+    r"(?!\s+(?:once|the same time|the spot|their|its|turn|vertical|su)\b)",
+    re.IGNORECASE,
+)
+_TO: Final = r"\b(?:to|towards?|a|al|hasta)\s+(?:the\s+|el\s+|la\s+)?"
+_AND_LAND: Final = r",?\s+(?:and|to|y|para)\s+(?:then\s+|luego\s+)?(?:lands?|aterri\w+)\b"
+_OTHERWISE: Final = re.compile(
+    r"\b(?:rows?|lines?|columns?|side by side|beside each other|next to each other|fila|línea|hilera|columna)\b",
+    re.IGNORECASE,
+)
+
+
+def leg_of(words: Words) -> str:
+    """Return how long the legs of a triangle are to be, as the request says it, or ""."""
+    if _TRIANGLE.search(words.text) is None:
+        return ""
+    found = set()
+    for amount in words.amounts:
+        for match in re.finditer(re.escape(amount.words), words.text):
+            before, after = words.text[: match.start()], words.text[match.end() :]
+            if amount.type == "distance" and (_LEGS_BEFORE.search(before) or _LEGS_AFTER.match(after)):
+                found.add(f"{amount.si:g} m")
+    return found.pop() if len(found) == 1 else ""
+
+
+def legs_in(text: str) -> str:
+    """Return the legs of the triangle that a value of the short form is, as they are written, or ""."""
+    found = _LEGS_IN.fullmatch(text.strip())
+    return found[1] if found is not None else ""
+
+
+def lands_below(words: Words) -> bool:
+    """Return whether a request says that machines land below where they hover, and nothing of a place to land at."""
+    found = _BELOW.search(words.text)
+    if found is None or _LANDS_AT.search(words.text) is not None:
+        return False
+    between = f"{found['en'] or ''}{found['es'] or ''}".casefold()
+    return not any(said.casefold() in between for said in words.places.values())
+
+
+def can_land_at(text: str, words: Words) -> bool:
+    """Return whether a place or a list may be where a request wants a landing: it names that place, or none to land at."""
+    there = [
+        name
+        for name, said in words.places.items()
+        if re.search(rf"{_LANDS_AT.pattern}\s+(?:the\s+|el\s+|la\s+)?{re.escape(said)}", words.text, re.IGNORECASE)
+        or re.search(rf"{_TO}{re.escape(said)}{_AND_LAND}", words.text, re.IGNORECASE)
+    ]
+    if not there:
+        return _LANDS_AT.search(words.text) is None
+    return any(re.search(rf"\b{re.escape(name)}\b", text) for name in there)
+
+
+def is_told_once(text: str, places: str, words: Words) -> bool:
+    """Return whether places to land at can only be those of a figure in the air: the request names them once, for that.
+
+    Args:
+        text: where a model has machines land, a place or a list.
+        places: where they hover.
+        words: the request.
+    """
+    names = {one for one in re.findall(r"[A-Za-z_]\w*", text) if one in words.places}
+    if not names or not all(re.search(rf"\b{re.escape(one)}\b", places) for one in names):
+        return False
+    if _OTHERWISE.search(words.text) or _LANDS_AT.search(words.text):
+        return False
+    request = words.text.casefold()
+    return all(request.count(words.places[one].casefold()) == 1 for one in names)

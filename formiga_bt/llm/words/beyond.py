@@ -1,0 +1,66 @@
+"""What cannot be, as the answers of a model showed: a place that the site does not have, a way longer than any charge.
+
+`feasible` finds what is certain before a model is asked; this is known only from trees that say what the request says.
+"""
+
+import re
+from collections.abc import Iterator, Sequence
+from typing import Final
+
+from formiga_bt.llm.records import Round
+from formiga_bt.llm.words.feasible import Impossible
+from formiga_bt.llm.words.spoken import said
+from formiga_bt.llm.world import World
+
+_UNKNOWN: Final = re.compile(r"unknown name '([\w-]+)'")
+_CAMEL: Final = re.compile(r"(?<=[a-z])(?=[A-Z])")
+_ENERGY: Final = re.compile(r"(\w+) energy (100 %[^;]*)")
+_MOST_NAMES: Final = 12
+
+
+def beyond(rounds: Sequence[Round], request: str, world: World) -> Impossible | None:
+    """Return why none of the answers passed, if that lies in the request and not in the model.
+
+    Args:
+        rounds: all of them, none of which passed.
+        request: in words.
+        world: the site and its fleet.
+    """
+    return _unknown(rounds, request, world) or _too_far(rounds)
+
+
+def _unknown(rounds: Sequence[Round], request: str, world: World) -> Impossible | None:
+    """Find a name of the request that every answer took for one of the site's."""
+    trees = [one for one in rounds if one.yaml or one.shortfalls]
+    names = [set(_unknown_names(one)) for one in trees]
+    common = sorted(set.intersection(*names)) if names else []
+    here_too = {*world.catalogue.types, *world.site.people, *world.site.agents}
+    for name in common:
+        if name.rstrip("s") in here_too or name in here_too:
+            continue  # somebody, where the model should have named a place or a role
+        words = said(_CAMEL.sub("_", name), request)
+        if words:
+            here = ["base", *world.site.places, *world.site.regions][:_MOST_NAMES]
+            return Impossible(f'the site {world.site.name} has no "{words}"', f"one of {', '.join(here)}")
+    return None
+
+
+def _unknown_names(one: Round) -> Iterator[str]:
+    for found in one.shortfalls:
+        if found.code == "E010":
+            yield from _UNKNOWN.findall(found.text)
+
+
+def _too_far(rounds: Sequence[Round]) -> Impossible | None:
+    """Find an answer that is right but for the charge of all machines, which were full."""
+    for one in rounds:
+        errors = [found for found in one.shortfalls if found.severity == "error"]
+        flight = one.flight
+        if flight is None or len(errors) != 1 or flight.code != "no_agent":
+            continue
+        found = _ENERGY.search(flight.reason)
+        if found is not None:
+            return Impossible(
+                f"that is too far for any machine here: {found[1]} has {found[2].strip()}", "a nearer place"
+            )
+    return None
