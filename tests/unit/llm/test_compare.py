@@ -45,6 +45,11 @@ def found(request: str, answer: Any) -> list[tuple[str, str]]:
             ("place_not_used", 'the request names "lake shore", and the task never goes to lake_shore'),
         ),
         (
+            "a light drone flies to the camp and comes home",
+            tree(fly_to("camp"), fly_to("north_field"), home()),
+            ("place_unasked", "the task goes to north_field, which the request does not name"),
+        ),
+        (
             "fly to the camp, 25 metres high",
             tree(fly_to("camp"), home()),
             ("amount_not_used", 'the request says "25 metres", and no value of the task is 25 metres'),
@@ -123,6 +128,8 @@ def test_a_shortfall_is_told(request_: str, answer: Any, said: tuple[str, str]) 
 @pytest.mark.parametrize(
     ("request_", "answer"),
     [
+        ("fly to the camp, then to every other field", tree(fly_to("camp"), fly_to("north_field"), home())),
+        ("fly to the camp, then some way north", tree(fly_to("camp"), fly_to("north_field"), home())),
         ("fly to the camp, in a corner of 90 degrees", tree(fly_to("camp"), home())),
         ("a drone flies to the camp and three more times round it", tree(fly_to("camp"), home())),
         ("check the lake shore with a drone", tree(fly_to("lake_shore"), home())),

@@ -1,0 +1,75 @@
+"""Machines: those that a request names or counts take part, and no others."""
+
+import re
+from collections.abc import Iterator, Mapping, Set
+from typing import Final
+
+from formiga_bt.lang.model import Task
+from formiga_bt.llm.judging.plain import is_refused
+from formiga_bt.llm.records import Flight, Shortfall
+from formiga_bt.llm.words.spoken import is_english
+from formiga_bt.llm.words.wording import LIGHT_HEAVY, Words, types_said
+from formiga_bt.llm.world import World
+
+_ANY_DRONE: Final = re.compile(
+    r"\b(?:an?|one|another|un|otro)\s+(?:other\s+|second\s+|segundo\s+)?drone?\b(?!\s+(?:ligero|pesado))", re.IGNORECASE
+)
+"""A machine of which no type is said."""
+
+
+def agents(words: Words, task: Task, flight: Flight, world: World) -> Iterator[Shortfall]:
+    """Find machines that are named, counted or of a type that is asked for and take no part; and others that do."""
+    used = {agent for granted in flight.agents.values() for agent in granted}
+    types = world.catalogue.types
+    if flight.status == "SUCCEEDED":
+        for name, said in words.agents.items():
+            if name not in used and name not in flight.asked and not is_refused(words.text, said):
+                yield Shortfall("agent_not_used", f'the request names "{said}", and {name} takes no part in the task')
+    machines = _machines(task, flight, world)
+    said_types = {t for t in types_said(words, world.catalogue) if not types[t].human}
+    for type_, wanted in words.counts.items():
+        have = sum(n for name, n in machines.items() if type_ == "*" or name == type_ or type_ in types[name].extends)
+        if have != wanted and not (type_ == "*" and _may_be_more(words, said_types, have)):
+            noun = "machines" if type_ == "*" else types[type_].label or type_
+            yield Shortfall("wrong_count", f"the request speaks of {wanted} {noun}, the task uses {have}")
+    if words.speaks_of_more() and sum(machines.values()) == 1:
+        yield Shortfall("wrong_count", "the request speaks of more than one drone, the task uses 1")
+    for type_ in sorted(said_types - set(words.counts)):
+        if not any(name == type_ or type_ in types[name].extends for name in machines) and machines:
+            yield Shortfall(
+                "type_not_used", f"the request asks for a {types[type_].label or type_} ({type_}), the task uses none"
+            )
+    is_free = words.agents or "*" in words.counts or _ANY_DRONE.search(words.text)
+    if len(said_types) == 1 and machines and not is_free:
+        known = machines if is_english(words.text) else machines.keys() & LIGHT_HEAVY.keys()  # by a name, if asked for
+        wrong = sorted(name for name in known if name not in said_types and not said_types & set(types[name].extends))
+        for type_ in wrong:
+            only = next(iter(said_types))
+            yield Shortfall("type_unasked", f"the request speaks of {only} only, the task uses a {type_} too")
+
+
+def _may_be_more(words: Words, said_types: Set[str], have: int) -> bool:
+    """Return whether so many may be meant by a number of machines of any type, for others are spoken of besides.
+
+    `Two drones land; one heavy drone circles`: two machines, or three.
+    """
+    counted = [number for type_, number in words.counts.items() if type_ != "*"]
+    if len(counted) > 1 or have < words.counts["*"]:
+        return len(counted) > 1
+    uncounted = said_types - words.counts.keys() or _ANY_DRONE.search(words.text) is not None
+    return bool(uncounted) or have <= words.counts["*"] + sum(counted)
+
+
+def _machines(task: Task, flight: Flight, world: World) -> Mapping[str, int]:
+    """Return how many machines of each type a task uses: as granted in the dry run, else as its roles say."""
+    types, agents = world.catalogue.types, world.site.agents
+    found: dict[str, int] = {}
+    if flight.agents:
+        for one in {agent for granted in flight.agents.values() for agent in granted}:
+            if one in agents and not types[agents[one].type].human:
+                found[agents[one].type] = found.get(agents[one].type, 0) + 1
+        return found
+    for role in task.roles.values():
+        if not types[role.types[0]].human:
+            found[role.types[0]] = found.get(role.types[0], 0) + (role.count or 1)
+    return found
