@@ -10,7 +10,7 @@ from itertools import pairwise
 from experiments.e2_llm.fly import World, fly, world_of
 from experiments.e2_llm.judging import judge
 from experiments.e2_llm.oracles import ORACLES
-from experiments.e2_llm.requests import Request, requests
+from experiments.e2_llm.requests import Request, last_run, requests
 from experiments.e2_llm.second_set import judge_tree, second_set
 from experiments.e2_llm.verdicts import Verdict
 from formiga_bt.packaged import folder
@@ -25,7 +25,7 @@ def reference_verdict(request: Request, world: World) -> Verdict:
 def errors(world: World) -> Iterator[str]:
     """Iterate over all that is wrong with requests and oracles."""
     for task in ORACLES:
-        for request in requests(task, world):
+        for request in requests(task, world, last_run(task) + 1):
             verdict = reference_verdict(request, world)
             if not verdict.ok:
                 yield f"{request.id}: the shipped tree is refused: {verdict}"

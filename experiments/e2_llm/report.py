@@ -2,7 +2,8 @@
 
     python -m experiments.e2_llm.report results.jsonl [more.jsonl ...] --out FOLDER
 
-One table for each column and model; columns are never mixed. Shares have 95 % Wilson intervals.
+One table for each column and model; columns are never mixed. Shares have 95 % Wilson intervals. Fresh wordings have rows of
+their own in the tables, and no part in the figures.
 """
 
 import argparse
@@ -13,7 +14,7 @@ from pathlib import Path
 from statistics import median
 from typing import TYPE_CHECKING, Final
 
-from experiments.e2_llm import published
+from experiments.e2_llm import fresh, published
 from experiments.e2_llm.records import Run, read
 
 if TYPE_CHECKING:
@@ -23,6 +24,8 @@ ORDER: Final = ("T1", "T2", "T3", "T4", "T5", "T6", "T7", "T8", "T9", "T10", "T1
 Z: Final = 1.959964
 Group = tuple[str, str, str]
 """Provider, model, column."""
+Part = tuple[str, str, list[Run]]
+"""What a row of a table is called, its task, its runs."""
 
 
 def wilson(hits: int, of: int) -> tuple[float, float]:
@@ -59,13 +62,24 @@ def tables(runs: Iterable[Run]) -> str:
         parts.append(f"## {model} ({provider}), column `{column}`\n")
         told = {run.trained_on for run in rows if run.trained_on}
         parts += [f"Training saw: {', '.join(sorted(told))}.\n"] if told else []
-        tasks = [task for task in ORDER if any(run.task == task for run in rows)]
-        if tasks:
-            parts += [_success(rows, tasks, column), _measures(rows, tasks), _faults(rows, tasks)]
+        shown = _parts(rows)
+        if shown:
+            parts += [_success(shown, column), _measures(shown), _faults(shown)]
         second = [run for run in rows if run.task.startswith("second/")]
         if second:
             parts.append(_second(second))
     return "\n".join(parts)
+
+
+def _parts(rows: list[Run]) -> list[Part]:
+    """Return the rows of a table: one for each task, and one for its fresh wordings behind it."""
+    found = []
+    for task in ORDER:
+        of = [run for run in rows if run.task == task]
+        old, new = [run for run in of if run.run < fresh.FIRST], [run for run in of if run.run >= fresh.FIRST]
+        found += [(task, task, old)] if old else []
+        found += [(f"{task}, fresh wordings", task, new)] if new else []
+    return found
 
 
 def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
@@ -73,20 +87,19 @@ def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     return "\n".join([*lines, *("| " + " | ".join(row) + " |" for row in rows)]) + "\n"
 
 
-def _success(rows: list[Run], tasks: list[str], column: str) -> str:
+def _success(parts: list[Part], column: str) -> str:
     head = [
         "task", "paper (Table 3)", "first answer right", "offered after repair and right", "offered but wrong, first",
         "offered but wrong, repaired", "first answer valid", "rounds", "tokens", "first answer s", "whole s",
         "checks s (median, most)", "paper's seconds (median)",
     ]  # fmt: skip
     made = []
-    for task in tasks:
-        of = [run for run in rows if run.task == task]
-        paper = published.SUCCESSES.get(task)
-        seconds = published.SECONDS.get(task)
+    for name, task, of in parts:
+        paper = published.SUCCESSES.get(task) if name == task else None
+        seconds = published.SECONDS.get(task) if name == task else None
         made.append(
             [
-                task,
+                name,
                 share(paper, published.RUNS) if paper is not None and column in ("paper", "paper-form") else "-",
                 _share(of, lambda run: run.first is not None and run.first.success),
                 _share(of, lambda run: run.last is not None and run.last.success and run.last.passed),
@@ -114,30 +127,30 @@ def _share(rows: list[Run], holds: Callable[[Run], bool]) -> str:
     return share(sum(map(holds, rows)), len(rows))
 
 
-def _measures(rows: list[Run], tasks: list[str]) -> str:
+def _measures(parts: list[Part]) -> str:
     head = ["task", "measured", "`ngram_tree`", "`subtree_match`", "`flow_match`"]
     made = []
-    for task in tasks:
-        of = [run for run in rows if run.task == task and run.ngram_tree is not None]
-        values = [[getattr(run, name) for run in of] for name in ("ngram_tree", "subtree_match", "flow_match")]
-        made.append([task, str(len(of)), *(f"{median(one):.3f}" if one else "-" for one in values)])
+    for name, _, rows in parts:
+        of = [run for run in rows if run.ngram_tree is not None]
+        values = [[getattr(run, field) for run in of] for field in ("ngram_tree", "subtree_match", "flow_match")]
+        made.append([name, str(len(of)), *(f"{median(one):.3f}" if one else "-" for one in values)])
     note = (
         "Medians over trees, against the shipped tree of the task; neither CodeBLEU nor comparable with the paper's.\n"
     )
     return f"{note}\n{_table(head, made)}"
 
 
-def _faults(rows: list[Run], tasks: list[str]) -> str:
+def _faults(parts: list[Part]) -> str:
     head = ["task", "what was wrong in the end"]
     made = []
-    for task in tasks:
+    for name, _, rows in parts:
         counts: dict[str, int] = {}
         for run in rows:
-            if run.task == task and run.last is not None and not run.last.success:
+            if run.last is not None and not run.last.success:
                 for code in run.last.faults[:1] or ("wrong",):
                     counts[code] = counts.get(code, 0) + 1
         told = sorted(counts.items(), key=lambda pair: (-pair[1], pair[0]))
-        made.append([task, ", ".join(f"{code} {count}" for code, count in told) or "-"])
+        made.append([name, ", ".join(f"{code} {count}" for code, count in told) or "-"])
     return _table(head, made)
 
 
@@ -167,11 +180,11 @@ def _second(rows: list[Run]) -> str:
 
 
 def figures(runs: Iterable[Run], out: Path) -> list[Path]:
-    """Draw Fig. 15 and 16 anew, one file each for every model and column; return the files."""
+    """Draw Fig. 15 and 16 anew, one file each for every model and column; return the files. Fresh wordings have no part."""
     from matplotlib.figure import Figure
 
     made = []
-    for (provider, model, column), rows in groups(runs).items():
+    for (provider, model, column), rows in groups(run for run in runs if run.run < fresh.FIRST).items():
         name = "".join(c if c.isalnum() else "-" for c in f"{provider}-{model}-{column}")
         for number, tasks in (("15", ORDER[5:10]), ("16", ("T10", "T10+"))):
             if not any(run.task in tasks for run in rows):

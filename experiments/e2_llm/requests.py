@@ -2,7 +2,8 @@
 
 The first ten of a task have the paper's own sentence (section 5.2), with its numbers filled in and, where the sentence says
 nothing, what its program in appendix B does next; the others are paraphrases. Numbers, places and wordings are drawn by the
-number of the run alone. These wordings are for evaluation: no example and no training set may have them.
+number of the run alone. T6 to T10 have ten fresh wordings more, runs 30 to 39 (`fresh.py`). These wordings are for evaluation:
+no example and no training set may have them.
 """
 
 import random
@@ -11,8 +12,10 @@ from typing import Any, Final
 
 from msgspec import Struct
 
+from experiments.e2_llm import fresh
 from experiments.e2_llm.fly import Scene, World, place_of
 from experiments.e2_llm.judging import SCENES
+from formiga_bt.errors import FormigaError
 from formiga_bt.geo import Frame, Place
 
 RUNS: Final = 30
@@ -151,23 +154,38 @@ WORDS: Final[Mapping[str, tuple[str, ...]]] = {
 FOLLOWED: Final = {**SCENES, "yes": Scene(people={"picker_2": "east_field"}, walks={"picker_2": ("camp",)})}
 
 
-def requests(task: str, world: World, runs: int = RUNS) -> list[Request]:
-    """Return the requests of a task, always the same. `T10+` has those of T10."""
-    return [_request(task, run, world) for run in range(runs)]
+def requests(task: str, world: World, runs: int = RUNS, first: int = 0) -> list[Request]:
+    """Return the requests of a task from a first run on, always the same. `T10+` has those of T10."""
+    last = last_run(task)
+    if first + runs - 1 > last:
+        raise FormigaError(f"{task} has runs 0 to {last}; runs {first} to {first + runs - 1} were asked for")
+    return [_request(task, run, world) for run in range(first, first + runs)]
+
+
+def last_run(task: str) -> int:
+    """Return the last run of a task: 39 where there are fresh wordings, else 29."""
+    return RUNS + len(fresh.FRESH.get(_of(task), ())) - 1
+
+
+def _of(task: str) -> str:
+    return "T10" if task == "T10+" else task
 
 
 def _request(task: str, run: int, world: World) -> Request:
-    of = "T10" if task == "T10+" else task
+    of = _of(task)
     rng = random.Random(f"{of}/{run}")
     say: Callable[[str], str] = lambda name: _called(name, world, rng)  # noqa: E731
     told, goal, reference, values, scenes = _KINDS[of](rng, world, say)
     wordings = WORDS[of]
     paper = run < PAPER_RUNS
-    words = wordings[0] if paper else wordings[1 + (run - PAPER_RUNS) % (len(wordings) - 1)]
+    if run >= fresh.FIRST:
+        words = fresh.FRESH[of][run - fresh.FIRST]
+    else:
+        words = wordings[0] if paper else wordings[1 + (run - PAPER_RUNS) % (len(wordings) - 1)]
     return Request(
         task=task,
         run=run,
-        words=words.format(**told),
+        words=words.format(**fresh.in_words(told)),
         paper_words=paper,
         goal=goal,
         reference=reference,

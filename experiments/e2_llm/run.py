@@ -18,7 +18,7 @@ from experiments.e2_llm.fly import World, checked, fly, world_of
 from experiments.e2_llm.judging import judge
 from experiments.e2_llm.measures import Measures, measure
 from experiments.e2_llm.records import Judged, Run, Whose, append, read
-from experiments.e2_llm.requests import RUNS, Request, requests
+from experiments.e2_llm.requests import RUNS, Request, last_run, requests
 from formiga_bt.errors import FormigaError
 from formiga_bt.packaged import folder
 
@@ -105,6 +105,7 @@ def experiment(
     runs: int,
     out: Path,
     *,
+    first: int = 0,
     say: Say = lambda _text: None,
     make_run: MakeRun = run_of,
     clock: Callable[[], float] = monotonic,
@@ -112,7 +113,7 @@ def experiment(
     """Do the runs that a results file lacks; return how many were done. `make_run` judges what was written."""
     world = world_of()
     have = {one.key for one in read(out) if one.kind != "error"}
-    due = [one for one in _wanted(tasks, runs, world) if _key(whose, column, one) not in have]
+    due = [one for one in _wanted(tasks, runs, first, world) if _key(whose, column, one) not in have]
     say(f"{len(due)} runs to do, {len(have)} in {out}")
     for number, request in enumerate(due, start=1):
         began = clock()
@@ -137,9 +138,16 @@ def experiment(
     return len(due)
 
 
-def _wanted(tasks: Sequence[str], runs: int, world: World) -> Iterator[Request]:
+def _wanted(tasks: Sequence[str], runs: int, first: int, world: World) -> Iterator[Request]:
     for task in tasks:
-        yield from requests(task, world, runs)
+        yield from requests(task, world, runs, first)
+
+
+def _beyond(tasks: Sequence[str], runs: int, first: int) -> str:
+    """Return what is wrong with the runs asked for, or nothing."""
+    over = [one for one in tasks if one != "second" and first + runs - 1 > last_run(one)]
+    told = ", ".join(f"{one} has runs 0 to {last_run(one)}" for one in over)
+    return f"--from {first} --runs {runs} asks for runs {first} to {first + runs - 1}: {told}" if over else ""
 
 
 def _key(whose: Whose, column: str, request: Request) -> tuple[str, str, str, str, int]:
@@ -162,7 +170,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
     reader.add_argument("--name", default="", help="how results call the model; default: as the provider calls it")
     reader.add_argument("--column", choices=COLUMNS, required=True)
     reader.add_argument("--tasks", default=",".join(TASKS), help=f"some of {', '.join(TASKS)}, T1 to T5, or second")
-    reader.add_argument("--runs", type=int, default=RUNS)
+    reader.add_argument("--runs", type=int, default=RUNS, help=f"so many runs of each task (default: {RUNS})")
+    reader.add_argument(
+        "--from",
+        type=int,
+        default=0,
+        dest="first",
+        metavar="N",
+        help="the first run; T6 to T10: 30 to 39 are fresh wordings",
+    )
     reader.add_argument(
         "--every-wording", action="store_true", help="of the second set; else one of each request by turns"
     )
@@ -179,8 +195,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     given = reader.parse_args(arguments)
     tasks = given.tasks.split(",")
     unknown = [one for one in tasks if one not in (*TASKS, "T1", "T2", "T3", "T4", "T5", "second")]
-    if unknown or not 1 <= given.runs <= 1000:
-        reader.error(f"unknown task {', '.join(unknown)}" if unknown else "--runs is 1 to 1000")
+    if unknown:
+        reader.error(f"unknown task {', '.join(unknown)}")
+    if given.runs < 1 or given.first < 0:
+        reader.error("--runs is 1 or more, --from 0 or more")
+    if beyond := _beyond(tasks, given.runs, given.first):
+        reader.error(beyond)
     if given.every < 1 or given.turn < 0:
         reader.error("--every is 1 or more, --turn 0 or more")
     if given.out.suffix == ".gz":
@@ -214,7 +234,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
             from experiments.e2_llm.paper_form.runs import run_of_program
 
             python = PaperFormAuthor(chat, world_of())
-            experiment(python, whose, given.column, tasks, given.runs, given.out, say=tell, make_run=run_of_program)
+            experiment(
+                python,
+                whose,
+                given.column,
+                tasks,
+                given.runs,
+                given.out,
+                first=given.first,
+                say=tell,
+                make_run=run_of_program,
+            )
             return 0
         author = DraftAuthor(chat, given.column)
         if "second" in tasks:
@@ -231,7 +261,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
                 say=tell,
             )
             tasks = [one for one in tasks if one != "second"]
-        experiment(author, whose, given.column, tasks, given.runs, given.out, say=tell)
+        experiment(author, whose, given.column, tasks, given.runs, given.out, first=given.first, say=tell)
     finally:
         chat.close()
     return 0

@@ -4,6 +4,7 @@
 import pytest
 
 from experiments.e2_llm.fly import World, fly, world_of
+from experiments.e2_llm.fresh import FRESH
 from experiments.e2_llm.judging import judge
 from experiments.e2_llm.oracles import ORACLES
 from experiments.e2_llm.requests import Request, requests
@@ -27,6 +28,12 @@ def judged(request: Request, text: str, values: dict[str, str] | None = None) ->
 def test_the_shipped_tree_does_what_is_asked(task: str) -> None:
     runs = {"T5": (0,), "T7": (0, 15)}.get(task, (0, 10, 20))
     for request in (requests(task, WORLD)[run] for run in runs):
+        assert str(judged(request, reference(request))) == "right", request
+
+
+@pytest.mark.parametrize("task", FRESH)
+def test_the_shipped_tree_does_what_fresh_wordings_ask(task: str) -> None:
+    for request in requests(task, WORLD, 10, 30)[::3]:
         assert str(judged(request, reference(request))) == "right", request
 
 
