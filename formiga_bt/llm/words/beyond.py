@@ -1,4 +1,4 @@
-"""What cannot be, as the answers of a model showed: a place that the site does not have, a way longer than any charge.
+"""What cannot be, as the answers of a model showed: an unknown place, a way longer than any charge, a height too high.
 
 `feasible` finds what is certain before a model is asked; this is known only from trees that say what the request says.
 """
@@ -8,13 +8,17 @@ from collections.abc import Iterator, Sequence
 from typing import Final
 
 from formiga_bt.llm.records import Round
-from formiga_bt.llm.words.feasible import Impossible
+from formiga_bt.llm.words.feasible import Impossible, height_limit_m
 from formiga_bt.llm.words.spoken import said
+from formiga_bt.llm.words.wording import read
 from formiga_bt.llm.world import World
 
 _UNKNOWN: Final = re.compile(r"unknown name '([\w-]+)'")
 _CAMEL: Final = re.compile(r"(?<=[a-z])(?=[A-Z])")
 _ENERGY: Final = re.compile(r"(\w+) energy (100 %[^;]*)")
+_HEIGHT: Final = re.compile(r"would be (\d+(?:\.\d+)?) m over the ground")
+SAME_M: Final = 1.0
+"""So near to it a height is the one that the request says."""
 _MOST_NAMES: Final = 12
 
 
@@ -26,7 +30,7 @@ def beyond(rounds: Sequence[Round], request: str, world: World) -> Impossible | 
         request: in words.
         world: the site and its fleet.
     """
-    return _unknown(rounds, request, world) or _too_far(rounds)
+    return _unknown(rounds, request, world) or _too_far(rounds) or _too_high(rounds, request, world)
 
 
 def _unknown(rounds: Sequence[Round], request: str, world: World) -> Impossible | None:
@@ -63,4 +67,20 @@ def _too_far(rounds: Sequence[Round]) -> Impossible | None:
             return Impossible(
                 f"that is too far for any machine here: {found[1]} has {found[2].strip()}", "a nearer place"
             )
+    return None
+
+
+def _too_high(rounds: Sequence[Round], request: str, world: World) -> Impossible | None:
+    """Find an answer that flies as high as the request says, which is higher than anything may."""
+    limit = height_limit_m(world)
+    for one in rounds:
+        flight = one.flight
+        found = _HEIGHT.search(flight.reason) if flight is not None and flight.code.endswith("max_height") else None
+        if limit is None or found is None:
+            continue
+        asked = [a for a in read(request, world.site, world.catalogue).amounts if a.type == "distance"]
+        said = next((a.words for a in asked if a.si > limit and abs(a.si - float(found[1])) < SAME_M), "")
+        if said:
+            why = f"{said} is higher than any drone may fly here ({limit:g} m over the ground)"
+            return Impossible(why, f"the same at {limit:g} m")
     return None

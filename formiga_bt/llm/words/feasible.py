@@ -11,9 +11,12 @@ from formiga_bt.llm.words.strangers import stranger
 from formiga_bt.llm.words.wording import Words
 from formiga_bt.llm.world import World
 
-_HIGH: Final = re.compile(r"\s*(?:high|up|above|altitude|of altitude|over|korkeudella|korkealla)\b", re.IGNORECASE)
+_HIGH: Final = re.compile(
+    r"\s*(?:high|up|above|altitude|of altitude|over|de alt(?:o|ura)|korkeudella|korkealla)\b", re.IGNORECASE
+)
 _HEIGHT_OF: Final = re.compile(
-    r"\b(?:height|altitude|high|up to|climbs? to|korkeus)\s+(?:of\s+|to\s+|is\s+)?$", re.IGNORECASE
+    r"\b(?:height|altitude|high|up to|climbs? to|korkeus|altura|sub[ea]n? (?:a|hasta))\s+(?:of\s+|to\s+|is\s+|de\s+)?$",
+    re.IGNORECASE,
 )
 
 

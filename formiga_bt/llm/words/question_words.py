@@ -14,8 +14,11 @@ YES: Final = (
 )
 BY: Final = r"(?:from|of|by|de|del)"
 SAYS: Final = (
-    rf"(?:says?|said|answers?|answered)\s+(?:yes|so|that|it|ok|okay)\b|(?:gives?|gave|given)\s+(?:\w+\s+)?{YES}\b"
+    rf"(?:says?|said|answers?|answered)\s+(?:yes|so|(?:that|it)\b(?!(?:\s+it)?\s*(?:is|'s)\s+(?:not\b|un|too\b|no\b|danger|risk))|ok|okay)\b"
+    rf"|(?:gives?|gave|given)\s+(?:\w+\s+)?{YES}\b"
     r"|(?:agree|confirm|approve|permit|consent|okay)(?:s|d|ed|ted|ting)?\b|allows?\b|allowed\b"
+    r"|di(?:ce|cen|ga|gan|cho)\s+que\s+(?:(?:es|está?|esté|todo está)\s+(?:segur[oa]|libre|despejad[oa]|bien|list[oa])|"
+    r"pued[ea]n?)\b"
     r"|di(?:ce|cen|ga|gan|cho)\s+(?:que\s+)?s[ií]\b|confirm[ae]n?\b|aprueb[ae]n?\b|acept[ae]n?\b|autori[cz][ae]n?\b"
     rf"|d(?:a|an|é|en)\s+(?:\w+\s+)?{YES}\b|est[áé]n? de acuerdo\b"
 )

@@ -45,3 +45,13 @@ def test_a_way_longer_than_any_charge_is_impossible(far: str) -> None:
     assert kind == "impossible"
     assert say.startswith("that is too far for any machine here: lwd_1 has 100 % less ")
     assert say.endswith(" leaves less than its reserve of 25 %. Possible instead: a nearer place.")
+
+
+def test_a_height_that_the_request_says_and_nothing_may_fly_at_is_impossible() -> None:
+    wrong = tree(fly_to("camp", "300 m"), home())
+
+    assert said("An LWD watches over the camp, 300 m, and returns.", wrong, wrong, wrong, wrong) == (
+        "impossible",
+        "300 m is higher than any drone may fly here (120 m over the ground). Possible instead: the same at 120 m.",
+    )
+    assert said("An LWD watches over the camp and returns.", wrong, wrong, wrong, wrong)[0] == "failed"

@@ -206,6 +206,10 @@ def test_a_question_or_a_reason_is_handed_on(answer: Any, kind: str, say: str) -
             "the site rovaniemi has no lwd_9. Possible instead: with one of lwd_1, lwd_2, lwd_3.",
         ),
         (
+            "Un dron sube hasta 200 m sobre el campamento.",
+            "200 m is higher than any drone may fly here (120 m over the ground). Possible instead: the same at 120 m.",
+        ),
+        (
             "Fly to the camp at 200 m altitude.",
             "200 m is higher than any drone may fly here (120 m over the ground). Possible instead: the same at 120 m.",
         ),

@@ -36,6 +36,7 @@ def asked(request: str) -> list[Question]:
         ("With the consent of picker_1 as well as of the watcher.", True, "picker_1 watcher"),
         ("picker_2 has to agree, and so does picker_1; then a drone goes.", True, "picker_2 picker_1"),
         ("Pide permiso a picker_1 y al vigilante.", True, "picker_1 watcher"),
+        ("Un dron flota sobre el campamento; si picker_1 dice que está libre, aterriza.", True, "picker_1"),
         ("Ask picker_1 or picker_2 if the path is free.", False, "picker_1 picker_2"),
         ("Ask one of picker_1 and picker_2 if the path is free.", False, "picker_1 picker_2"),
         ("Pregunta a picker_1 o a picker_2.", False, "picker_1 picker_2"),
@@ -53,6 +54,8 @@ def test_who_is_asked_and_whether_each_must_agree(request_: str, all_: bool, peo
     [
         "Bring the buckets to picker_1 and picker_2 and tell the watcher.",
         "Do not ask picker_1 and picker_2.",
+        "A drone hovers over the camp; if the watcher says that it is not clear, it comes home.",
+        "If picker_1 says it's dangerous, the drone comes home.",
         "A drone flies to the camp without asking the watcher.",
         "If picker_1 says no, the drone comes home.",
         "If the battery is low, ask the watcher.",
