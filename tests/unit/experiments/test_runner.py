@@ -4,6 +4,7 @@ import gzip
 from pathlib import Path
 
 import pytest
+from msgspec import structs
 
 from experiments.e2_llm.authors import Attempt, Written
 from experiments.e2_llm.columns import LeakError, PaperChat, examples_for, hidden_in, without_hidden
@@ -156,6 +157,9 @@ def test_the_report_has_the_papers_values_in_its_column_only(tmp_path: Path) -> 
     assert "100.0 % (2/2; 34.2 to 100.0)" in text
     assert text.count("| 0.50, 0.50 |") == 2  # of what is left of the whole time when the model's is taken off
     assert [path.name for path in figures(runs[:2], tmp_path)] == ["figure-15-scripted-none-paper.svg"]
+    last = [structs.replace(run, task=task) for run, task in zip(runs[:2], ("T10", "T10+"), strict=True)]
+    assert len(figures(last[:1], tmp_path)) == 1  # Fig. 16 is a comparison of the two
+    assert [path.name[:9] for path in figures(last, tmp_path)] == ["figure-15", "figure-16"]
 
 
 class Told:
