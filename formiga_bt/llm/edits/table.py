@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator, Mapping
 from typing import Any, Final
 
 from formiga_bt.llm.edits.amounts import with_height, with_stay
+from formiga_bt.llm.edits.formations import as_triangle
 from formiga_bt.llm.edits.often import repeated
 from formiga_bt.llm.edits.places import gone_on, landed, sent_home
 from formiga_bt.llm.edits.steps import Case, Edited, Found, put, steps_of
@@ -63,6 +64,9 @@ def _is_done(case: Case, step: Mapping[str, Any]) -> bool:
 
 EDITS: Final[Mapping[str, tuple[Edit, ...]]] = {
     "E010": (known_agents,),
+    "E026": (as_triangle,),
+    "E048": (as_triangle,),
+    "figure_not_used": (as_triangle,),
     "place_not_used": (gone_on,),
     "not_landed_there": (landed, gone_on),
     "not_so_often": (repeated,),

@@ -28,7 +28,7 @@ def figures(words: Words, text: str) -> Iterator[Shortfall]:
     for pattern, helper in FIGURES.items():  # who goes to the end of a way does not fly it
         is_flown = re.search(rf"(?<!\bfirst\()(?<!\blast\()\b{helper}\(", ways) is not None
         if re.search(pattern, said) and not is_flown and "Explore" not in code:
-            yield Shortfall("figure_not_used", f"the request wants a {helper}, and the task flies none")
+            yield Shortfall("figure_not_used", f"the request wants a {helper}, and the task flies none", about=helper)
     ring = re.search(r"circle\((?:above\()?(\w+)", code)
     if ring is not None and wants_centre(words.text):
         after = code[ring.end() :]

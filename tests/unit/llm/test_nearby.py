@@ -303,3 +303,37 @@ def test_an_edit_that_breaks_something_else_is_not_taken_and_the_search_is_bound
     nearest(answer, worth(0, "no_edit_for_this"), words, world(), {}, judging)
     assert judgements == DEEP
     assert answer == read_answer(tree(fly_to("camp")))
+
+
+TRIANGLE = "Have three light drones stand as a right-angled triangle, the corner over the camp and both legs 8 m long; then land them."
+TEAM = ({"name": "three", "type": "lwd", "count": 3},)
+
+
+@pytest.mark.parametrize(
+    "places",
+    [
+        "[camp, offset(camp, east=8 m), offset(camp, east=8 m, north=8 m)]",
+        "[camp, offset(camp, east=8 m), offset(camp, north=8 m), camp]",
+        "line(camp, offset(camp, east=8 m), 3)",
+    ],
+)
+def test_three_that_shall_stand_as_a_triangle_do(places: str) -> None:
+    steps = ({"do": "FlyTo", "agent": "three", "to": places, "height": "20 m"}, {**lands(places, "three")})
+    draft_ = made(TRIANGLE, tree(*steps, agents=TEAM))
+
+    assert (draft_.kind, draft_.yaml.count("${triangle(camp, leg)}")) == ("task", 3)
+    assert "# Added: three stand as triangle(camp, 8 m), as the request says" in draft_.yaml
+
+
+@pytest.mark.parametrize(
+    ("request_", "agents"),
+    [
+        (TRIANGLE.replace("camp and", "camp, in front of the lake shore, and"), TEAM),
+        (TRIANGLE.replace("both legs 8 m long", "8 m wide"), TEAM),
+        (TRIANGLE, ({**TEAM[0], "count": 2},)),
+    ],
+)
+def test_where_a_triangle_stands_or_who_is_not_guessed(request_: str, agents: Any) -> None:
+    flight = {"do": "FlyTo", "agent": "three", "to": "[camp, base]", "height": "20 m"}
+
+    assert edits(request_, "figure_not_used", flight, agents=agents, about="triangle") == []

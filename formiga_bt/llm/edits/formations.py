@@ -1,0 +1,29 @@
+"""Edits for figures that a request names and nobody flies: three that stand as a right triangle."""
+
+from collections.abc import Iterator, Mapping
+from typing import Any, Final
+
+from formiga_bt.llm.edits.steps import Case, Edited, put
+from formiga_bt.llm.shaping.formations import leg_of, legs_in
+
+_WHERE: Final = ("to", "at", "way")
+_OF_CHECKER: Final = ("E026", "E048")
+"""So many places for so many machines: a model counts the corners of a triangle badly."""
+
+
+def as_triangle(case: Case) -> Iterator[Edited]:
+    """The one team of three, which a request wants as a triangle over the one place that it names, stands as that."""
+    leg, team = leg_of(case.words), case.machines[0] if len(case.machines) == 1 else None
+    places = [name for name in case.words.places if name != "base"]
+    wanted = case.wrong.about == "triangle" or case.wrong.code in _OF_CHECKER
+    if not leg or not wanted or team is None or team.count != 3 or len(places) != 1:
+        return
+    figure = f"triangle({places[0]}, {leg})"
+    tree: Mapping[str, Any] = case.tree
+    for path, step in case.of(team.name):
+        key = next((one for one in _WHERE if isinstance(step.get(one), str)), "")
+        if key and not legs_in(step[key]):
+            tree = put(tree, path, [{**step, key: figure}])
+    if tree is not case.tree:
+        roles = [{k: v for k, v in role.items() if k != "near"} for role in tree["agents"]]
+        yield {**tree, "agents": roles}, f"{team.name} stand as {figure}, as the request says"
