@@ -305,7 +305,10 @@ def test_an_edit_that_breaks_something_else_is_not_taken_and_the_search_is_bound
     assert answer == read_answer(tree(fly_to("camp")))
 
 
-TRIANGLE = "Have three light drones stand as a right-angled triangle, the corner over the camp and both legs 8 m long; then land them."
+TRIANGLE = (
+    "Have three light drones stand as a right-angled triangle, the corner over the camp and both legs 8 m long; "
+    "then land them."
+)
 TEAM = ({"name": "three", "type": "lwd", "count": 3},)
 
 
@@ -318,7 +321,7 @@ TEAM = ({"name": "three", "type": "lwd", "count": 3},)
     ],
 )
 def test_three_that_shall_stand_as_a_triangle_do(places: str) -> None:
-    steps = ({"do": "FlyTo", "agent": "three", "to": places, "height": "20 m"}, {**lands(places, "three")})
+    steps = ({"do": "FlyTo", "agent": "three", "to": places, "height": "20 m"}, lands(places, "three"))
     draft_ = made(TRIANGLE, tree(*steps, agents=TEAM))
 
     assert (draft_.kind, draft_.yaml.count("${triangle(camp, leg)}")) == ("task", 3)
