@@ -20,6 +20,7 @@ _MACHINES_DOWN: Final = (
 )
 _FLY_TO: Final = "|".join(4 * ["fly to|flies to"])
 _ROUND: Final = r"\s+(?:about|around|round)\b"
+_OF: Final = r"(?:\s+of\s+\S+\s+(?:m|met\w+))?"
 _TOOTH: Final = r"saw(?:[- ]?(?:blade|tooth|teeth))?"
 
 
@@ -75,7 +76,7 @@ DEEDS: Final[Mapping[str, tuple[Way, ...]]] = {
     "circle": (
         Way("encircle|encircles|encircling", "circle|circles|circling"),
         Way("circumnavigate|circumnavigates|circumnavigating", "circle|circles|circling"),
-        Way(r"(?:round|circular) flight|flight in a circle|(?:closed|full) (?:ring|loop)", "circle", rf"(?={_ROUND})"),
+        Way(r"(?:round|circular) flight|flight in a circle|(?:closed|full) (?:ring|loop)", "circle", rf"(?={_OF}{_ROUND})"),
         Way("loop|loops|looping", "circle|circles|circling", rf"(?={_ROUND})", sure=False),
         Way("round trip|circular trip|circuit|full turn", "circle", rf"(?={_ROUND})(?![^.]*:)", sure=False),
         Way(

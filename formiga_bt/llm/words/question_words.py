@@ -31,6 +31,8 @@ ASKED: Final = re.compile(
     rf"(?P<ask>{ASK})\s+(?:first\s+|primero\s+)?(?:for\s+)?(?:{YES}\s+{BY}\s+)?{DET}$"
     rf"|\b{YES}\s+{BY}\s+{DET}$"
     rf"|\bp[ií]d(?:e|a|en|an)(?:les?)?\s+(?:(?:el |su )?{YES}\s+)?al?\s+{DET}$"
+    rf"|\b(?:deben?|tienen? que)\s+(?:aceptar|aprobar|confirmar|autorizar|decir que s[ií]|estar de acuerdo)\s+"
+    rf"(?:primero\s+)?{DET}$"
     rf"|\b(?:approved|confirmed|allowed|cleared|authori[sz]ed|okayed)\s+by\s+{DET}$"
     rf"|(?P<put>\b(?:puts?|poses?)\s+(?:the|an?|one|this|that)\s+question|\bha(?:z|ga) una pregunta)\s+(?:to|al?)\s+{DET}$",
     CASE,

@@ -29,6 +29,7 @@ DRONE = [{"name": "drone", "type": "lwd"}]
         ("It settles the matter; the box is set down there.", "It settles the matter; the box is set down there."),
         ("Se posa en el campamento.", "Aterriza en el campamento."),
         ("Make a circular flight round the camp.", "Make a circle round the camp."),
+        ("It flies a full loop of 12 m around the camp.", "It flies a circle of 12 m around the camp."),
         ("A round trip about the farms: camp, bog.", "A round trip about the farms: camp, bog."),
         ("Loiter above the camp and come back.", "Hover above the camp and come home."),
         ("Combs through the whole bog, then returns.", "Explores the bog, then returns home."),
