@@ -12,7 +12,7 @@ from typing import Final
 from formiga_bt.lang.model import Catalogue, Site
 from formiga_bt.llm.words.mentions import bare, is_certain, is_doing, unquoted
 from formiga_bt.llm.words.points import Point, named
-from formiga_bt.llm.words.spoken import pattern_of, said
+from formiga_bt.llm.words.spoken import is_english, pattern_of, said
 from formiga_bt.units import UNITS
 
 NUMBERS: Final[Mapping[str, int]] = {
@@ -121,7 +121,7 @@ _OF_LARGER: Final = re.compile(
 """What stands before the end of a number that is not known in full: `one hundred and`."""
 _NUMBER_WORDS: Final = "|".join(sorted(_IN_FULL, key=len, reverse=True))
 _AMOUNT: Final = re.compile(
-    rf"(?<![\w.,])(\d+(?:[.,]\d+)?|{_NUMBER_WORDS})(?:\s*-\s*|\s*)"
+    rf"(?<![\w.,])(\d{{1,3}}(?:,\d{{3}})+(?!\d)|\d{{1,3}}(?:\.\d{{3}})+(?!\d)|\d+(?:[.,]\d+)?|{_NUMBER_WORDS})(?:\s*-\s*|\s*)"
     rf"({'|'.join(map(re.escape, _UNITS))})(?![\w%])",
     re.IGNORECASE,
 )
@@ -218,11 +218,19 @@ def _amounts(request: str) -> Iterator[Amount]:
         word, unit = match[1].casefold(), match[2].casefold()
         if not word[0].isdigit() and _OF_LARGER.search(request[: match.start()]):
             continue
-        number = float(word.replace(",", ".")) if word[0].isdigit() else float(_IN_FULL[word])
+        number = _number(word, request) if word[0].isdigit() else float(_IN_FULL[word])
         type_, factor = UNITS[UNIT_WORDS.get(unit, unit)]
         if type_ == "angle" and number == 90 and _CORNER.search(request):
             continue  # `a corner of 90 degrees`: a right angle, in other words
         yield Amount(type_, number * factor, match[0])
+
+
+def _number(digits: str, request: str) -> float:
+    """Return a number in digits: `1,000` is a thousand in English, `1.000` in Spanish and Finnish; else both are points."""
+    mark = "," if is_english(request) else "."
+    if re.fullmatch(rf"\d{{1,3}}(?:{re.escape(mark)}\d{{3}})+", digits) or digits.count(",") + digits.count(".") > 1:
+        return float(re.sub(r"[.,]", "", digits))
+    return float(digits.replace(",", "."))
 
 
 def _counts(request: str, catalogue: Catalogue) -> dict[str, int]:

@@ -210,6 +210,10 @@ def test_a_question_or_a_reason_is_handed_on(answer: Any, kind: str, say: str) -
             "200 m is higher than any drone may fly here (120 m over the ground). Possible instead: the same at 120 m.",
         ),
         (
+            "Fly to the camp at 1,000 m altitude.",
+            "1,000 m is higher than any drone may fly here (120 m over the ground). Possible instead: the same at 120 m.",
+        ),
+        (
             "Fly to the camp at 200 m altitude.",
             "200 m is higher than any drone may fly here (120 m over the ground). Possible instead: the same at 120 m.",
         ),

@@ -169,7 +169,11 @@ def test_machines_of_a_type_are_not_counted_as_any_machines_too() -> None:
         ("ciento veinte metros", []),
         ("two drones, twenty metres apart", [20.0]),
         ("a fifteen-metre circle", [15.0]),
+        ("the drone flies 1,200 m to the north", [1200.0]),
+        ("the drone flies 1.250 km to the north", [1250.0]),
+        ("el dron vuela 1.200 m hacia el norte y vuelve", [1200.0]),
+        ("el dron vuela a 12,5 m del camino", [12.5]),
     ],
 )
-def test_a_number_of_several_words_is_read_whole_or_not_at_all(request_: str, metres: list[float]) -> None:
+def test_a_number_is_read_whole_or_not_at_all(request_: str, metres: list[float]) -> None:
     assert [one.si for one in read(request_, world().site, world().catalogue).amounts] == metres

@@ -36,7 +36,11 @@ def asked(request: str) -> list[Question]:
         ("With the consent of picker_1 as well as of the watcher.", True, "picker_1 watcher"),
         ("picker_2 has to agree, and so does picker_1; then a drone goes.", True, "picker_2 picker_1"),
         ("Pide permiso a picker_1 y al vigilante.", True, "picker_1 watcher"),
-        ("Tienen que confirmar primero un vigilante y luego picker_2; entonces un dron vuela.", True, "watcher picker_2"),
+        (
+            "Tienen que confirmar primero un vigilante y luego picker_2; entonces un dron vuela.",
+            True,
+            "watcher picker_2",
+        ),
         ("Un dron flota sobre el campamento; si picker_1 dice que está libre, aterriza.", True, "picker_1"),
         ("Ask picker_1 or picker_2 if the path is free.", False, "picker_1 picker_2"),
         ("Ask one of picker_1 and picker_2 if the path is free.", False, "picker_1 picker_2"),
