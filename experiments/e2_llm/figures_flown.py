@@ -59,16 +59,19 @@ def _round(stretch: Sequence[Fix], center: Flat) -> Round:
     turned = [0.0, *accumulate(math.degrees(math.remainder(b - a, math.tau)) for a, b in pairwise(angles))]
     ends = max(range(len(turned)), key=turned.__getitem__), min(range(len(turned)), key=turned.__getitem__)
     begin, last = min(ends), max(ends)
-    full = [i for i in range(begin, last) if abs(turned[last] - turned[i]) >= FULL_DEG]
-    first = max(full, default=begin)  # without the way there
-    window = range(first, last)
-    along = [
-        stretch[i].up_m
-        for i in window
-        if abs(turned[i + 1] - turned[i]) > 0.0 and _is_along(stretch[i : i + 2], center)
-    ]
-    heights = along or [one.up_m for one in stretch]
-    return Round(stretch[0].at_s, stretch[last].at_s, abs(turned[last] - turned[begin]), min(heights), max(heights))
+    on_ring = [i for i in range(begin, last) if turned[i + 1] != turned[i] and _is_along(stretch[i : i + 2], center)]
+    laps = [lap for end in on_ring if (lap := _lap(turned, begin, end + 1, on_ring))]
+    heights = [[stretch[i].up_m for i in lap] for lap in laps] or [[stretch[i].up_m for i in on_ring]]
+    level = min(
+        (one for one in heights if one), key=lambda one: max(one) - min(one), default=[one.up_m for one in stretch]
+    )
+    return Round(stretch[0].at_s, stretch[last].at_s, abs(turned[last] - turned[begin]), min(level), max(level))
+
+
+def _lap(turned: Sequence[float], begin: int, end: int, on_ring: Sequence[int]) -> list[int]:
+    """Return the steps of the shortest full circle that ends there, [] = none: without the way to the ring and away from it."""
+    since = next((i for i in range(end, begin - 1, -1) if abs(turned[end] - turned[i]) >= FULL_DEG), None)
+    return [i for i in on_ring if since <= i < end] if since is not None else []
 
 
 def _is_along(two: Sequence[Fix], center: Flat) -> bool:

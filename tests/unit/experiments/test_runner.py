@@ -6,10 +6,11 @@ from pathlib import Path
 import pytest
 from msgspec import structs
 
+from experiments.e2_llm import rejudge
 from experiments.e2_llm.authors import Attempt, Written
 from experiments.e2_llm.columns import LeakError, PaperChat, examples_for, hidden_in, without_hidden
 from experiments.e2_llm.fly import world_of
-from experiments.e2_llm.records import Whose, read
+from experiments.e2_llm.records import Judged, Whose, append, read
 from experiments.e2_llm.report import figures, share, tables, wilson
 from experiments.e2_llm.requests import WORDS, Request, requests
 from experiments.e2_llm.run import experiment
@@ -125,6 +126,19 @@ def test_a_question_is_no_success(tmp_path: Path) -> None:
     (run,) = read(out)
     assert run.last is not None
     assert (run.last.success, run.last.faults, run.ngram_tree) == (False, ("said_question",), None)
+
+
+def test_trees_of_a_results_file_are_judged_anew_and_the_rest_stays(tmp_path: Path) -> None:
+    out, again = tmp_path / "results.jsonl", tmp_path / "again.jsonl"
+    experiment(Scripted(), WHOSE, "helpers", ["T6"], 1, out)
+    (run,) = read(out)
+    wrong = Judged(valid=True, passed=True, success=False, faults=("not_level",), said="an oracle that was wrong")
+    out.unlink()
+    append(out, structs.replace(run, first=wrong, last=wrong))
+
+    rejudge.main([str(out), "--out", str(again)])
+
+    assert read(again) == [run]
 
 
 @pytest.mark.parametrize(
