@@ -11,6 +11,7 @@ from formiga_bt.llm.edits.amounts import with_height, with_stay
 from formiga_bt.llm.edits.formations import as_triangle
 from formiga_bt.llm.edits.often import repeated
 from formiga_bt.llm.edits.places import gone_on, landed, sent_home
+from formiga_bt.llm.edits.stays import stays
 from formiga_bt.llm.edits.steps import Case, Edited, Found, put, steps_of
 
 Edit = Callable[[Case], Iterator[Edited]]
@@ -72,5 +73,6 @@ EDITS: Final[Mapping[str, tuple[Edit, ...]]] = {
     "not_so_often": (repeated,),
     "amount_not_used": (with_height, with_stay),
     "not_home": (sent_home,),
+    "home_unasked": (stays,),
 }
 """Code of what is wrong -> the edits for it, in the order in which they are tried."""

@@ -10,6 +10,7 @@ from formiga_bt.lang.model import Task
 from formiga_bt.llm.judging.amounts import amounts, misused, often
 from formiga_bt.llm.judging.asked import asked, only_asked
 from formiga_bt.llm.judging.figures import figures, rings
+from formiga_bt.llm.judging.homecoming import homecoming
 from formiga_bt.llm.judging.machines import agents
 from formiga_bt.llm.judging.places import ends, order, places, unnamed
 from formiga_bt.llm.records import Flight, Shortfall
@@ -44,5 +45,6 @@ def compare(words: Words, task: Task, text: str, flight: Flight, world: World) -
         *agents(words, task, flight, world),
     ]
     if flight.status == "SUCCEEDED":
-        found += [*asked(words, text, flight, world), *ends(words, flight), *order(words, flight, world)]
+        found += [*asked(words, text, flight, world), *ends(words, flight), *homecoming(words, flight)]
+        found += order(words, flight, world)
     return found

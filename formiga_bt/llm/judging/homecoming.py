@@ -1,0 +1,56 @@
+"""Who comes home: where a request sends one machine home and another one on to a place, that one stays there."""
+
+import re
+from collections.abc import Iterator
+from itertools import pairwise
+from typing import Final
+
+from formiga_bt.llm.records import Flight, Shortfall
+from formiga_bt.llm.words.mentions import unquoted
+from formiga_bt.llm.words.wording import INTENTS, Words
+
+_ONE: Final = (
+    r"\b(?:(?:the |drone |number )?(?:first|one)(?: one| drone| of (?:them|the two))?|drone 1|lead|(?:el )?primer[oa]?|"
+    r"uno(?: de ellos)?)\b"
+)
+_OTHER: Final = (
+    r"\b(?:(?:the |drone |number )?(?:other|second|two)(?: one| drone)?|drone 2|wing|one|(?:el )?(?:otro|segundo))\b"
+)
+_ALL: Final = re.compile(
+    r"\b(?:both|all|each|they|everybody|everyone|amb[oa]s|tod[oa]s)\b(?! (?:of them )?(?:land|aterri))"
+    r"|\b(?:too|also|likewise|afterwards|later|again|también|luego)\b"
+)
+_END: Final = re.compile(r"[.;:!?](?!\d)")
+
+
+def homecoming(words: Words, flight: Flight) -> Iterator[Shortfall]:
+    """Find machines that come home although the request leaves them where they were sent last.
+
+    Args:
+        words: the request.
+        flight: its dry run, which succeeded.
+    """
+    place = stays_at(words)
+    homes = [agent for agent, where in flight.stands.items() if where == "home"]
+    if place and len(flight.stands) == 2 and len(homes) == 2:
+        text = f'the request sends one machine home and the other to "{words.places[place]}", and both come home'
+        yield Shortfall("home_unasked", text, about=place)
+
+
+def stays_at(words: Words) -> str:
+    """Return where the second of two machines is sent, of which only the first one is sent home; "" = that is not certain.
+
+    `the first one returns to its port, the second one goes on to the lake shore and lands`: lake_shore.
+    """
+    text = unquoted(words.text).casefold()
+    ways = list(re.finditer(INTENTS["home"], text))
+    if not ways or any(b.start() - a.end() > len(" to ") for a, b in pairwise(ways)):
+        return ""  # `goes home to its port` is one way home
+    begin = max((one.end() for one in _END.finditer(text, 0, ways[0].start())), default=0)
+    end = next((one.start() for one in _END.finditer(text, ways[-1].end())), len(text))
+    before, after = text[begin : ways[0].start()], text[ways[-1].end() : end]
+    other = re.search(_OTHER, after)
+    if re.search(_ONE, before) is None or other is None or _ALL.search(text[begin:end]) is not None:
+        return ""
+    found = [name for name, said in words.places.items() if name != "base" and said.casefold() in after[other.end() :]]
+    return found[0] if len(found) == 1 else ""
