@@ -6,24 +6,10 @@ from typing import Any, Final
 
 from formiga_bt.llm.edits.steps import Case, Edited, Found, Step, after, is_so, put, steps_of
 from formiga_bt.llm.edits.who import who
-from formiga_bt.llm.shaping.teams import gap_of
+from formiga_bt.llm.judging.heights import is_height
 from formiga_bt.llm.words.wording import Amount
 
 _HEIGHTS: Final = ("height", "altitude")
-_HIGH: Final = re.compile(
-    r"\s*(?:high\b|above\b|up\b(?!\s+to)|of (?:height|altitude)|altitude|in (?:height|altitude)|over the ground|"
-    r"de alt(?:ura|o)|sobre el suelo)",
-    re.IGNORECASE,
-)
-_HEIGHT_OF: Final = re.compile(r"\b(?:(?:height|altitude|altura|altitud)(?:\s+(?:of|is|at|de))?)\s*$", re.IGNORECASE)
-_AT: Final = re.compile(r"\b(?:at|from|desde|up at|a)\s+(?:about\s+|unos\s+)?$", re.IGNORECASE)
-_NO_MORE: Final = re.compile(
-    r"\s*(?:$|[.,;:)]|(?:and|then|over|for|while|during|all|the whole|y|luego|durante|sobre|mientras)\b)", re.IGNORECASE
-)
-_NO_HEIGHT: Final = re.compile(
-    r"\b(?:lands?|landing|aterri\w+|apart|radius|away|distance|gap|spacing|side|legs?|wide|long|separation|separad\w+|radio|distancia|lado)\b",
-    re.IGNORECASE,
-)
 _FOR: Final = re.compile(
     r"\b(?:for|during|durante|por|stays?|waits?|hovers?|remains?|pauses?|looks?|esperan?|permanecen?|"
     r"stay|wait|hover|pause)\s+(?:there\s+|all[ií]\s+|about\s+|unos\s+|another\s+)?$",
@@ -40,7 +26,7 @@ _EACH: Final = re.compile(r"\s*(?:\w+\s+){0,2}?(?:each|every|cada)\b|\s*at (?:bo
 def with_height(case: Case) -> Iterator[Edited]:
     """Flights of an assumed height have the one that the request says; of several, the flight to the place beside it."""
     amount = _amount(case, "distance")
-    heights = [one for one in case.words.amounts if one.type == "distance" and _is_height(case, one)]
+    heights = [one for one in case.words.amounts if one.type == "distance" and is_height(case.words, one)]
     if amount is None or amount not in heights:
         return
     if len(heights) > 1:
@@ -118,16 +104,6 @@ def _amount(case: Case, type_: str) -> Amount | None:
     """Return the amount that no value has, if the request says it once."""
     found = [one for one in case.words.amounts if one.words == case.wrong.about and one.type == type_]
     return found[0] if len(found) == 1 and case.words.text.count(found[0].words) == 1 else None
-
-
-def _is_height(case: Case, amount: Amount) -> bool:
-    text = case.words.text
-    begin = text.find(amount.words)
-    before, behind = text[:begin], text[begin + len(amount.words) :]
-    is_gap = gap_of(case.words) == f"{amount.si:g} m"
-    if is_gap or _NO_HEIGHT.search(before[-24:]) or _NO_HEIGHT.match(behind.lstrip()):
-        return False
-    return bool(_HIGH.match(behind) or _HEIGHT_OF.search(before) or (_AT.search(before) and _NO_MORE.match(behind)))
 
 
 def _is_stay(case: Case, amount: Amount) -> bool:

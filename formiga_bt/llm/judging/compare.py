@@ -13,6 +13,7 @@ from formiga_bt.llm.judging.figures import figures, rings
 from formiga_bt.llm.judging.homecoming import homecoming
 from formiga_bt.llm.judging.machines import agents
 from formiga_bt.llm.judging.places import ends, order, places, unnamed
+from formiga_bt.llm.judging.sizes import assumed_sizes
 from formiga_bt.llm.records import Flight, Shortfall
 from formiga_bt.llm.words.only_question import only_question
 from formiga_bt.llm.words.wording import Words
@@ -40,6 +41,7 @@ def compare(words: Words, task: Task, text: str, flight: Flight, world: World) -
         *amounts(words, text),
         *misused(words, task),
         *figures(words, text),
+        *assumed_sizes(words, task, text),
         *rings(text, task, world),
         *often(words, text),
         *agents(words, task, flight, world),

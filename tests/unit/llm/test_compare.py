@@ -22,6 +22,12 @@ THREE = (
         {"sequence": [fly_to("centroid(bog)", agent="c"), home("c")]},
     ]},
 )  # fmt: skip
+
+
+def along(way: str) -> dict[str, str]:
+    return {"do": "FlyAlong", "agent": "drone", "way": way, "height": "20 m"}
+
+
 HWD = ({"name": "drone", "type": "hwd"},)
 
 
@@ -119,6 +125,26 @@ def found(request: str, answer: Any) -> list[tuple[str, str]]:
             tree(fly_to("camp"), home()),
             ("place_not_used", 'the request names "campo del norte", and the task never goes to north_field'),
         ),
+        (
+            "a drone flies a triangle over the camp; the two sides at its right angle have 20 metres each",
+            tree(along("triangle(camp, 90 m)"), home()),
+            ("size_assumed", 'the request says "20 metres" of the triangle, and the task assumes its leg: 90 m'),
+        ),
+        (
+            "a drone goes to the camp and turns once around that place with a distance of 15 metres",
+            tree(along("circle(offset(camp, east=15 m), 30 m)"), home()),
+            ("size_assumed", 'the request says "15 metres" of the circle, and the task assumes its radius: 30 m'),
+        ),
+        (
+            "un dron rodea el campamento a una distancia de 20 m",
+            tree(along("circle(camp, 30 m)"), home()),
+            ("size_assumed", 'the request says "20 m" of the circle, and the task assumes its radius: 30 m'),
+        ),
+        (
+            "a drone flies in a zigzag from the camp to the lake shore, 20 m to each side",
+            tree(along("zigzag(camp, lake_shore, 12 m, 6)"), home()),
+            ("size_assumed", 'the request says "20 m" of the zigzag, and the task assumes its amplitude: 12 m'),
+        ),
     ],
 )
 def test_a_shortfall_is_told(request_: str, answer: Any, said: tuple[str, str]) -> None:
@@ -159,6 +185,12 @@ def test_a_shortfall_is_told(request_: str, answer: Any, said: tuple[str, str]) 
             tree(fly_to("lake_shore", "20 m"), fly_to("camp", "20 m"), home())),
         ("a drone flies from the camp to the lake shore, having gone to the north field first",
             tree(fly_to("north_field"), fly_to("camp"), fly_to("lake_shore"), home())),
+        ("a drone circles the camp at 20 m", tree(along("circle(camp, 30 m)"), home())),
+        ("at 20 metres a drone circles the camp", tree(along("circle(camp, 30 m)"), home())),
+        ("a drone circles the camp", tree(along("circle(camp, 30 m)"), home())),
+        ("a drone circles a spot at a distance of 15 m from the camp",
+            tree(along("circle(offset(camp, east=15 m), 30 m)"), home())),
+        ("a drone flies a triangle at the camp, each side 20 m high", tree(along("triangle(camp, 90 m)"), home())),
     ],
 )  # fmt: skip
 def test_what_is_right_is_left_alone(request_: str, answer: Any) -> None:
