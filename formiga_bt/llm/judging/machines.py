@@ -1,12 +1,14 @@
-"""Machines: those that a request names or counts take part, and no others."""
+"""Machines: those that a request names or counts take part, and no others; at one time, where that is wanted."""
 
 import re
 from collections.abc import Iterator, Mapping, Set
+from itertools import pairwise
 from typing import Final
 
 from formiga_bt.lang.model import Task
 from formiga_bt.llm.judging.plain import is_refused
 from formiga_bt.llm.records import Flight, Shortfall
+from formiga_bt.llm.words.at_once import certainly_at_once, may_rest
 from formiga_bt.llm.words.spoken import is_english
 from formiga_bt.llm.words.wording import LIGHT_HEAVY, Words, types_said
 from formiga_bt.llm.world import World
@@ -46,6 +48,52 @@ def agents(words: Words, task: Task, flight: Flight, world: World) -> Iterator[S
         for type_ in wrong:
             only = next(iter(said_types))
             yield Shortfall("type_unasked", f"the request speaks of {only} only, the task uses a {type_} too")
+    if flight.status == "SUCCEEDED":
+        yield from _in_turn(words, flight, world)
+
+
+def _in_turn(words: Words, flight: Flight, world: World) -> Iterator[Shortfall]:
+    """Find machines of which one flies after the other where the request certainly wants them in the air at one time.
+
+    Args:
+        words: the request, as read.
+        flight: the dry run; it succeeded.
+        world: the site.
+    """
+    types = world.catalogue.types
+    said = {t for t in types_said(words, world.catalogue) if not types[t].human}
+    named = [one for one in words.agents if not types[world.site.agents[one].type].human]
+    several = words.speaks_of_more() or len(said) > 1 or len(named) > 1 or any(n > 1 for n in words.counts.values())
+    spans = sorted(_in_the_air(flight).values())
+    if not several or len(spans) < 2 or not certainly_at_once(words):
+        return
+    if may_rest(words) and any(place != "home" for places in flight.landed.values() for place in places):
+        return
+    if all(end <= start for (_, end), (start, _) in pairwise(spans)):
+        yield Shortfall(
+            "not_at_once",
+            "the request wants them at the same time, and one flies after the other",
+            help='{"parallel": [...]}',
+        )
+
+
+def _in_the_air(flight: Flight) -> Mapping[str, tuple[int, int]]:
+    """Return when each machine took off first and landed last (microseconds); who waits for a free way is under way, too."""
+    found: dict[str, tuple[int, int]] = {}
+    if flight.timeline is None:
+        return found
+    rows = [one for one in flight.timeline.actions if one.agent in flight.visited]
+    waits = [one for one in flight.timeline.waits if one.kind in ("gate", "held")]
+    if any(not one.agent for one in waits):
+        return found
+    for agent in {one.agent for one in rows if one.action == "TakeOff"}:
+        own = [one for one in rows if one.agent == agent]
+        first = min(one.start for one in own if one.action == "TakeOff")
+        landings = [one.end for one in own if one.action == "LandIn" and one.end is not None]
+        last = max(landings or [one.end if one.end is not None else flight.timeline.at for one in own])
+        waited = [one.start for one in waits if one.agent == agent]
+        found[agent] = min([first, *waited]), last
+    return found
 
 
 def _may_be_more(words: Words, said_types: Set[str], have: int) -> bool:

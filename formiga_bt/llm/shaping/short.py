@@ -22,11 +22,12 @@ from formiga_bt.llm.shaping.lifting import Lifter, split_list
 from formiga_bt.llm.shaping.moves import FLYING, HEIGHT, Moves
 from formiga_bt.llm.shaping.regions import Regions
 from formiga_bt.llm.shaping.rings import along_ways
-from formiga_bt.llm.shaping.teams import at_once, in_compass, is_list, member_of
+from formiga_bt.llm.shaping.teams import in_compass, is_list, member_of
 from formiga_bt.llm.shaping.tidying import back_at_centre, branched, every_so_often, homeward, only_on_yes
 from formiga_bt.llm.shaping.unasked import left_out
 from formiga_bt.llm.shaping.waits import without_idle_waits
 from formiga_bt.llm.vocabulary import Verb
+from formiga_bt.llm.words.at_once import at_once
 from formiga_bt.llm.words.only_question import only_question
 from formiga_bt.llm.words.questions import questions
 from formiga_bt.llm.world import World

@@ -47,16 +47,6 @@ def gap_of(words: Words) -> str:
     return ""
 
 
-def at_once(words: Words) -> bool:
-    """Return whether a request says that machines fly at the same time, and nothing of one after the other."""
-    text = words.text.casefold()
-    now = re.search(
-        r"\b(?:meanwhile|at the same time|at once|simultaneously|while (?:another|the other|a second))\b", text
-    )
-    later = re.search(r"\b(?:after (?:that|it|this)|only then|one after)\b", text)
-    return now is not None and later is None
-
-
 def lands_only(words: Words) -> bool:
     """Return whether a request wants a landing, and speaks of no way home."""
     text = words.text.casefold()

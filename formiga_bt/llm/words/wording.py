@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from formiga_bt.lang.model import Catalogue, Site
+from formiga_bt.llm.words.few import is_besides, is_other_told, numbers, one_and_one
 from formiga_bt.llm.words.mentions import bare, is_certain, is_doing, unquoted
 from formiga_bt.llm.words.points import Point, named
 from formiga_bt.llm.words.spoken import is_english, pattern_of, said
@@ -244,13 +245,20 @@ def _counts(request: str, catalogue: Catalogue) -> dict[str, int]:
             of_type[type_.name] = (*names, type_.label, type_.label + "s")
     told: set[int] = set()
     for name, words in sorted([*of_type.items(), ("*", DRONES)], key=lambda one: one[0] in ("*", "drone")):
+        ones, key = 0, "*" if name == "drone" else name
         for at, number in _before(request, words):
             if name not in ("*", "drone") or at not in told:  # `dos drones ligeros` are not `dos drones`, too
-                found.setdefault("*" if name == "drone" else name, set()).add(number)
+                so_far = found.setdefault(key, set())
+                so_far.add(number)
+                ones += number == 1
+                if ones > 1:  # `one drone goes there, one drone goes home`: the same one, or two
+                    so_far.add(0)
             if name not in ("*", "drone"):
                 told.add(at)
-    more = _MORE.search(request) is not None
-    plain = {name: next(iter(numbers)) for name, numbers in found.items() if len(numbers) == 1}
+        if found.get(key, set()) <= {1} and one_and_one(request, _nouns(words)):
+            found[key] = {2}
+    more = _MORE.search(request) is not None or is_other_told(request)
+    plain = {name: next(iter(all_)) for name, all_ in found.items() if len(all_) == 1 and 0 not in all_}
     besides = _AND_MORE.search(request)
     if besides is not None:
         word = besides[2].casefold()
@@ -282,14 +290,15 @@ def _type_of_all(request: str, of_type: Mapping[str, tuple[str, ...]], noun: tup
 
 
 def _before(request: str, words: Iterable[str]) -> Iterator[tuple[int, int]]:
-    """Yield where each number before one of the nouns stands, and the number."""
-    nouns = "|".join(re.escape(w) for w in sorted(set(words), key=len, reverse=True))
-    pattern = rf"(?<![\w.:,/–-])(\d+|pair(?=\s+of\b)|{_NUMBER_WORDS})\s+(?:of\s+)?(?:{nouns})(?!\w)"
-    for match in re.finditer(pattern, request, re.IGNORECASE):
-        word = match[1].casefold()
-        if not is_certain(request, match.start(), match.end()) or _OF_LARGER.search(request[: match.start()]):
+    """Yield where each number of machines called so stands, and the number; 0 = it counts others besides."""
+    for start, end, word in numbers(request, _nouns(words), _NUMBER_WORDS):
+        if not is_certain(request, start, end) or _OF_LARGER.search(request[:start]):
             continue
-        yield match.start(), int(word) if word.isdigit() else _IN_FULL.get(word, 2)
+        yield start, 0 if is_besides(request, start) else int(word) if word.isdigit() else _IN_FULL.get(word, 2)
+
+
+def _nouns(words: Iterable[str]) -> str:
+    return "|".join(re.escape(w) for w in sorted(set(words), key=len, reverse=True))
 
 
 def types_said(words: Words, catalogue: Catalogue) -> set[str]:

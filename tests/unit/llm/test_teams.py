@@ -153,6 +153,47 @@ def test_how_many_machines_are_spoken_of(request_: str, counts: dict[str, int], 
     assert (dict(found.counts), found.speaks_of_more()) == (counts, more)
 
 
+ONE, OTHER = [fly_to("camp", agent="one"), home("one")], [fly_to("lake_shore", agent="other"), home("other")]
+LATER = [*ONE, {"wait": "10 s"}, *OTHER]
+
+
+@pytest.mark.parametrize(
+    ("request_", "told"),
+    [
+        ("Two light drones look at the camp and the lake shore, at the same moment", True),
+        ("A light drone looks at the camp; while that goes on, one more light drone looks at the lake shore", True),
+        ("A light drone looks at the camp. During that, another one looks at the lake shore", True),
+        ("Both light drones fly at once, one to the camp, a second one to the lake shore", True),
+        ("Un par de drones ligeros mira el campamento y la orilla del lago a la vez", True),
+        ("Two light drones look at the camp and the lake shore, never both at the same time", False),
+        ("Two light drones look at the camp and the lake shore, one at a time", False),
+        ("Dos drones ligeros miran el campamento y la orilla del lago, uno a la vez", False),
+        ("Two light drones go at once and look at the camp and the lake shore", False),
+        ("Two light drones look at the camp and the lake shore, at the same time every day", False),
+        ("Two light drones look at the camp and the lake shore in parallel rows", False),
+        ("Two light drones at the same time, if the wind allows it: camp, lake shore", False),
+        ("A light drone looks at the camp, then another one at the lake shore; same time at both", False),
+        ("A light drone looks at the camp while the other waits, and it looks at the lake shore", False),
+    ],
+)
+def test_machines_that_are_wanted_at_one_time_do_not_fly_one_after_the_other(request_: str, told: bool) -> None:
+    found = judged(request_, *LATER, agents=TWO)
+
+    assert found.flight is not None
+    assert found.flight.status == "SUCCEEDED"
+    assert [one.help for one in found.shortfalls if one.code == "not_at_once"] == ['{"parallel": [...]}'] * told
+
+
+def test_machines_that_are_in_the_air_at_one_time_are_at_once() -> None:
+    request = "Un par de drones ligeros mira el campamento y la orilla del lago a la vez"
+    apart = {"parallel": [{"sequence": ONE}, {"sequence": OTHER}]}
+
+    assert errors(judged(request, apart, agents=TWO)) == []
+    found = judged(request, *ONE, *OTHER, agents=TWO)
+    assert errors(found) == []
+    assert found.mends == ("one and other fly at the same time, as the request says",)
+
+
 @pytest.mark.parametrize(
     ("request_", "gap"),
     [
@@ -316,6 +357,7 @@ def test_a_landing_after_a_flight_is_compared() -> None:
     )
 
     assert [(one.text, one.help) for one in found.shortfalls if one.severity == "error"] == [
+        ("the task goes to lake_shore, which the request does not name", "only camp"),
         (
             'the request says "5 m", and no value of the task is 5 m',
             "one at PLACE, the other at offset(PLACE, east=5 m)",
