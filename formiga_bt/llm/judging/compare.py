@@ -11,6 +11,7 @@ from formiga_bt.llm.judging.amounts import amounts, misused, often
 from formiga_bt.llm.judging.asked import asked, only_asked
 from formiga_bt.llm.judging.figures import figures, rings
 from formiga_bt.llm.judging.homecoming import homecoming
+from formiga_bt.llm.judging.landings import landings
 from formiga_bt.llm.judging.machines import agents
 from formiga_bt.llm.judging.places import ends, order, places, unnamed
 from formiga_bt.llm.judging.sizes import assumed_sizes
@@ -47,6 +48,11 @@ def compare(words: Words, task: Task, text: str, flight: Flight, world: World) -
         *agents(words, task, flight, world),
     ]
     if flight.status == "SUCCEEDED":
-        found += [*asked(words, text, flight, world), *ends(words, flight), *homecoming(words, flight)]
+        found += [
+            *asked(words, text, flight, world),
+            *landings(words, flight),
+            *ends(words, flight),
+            *homecoming(words, flight),
+        ]
         found += order(words, flight, world)
     return found

@@ -1,4 +1,4 @@
-"""Places: those that a request names are gone to, in its order, landed at where it says so, and no others."""
+"""Places: those that a request names are gone to, in its order, and no others, and the way ends as it says."""
 
 import math
 import re
@@ -15,11 +15,6 @@ from formiga_bt.llm.words.endings import ends_home
 from formiga_bt.llm.words.wording import INTENTS, Words
 from formiga_bt.llm.world import World
 
-_LAND_AT: Final = (
-    r"\b(?:land(?:s|ing)?|touch(?:es)? down|(?<!be )(?<!is )(?<!are )(?:set|put)s? down|settles?(?: down)?|alights?)\s+"
-    r"(?:together\s+)?(?:at|in|on|by|near|beside)\s+(?:the\s+)?"
-)
-_TO, _AND_LAND = r"\b(?:to|towards?)\s+(?:the\s+)?", r",?\s+(?:and|to)\s+(?:then\s+)?lands?\b"
 _ELSE: Final = r"\b(?:otherwise|if not|else|says? no|on (?:a )?no|unless|si no|en caso contrario|dice que no)\b"
 """What is said of the other case need not happen in the dry run, in which all answers are yes."""
 _NOUNS: Final = ("field", "place", "point", "site", "station")
@@ -111,18 +106,9 @@ def in_turn(words: Words) -> Iterator[tuple[str, str]]:
 
 
 def ends(words: Words, flight: Flight) -> Iterator[Shortfall]:
-    """Find landings and ways home that a request wants and that did not happen in the dry run."""
+    """Find ways home that a request wants and that did not happen in the dry run."""
     homes = [agent for agent, where in flight.stands.items() if where == "home"]
-    landed = {place for places in flight.landed.values() for place in places}
     text = words.text.casefold()
-    for name, said in words.places.items():
-        if name == "base" or is_refused(words.text, said):
-            continue
-        there = re.escape(said.casefold())
-        wanted = re.search(_LAND_AT + there, text) or re.search(_TO + there + _AND_LAND, text)
-        if wanted and name not in landed:
-            text_ = f'the request wants a landing at "{said}", and nobody lands at {name}'
-            yield Shortfall("not_landed_there", text_, about=name)
     if _wants_home(text) and flight.stands and not homes and not re.search(_ELSE, text):
         yield Shortfall("not_home", "the request wants a machine to come home, and none stands at its port at the end")
 

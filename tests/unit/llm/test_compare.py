@@ -9,6 +9,8 @@ import pytest
 from formiga_bt.geo import Place
 from formiga_bt.llm.envelope import read_answer
 from formiga_bt.llm.judging.judge import judge
+from formiga_bt.llm.judging.landings import landings
+from formiga_bt.llm.records import Flight
 from formiga_bt.llm.vocabulary import verbs_of
 from formiga_bt.llm.words.wording import read
 from formiga_bt.llm.world import World, world_of
@@ -190,11 +192,39 @@ def test_a_shortfall_is_told(request_: str, answer: Any, said: tuple[str, str]) 
         ("a drone circles the camp", tree(along("circle(camp, 30 m)"), home())),
         ("a drone circles a spot at a distance of 15 m from the camp",
             tree(along("circle(offset(camp, east=15 m), 30 m)"), home())),
+        ("land a drone beside the camp", tree({**LAND, "at": "offset(camp, east=20 m)"})),
+        ("a drone flies to the camp, looks round and lands", tree({**LAND, "at": "offset(camp, north=-8 m)"})),
         ("a drone flies a triangle at the camp, each side 20 m high", tree(along("triangle(camp, 90 m)"), home())),
     ],
 )  # fmt: skip
 def test_what_is_right_is_left_alone(request_: str, answer: Any) -> None:
     assert found(request_, answer) == []
+
+
+@pytest.mark.parametrize(
+    ("request_", "is_wanted"),
+    [
+        ("would you drop in at the camp with two drones and park them side by side?", True),
+        ("a light drone, destination the camp, touchdown within five minutes", True),
+        ("a drone flies to the camp, takes a long look, then lands", True),
+        ("set a light drone gently down at the camp", True),
+        ("un dron vuela hasta el camp y, al cabo de un rato, aterriza", True),
+        ("a drone looks at the camp and lands", False),
+        ("a drone flies to the landing site at the camp", False),
+        ("a drone flies to the camp and comes down to 30 m there", False),
+        ("a drone flies to the camp. Should the wind be strong, it goes to the camp, and later lands", False),
+        ("a drone flies to the camp without landing", False),
+        ("a drone flies to the camp, comes back and lands", False),
+        ("one drone flies to the camp, and the other lands", False),
+        ("put down a crate at the camp", False),
+    ],
+)
+def test_a_landing_that_a_sentence_wants_at_its_one_place_is_missed_where_it_is_certain(
+    request_: str, is_wanted: bool
+) -> None:
+    flight = Flight(task="Mission", status="SUCCEEDED", landed={"lwd_1": ("home",)})
+    missed = landings(read(request_, world().site, world().catalogue), flight)
+    assert [(one.code, one.about) for one in missed] == [("not_landed_there", "camp")] * is_wanted
 
 
 def test_a_machine_that_a_spanish_request_names_in_words_that_are_not_known_is_not_called_unasked() -> None:
