@@ -32,7 +32,7 @@ ACTIONS: Final[Mapping[str, str]] = {
     "Explore": "{agent} looks at all of {region} from {altitude}",
     "MiniFinder": "the tracker of {agent} says where to go",
 }
-_NAME: Final = re.compile(r"(?<![\w.'])[A-Za-z_]\w*(?![\w(])")
+_NAME: Final = re.compile(r"(?<![\w.'])[A-Za-z_]\w*(?![\w(]|\s*=(?!=))")
 
 
 def in_words(draft: Draft, task: Task | None, *, width: int = 100) -> list[str]:
@@ -64,7 +64,7 @@ def in_words(draft: Draft, task: Task | None, *, width: int = 100) -> list[str]:
         lines += ["", "In the dry run:", *(f"  {line}" for line in flown(draft.flight))]
     mends = draft.rounds[-1].mends if draft.rounds else ()
     if mends:
-        lines += ["", "Added without being told:", *(f"  {mend}" for mend in mends)]
+        lines += ["", "Put right by a program:", *(f"  {mend}" for mend in mends)]
     return lines
 
 
