@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from typing import Any, Final
 
 from formiga_bt.llm.edits.steps import Case
-from formiga_bt.llm.edits.table import EDITS
+from formiga_bt.llm.edits.table import EDITS, Edit
 from formiga_bt.llm.envelope import Answer
 from formiga_bt.llm.judging.judge import Judged
 from formiga_bt.llm.records import Shortfall
@@ -38,7 +38,13 @@ class Near:
 
 
 def nearest(
-    answer: Answer, judged: Judged, words: Words, world: World, verbs: Mapping[str, Verb], judging: Judging
+    answer: Answer,
+    judged: Judged,
+    words: Words,
+    world: World,
+    verbs: Mapping[str, Verb],
+    judging: Judging,
+    edits: Mapping[str, tuple[Edit, ...]] = EDITS,
 ) -> Near:
     """Return the first tree without errors that is found, else the one with the fewest; the given one, if none is better.
 
@@ -49,13 +55,21 @@ def nearest(
         world: where it is to be flown.
         verbs: the vocabulary.
         judging: see there.
+        edits: by the code of what is wrong.
     """
-    return _Search(words, world, verbs, judging).run(Near(answer, judged))
+    return _Search(words, world, verbs, judging, edits).run(Near(answer, judged))
 
 
 class _Search:
-    def __init__(self, words: Words, world: World, verbs: Mapping[str, Verb], judging: Judging) -> None:
-        self._words, self._world, self._verbs, self._judging = words, world, verbs, judging
+    def __init__(
+        self,
+        words: Words,
+        world: World,
+        verbs: Mapping[str, Verb],
+        judging: Judging,
+        edits: Mapping[str, tuple[Edit, ...]],
+    ) -> None:
+        self._words, self._world, self._verbs, self._judging, self._edits = words, world, verbs, judging, edits
         self._left = MOST
         self._seen: list[Mapping[str, Any]] = []
         self._best: Near
@@ -65,7 +79,7 @@ class _Search:
         flight = start.judged.flight
         if flight is not None and flight.duration_s > LONG_S:
             self._left = _MOST_LONG
-        if any(one.code not in EDITS for one in _errors(start.judged)):
+        if any(one.code not in self._edits for one in _errors(start.judged)):
             self._left = min(self._left, DEEP)  # it will hardly become right
         assert start.answer.tree is not None
         self._seen.append(start.answer.tree)
@@ -78,7 +92,7 @@ class _Search:
         if tree is None or not depth:
             return
         for wrong in _errors(near.judged):
-            for edit in EDITS.get(wrong.code, ()):
+            for edit in self._edits.get(wrong.code, ()):
                 for made, told in edit(Case(tree, self._words, self._world, self._verbs, wrong)):
                     if not self._left or not self._best.judged.errors:
                         return

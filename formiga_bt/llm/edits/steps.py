@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from formiga_bt.llm.records import Shortfall
+from formiga_bt.llm.shaping.walking import INNER
 from formiga_bt.llm.vocabulary import Verb
 from formiga_bt.llm.words.wording import Amount, Words
 from formiga_bt.llm.world import World
@@ -15,7 +16,6 @@ Path = tuple[str | int, ...]
 Found = tuple[Path, Step]
 Edited = tuple[Mapping[str, Any], str]
 """A tree, and what was done to it, in words."""
-_INNER: Final = ("steps", "parallel", "sequence", "then", "else")
 _TWICE: Final = ("if", "for", "repeat")
 """Kinds of steps whose inner steps may be done never, or several times."""
 
@@ -65,7 +65,7 @@ class Case:
 
 def steps_of(node: Mapping[str, Any], path: Path = ()) -> Iterator[Found]:
     """Yield each step below a node with its path, in the order in which they are written."""
-    for key in _INNER:
+    for key in INNER:
         listed = node.get(key)
         for index, step in enumerate(listed if isinstance(listed, list) else ()):
             if isinstance(step, dict):

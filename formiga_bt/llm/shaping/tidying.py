@@ -11,6 +11,7 @@ from typing import Any, Final
 
 from formiga_bt.llm.shaping.lifting import bare
 from formiga_bt.llm.shaping.moves import HEIGHT
+from formiga_bt.llm.shaping.walking import INNER, all_steps
 from formiga_bt.llm.vocabulary import Verb
 from formiga_bt.llm.words.endings import stations
 from formiga_bt.llm.words.wording import Amount, Words
@@ -31,7 +32,6 @@ _CENTRE: Final = re.compile(
 _RING: Final = re.compile(r"\s*circle\((?:above\()?([A-Za-z_]\w*)")
 _EVERY: Final = re.compile(r"\b(?:every|each|cada)\s+$", re.IGNORECASE)
 _FROM_START: Final = re.compile(r"\s*(?:from|de) (?:one |un )?(?:start|inicio|comienzo) (?:to|al?) ", re.IGNORECASE)
-_INNER: Final = ("steps", "then", "else", "parallel", "sequence")
 Step = Mapping[str, Any]
 
 
@@ -76,7 +76,7 @@ def back_at_centre(
     """
     if "FlyTo" not in verbs or not wants_centre(request):
         return tree
-    order = list(_all_steps(tree))
+    order = list(all_steps(tree))
     rings = [(i, step, ring[1]) for i, step in enumerate(order) if (ring := _ring_of(step)) is not None]
     if len(rings) != 1:
         return tree
@@ -124,12 +124,12 @@ def only_on_yes(tree: Mapping[str, Any], added: list[str]) -> Mapping[str, Any]:
         added: is told what was put right.
     """
     changes: dict[int, Step] = {}
-    for step in _all_steps(tree):
+    for step in all_steps(tree):
         plain = step.get("options") in (None, [], ["yes", "no"])
         if "ask" not in step or not plain or not isinstance(step.get("save_as"), str):
             continue
         name = re.compile(rf"\b{re.escape(step['save_as'])}\b")
-        if not any(name.search(text) for one in _all_steps(tree) for text in _looks(one)):
+        if not any(name.search(text) for one in all_steps(tree) for text in _looks(one)):
             changes[id(step)] = {key: value for key, value in step.items() if key != "save_as"}
             added.append("it goes on after a yes only, for no step looks at the answer")
     changed: Mapping[str, Any] = _replaced(tree, changes)
@@ -154,7 +154,7 @@ def every_so_often(tree: Mapping[str, Any], words: Words, added: list[str]) -> M
         added: is told what was put right.
     """
     periods = [one for one in words.amounts if one.type == "duration" and _is_period(one, words.text)]
-    rounds = [step for step in _all_steps(tree) if step.get("repeat") is not None]
+    rounds = [step for step in all_steps(tree) if step.get("repeat") is not None]
     if len(periods) != 1 or not rounds or any(one.get("every") for one in rounds):
         return tree
     period, outer = periods[0], rounds[0]
@@ -190,7 +190,7 @@ def _replaced(node: Any, changes: Mapping[int, Step]) -> Any:
     if not isinstance(node, dict) or not changes:
         return node
     return {
-        key: [_replaced(one, changes) for one in value] if key in _INNER and isinstance(value, list) else value
+        key: [_replaced(one, changes) for one in value] if key in INNER and isinstance(value, list) else value
         for key, value in node.items()
     }
 
@@ -209,16 +209,6 @@ def _ring_of(step: Step) -> re.Match[str] | None:
     return _RING.match(way) if step.get("do") == "FlyAlong" and isinstance(way, str) else None
 
 
-def _all_steps(tree: Step) -> Iterator[Step]:
-    """Yield the steps below a node in the order in which they are written."""
-    for key in _INNER:
-        listed = tree.get(key)
-        for one in listed if isinstance(listed, list) else ():
-            if isinstance(one, dict):
-                yield one
-                yield from _all_steps(one)
-
-
 def _with_after(node: Any, mark: Step, new: Step, *, is_branch: bool) -> Any:
     """Return a copy of a tree with a step behind the one that is meant; in a branch of its own, both are a sequence."""
     if node is mark and is_branch:
@@ -226,7 +216,7 @@ def _with_after(node: Any, mark: Step, new: Step, *, is_branch: bool) -> Any:
     if not isinstance(node, dict):
         return node
     found = dict(node)
-    for key in _INNER:
+    for key in INNER:
         listed = node.get(key)
         if not isinstance(listed, list):
             continue

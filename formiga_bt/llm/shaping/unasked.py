@@ -4,11 +4,12 @@ Both can be seen from the request: it says no side to go to, and names each plac
 """
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import Any, Final
 
 from formiga_bt.llm.shaping.lifting import bare, split_list
 from formiga_bt.llm.shaping.teams import gap_of
+from formiga_bt.llm.shaping.walking import INNER, all_steps
 from formiga_bt.llm.words.wording import Words
 from formiga_bt.llm.world import World
 from formiga_bt.units import parse_quantity
@@ -29,7 +30,6 @@ _AGAIN: Final = re.compile(
     re.IGNORECASE | re.DOTALL,
 )
 _WHERE: Final = ("to", "at", "way")
-_INNER: Final = ("steps", "then", "else", "parallel", "sequence")
 Step = Mapping[str, Any]
 
 
@@ -63,7 +63,7 @@ def _taken(tree: Mapping[str, Any], words: Words, world: World) -> Mapping[float
     if _SIDE.search(text) or _BESIDE.search(text):
         return {}
     found: dict[float, str] = {}
-    for step in _steps(tree):
+    for step in all_steps(tree):
         way = str(step.get("way") or "")
         for pattern, what in ((_SWING, "the swing of the zigzag"), (_RADIUS, "the radius of the circle")):
             for match in pattern.finditer(way):
@@ -81,7 +81,7 @@ def _changed(node: Any, amounts: Mapping[float, str], words: Words, added: list[
     for key, value in node.items():
         if key in _WHERE and isinstance(value, str) and amounts:
             found[key] = _ASIDE.sub(lambda match: _itself(match, amounts, added), value)
-        elif key in _INNER and isinstance(value, list):
+        elif key in INNER and isinstance(value, list):
             found[key] = [_changed(one, amounts, words, added) for one in _once(value, words, added)]
     return found
 
@@ -136,12 +136,3 @@ def _visits(steps: list[Any], agent: Any) -> list[str]:
 def _metres(text: str) -> float:
     amount = parse_quantity(text)
     return amount[1] if amount is not None else 0.0
-
-
-def _steps(node: Step) -> Iterator[Step]:
-    for key in _INNER:
-        listed = node.get(key)
-        for one in listed if isinstance(listed, list) else ():
-            if isinstance(one, dict):
-                yield one
-                yield from _steps(one)

@@ -274,9 +274,7 @@ def test_who_is_sent_home_comes_home_at_the_end(request_: str, sent: list[str] |
     assert edits(request_, "not_home", *steps, agents=PAIR) == wanted
 
 
-def test_an_edit_that_breaks_something_else_is_not_taken_and_the_search_is_bounded(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_an_edit_that_breaks_something_else_is_not_taken_and_the_search_is_bounded() -> None:
     words = read("fly", world().site, world().catalogue)
     answer = read_answer(tree(fly_to("camp")))
     deepest, judgements = 0, 0
@@ -294,13 +292,13 @@ def test_an_edit_that_breaks_something_else_is_not_taken_and_the_search_is_bound
         deepest, judgements = max(deepest, len(told)), judgements + 1
         return worth(1, "crash") if told[-1] == "0" else worth(len(told))
 
-    monkeypatch.setitem(EDITS, "not_home", (longer,))  # type: ignore[attr-defined]
-    found = nearest(answer, worth(0), words, world(), {}, judging)
+    edits_ = {"not_home": (longer,)}
+    found = nearest(answer, worth(0), words, world(), {}, judging, edits_)
 
     assert (deepest, judgements, found.told) == (DEEP, MOST, ("1", "1", "1"))
     assert found.judged.errors == 6
     judgements = 0
-    nearest(answer, worth(0, "no_edit_for_this"), words, world(), {}, judging)
+    nearest(answer, worth(0, "no_edit_for_this"), words, world(), {}, judging, edits_)
     assert judgements == DEEP
     assert answer == read_answer(tree(fly_to("camp")))
 
