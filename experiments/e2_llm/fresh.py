@@ -1,4 +1,4 @@
-"""Fresh wordings of T6 to T10: ten of each, runs 30 to 39.
+"""Fresh wordings of T6 to T10: ten of each, runs 30 to 39; and ten more (`fresh_again`), runs 40 to 49.
 
 They were written last, by somebody who knew the oracles and not the drafting program, as different people in the field would
 say it. They are for one measurement: what is changed after a look at how they went has no fresh wordings any more.
@@ -7,10 +7,14 @@ say it. They are for one measurement: what is changed after a look at how they w
 from collections.abc import Mapping
 from typing import Final
 
+from experiments.e2_llm.fresh_again import AGAIN
+
 FIRST: Final = 30
 """The first run that has a fresh wording."""
+SECOND: Final = 40
+"""The first run that has one of `fresh_again`."""
 
-FRESH: Final[Mapping[str, tuple[str, ...]]] = {
+_FIRST_TEN: Final[Mapping[str, tuple[str, ...]]] = {
     "T6": (
         "Could one of the light drones have a look at things on every side of {center}? Once right round it, {radius} metres "
         "off, then over the middle of that ring, and after that home to its port, where it lands, please.",
@@ -151,6 +155,7 @@ FRESH: Final[Mapping[str, tuple[str, ...]]] = {
         "own to {next}, each of them landing.",
     ),
 }  # fmt: skip
+FRESH: Final[Mapping[str, tuple[str, ...]]] = {task: (*first, *AGAIN[task]) for task, first in _FIRST_TEN.items()}
 """The wordings of runs 30, 31, ...; `{radius_words}` is the radius in words."""
 
 _IN_WORDS: Final = {

@@ -72,13 +72,15 @@ def tables(runs: Iterable[Run]) -> str:
 
 
 def _parts(rows: list[Run]) -> list[Part]:
-    """Return the rows of a table: one for each task, and one for its fresh wordings behind it."""
+    """Return the rows of a table: one for each task, and those of its fresh wordings behind it."""
     found = []
     for task in ORDER:
         of = [run for run in rows if run.task == task]
-        old, new = [run for run in of if run.run < fresh.FIRST], [run for run in of if run.run >= fresh.FIRST]
-        found += [(task, task, old)] if old else []
-        found += [(f"{task}, fresh wordings", task, new)] if new else []
+        known = [run for run in of if run.run < fresh.FIRST]
+        first = [run for run in of if fresh.FIRST <= run.run < fresh.SECOND]
+        second = [run for run in of if run.run >= fresh.SECOND]
+        named = ((task, known), (f"{task}, fresh wordings", first), (f"{task}, fresh wordings again", second))
+        found += [(name, task, rows) for name, rows in named if rows]
     return found
 
 

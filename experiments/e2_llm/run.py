@@ -177,7 +177,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         default=0,
         dest="first",
         metavar="N",
-        help="the first run; T6 to T10: 30 to 39 are fresh wordings",
+        help="the first run; T6 to T10: 30 to 49 are fresh wordings",
     )
     reader.add_argument(
         "--every-wording", action="store_true", help="of the second set; else one of each request by turns"

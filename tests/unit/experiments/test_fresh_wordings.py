@@ -10,7 +10,7 @@ from experiments.e2_llm import run as runner
 from experiments.e2_llm.authors import Written
 from experiments.e2_llm.columns import examples_for
 from experiments.e2_llm.fly import world_of
-from experiments.e2_llm.fresh import FRESH
+from experiments.e2_llm.fresh import FRESH, SECOND
 from experiments.e2_llm.records import Judged, Run, read
 from experiments.e2_llm.report import figures, tables
 from experiments.e2_llm.requests import WORDS, last_run, requests
@@ -19,20 +19,20 @@ from formiga_bt.errors import FormigaError
 WORLD = world_of()
 EACH = [(task, run, words) for task, wordings in FRESH.items() for run, words in enumerate(wordings, start=30)]
 ONE_OF = {
-    "T6": (r"\bport\b", r"\b(round|ring|circle|360|tour|revolution|sixty|full way)\b", r"\b(lands?|landing|down)\b"),
+    "T6": (r"\bport\b", r"\b(round|ring|circle|360|tour|revolution|orbit|lap|circuit|loop|circumference|sixty|full way)\b", r"\b(lands?|landing|down)\b"),
     "T7": (
         r"\b(three|3)\b",
-        r"\b(square|right.angled?|ninety|quarter|L)\b",
-        r"\b(lands?|landing|set down|ground)\b",
+        r"\b(square|right.angle[ds]?|right triangle|ninety|90|quarter|L)\b",
+        r"\b(lands?|landing|set down|touch down|ground)\b",
     ),
-    "T8": (r"\b(land|lands|landing|touching down|put down|on the ground)\b", r"\b(zig-?zag|tack|bounce|cross)\b"),
+    "T8": (r"\b(land|lands|landing|touching down|put down|on the ground)\b", r"\b(zig-?zags?|tack|bounce|cross|weaving|slaloming)\b"),
     "T9": (
-        r"\b(two|another|pair|one more)\b",
-        r"\b(turn|360|circuit|ring|circle|turns|about|lap|orbits)\b",
+        r"\b(two|2|another|pair|both|one more)\b",
+        r"\b(turn|360|circuit|ring|circle|turns|about|lap|orbits|orbit|round)\b",
         r"\b(lands?|landing|down)\b",
     ),
     "T10": (
-        r"\b(two|couple)\b",
+        r"\b(two|2|couple)\b",
         r"\bwatcher\b",
         r"\bport\b",
         r"\b(yes|affirmative|If so|If it is|confirm)\b",
@@ -51,14 +51,14 @@ def copied(words: str, others: list[str]) -> set[tuple[str, ...]]:
     return {six for value in (" # ", " ") for other in others for six in sixes(words, value) & sixes(other, value)}
 
 
-def test_there_are_ten_of_each() -> None:
+def test_there_are_twice_ten_of_each() -> None:
     assert {task: len(wordings) for task, wordings in FRESH.items()} == dict.fromkeys(
-        ("T6", "T7", "T8", "T9", "T10"), 10
+        ("T6", "T7", "T8", "T9", "T10"), 20
     )
     for task in (*FRESH, "T10+"):
-        found = requests(task, WORLD, 10, 30)
-        assert [one.run for one in found] == list(range(30, 40))
-        assert len({one.words for one in found}) == 10
+        found = requests(task, WORLD, 20, 30)
+        assert [one.run for one in found] == list(range(30, 50))
+        assert len({one.words for one in found}) == 20
         assert not any("{" in one.words or one.paper_words for one in found)
 
 
@@ -67,8 +67,13 @@ def test_no_fresh_wording_has_six_words_of_another(task: str) -> None:
     others = [words for wordings in WORDS.values() for words in wordings]
     shown = [request for request, _ in examples_for("T10+")]
     for number, words in enumerate(FRESH[task]):
-        apart = [one for _, _, one in EACH if one != words]
-        assert copied(words, [*others, *shown, *apart]) == set(), f"{task}/{30 + number}"
+        run = 30 + number
+        apart = [one for _, at, one in EACH if one != words and (run >= SECOND or at < SECOND)]
+        rows = copied(words, [*others, *shown, *apart])
+        if run < SECOND:
+            assert rows == set(), f"{task}/{run}"
+        else:  # who wrote these had seen none of the others; what everybody says may be the same
+            assert len(rows) <= len(sixes(words, " # ")) / 2, f"{task}/{run}: {sorted(rows)}"
 
 
 def test_a_copy_would_be_found() -> None:
@@ -98,9 +103,9 @@ def test_earlier_runs_stay_as_they_are() -> None:
 
 
 def test_there_is_no_run_beyond_the_last() -> None:
-    assert (last_run("T6"), last_run("T10+"), last_run("T1")) == (39, 39, 29)
-    with pytest.raises(FormigaError, match="T6 has runs 0 to 39; runs 30 to 40 were asked for"):
-        requests("T6", WORLD, 11, 30)
+    assert (last_run("T6"), last_run("T10+"), last_run("T1")) == (49, 49, 29)
+    with pytest.raises(FormigaError, match="T6 has runs 0 to 49; runs 30 to 50 were asked for"):
+        requests("T6", WORLD, 21, 30)
     with pytest.raises(FormigaError, match="T1 has runs 0 to 29"):
         requests("T1", WORLD, 1, 30)
 
@@ -135,7 +140,7 @@ def test_runs_may_begin_at_the_fresh_ones(tmp_path: Path, monkeypatch: pytest.Mo
 @pytest.mark.parametrize(
     ("given", "text"),
     [
-        (["--tasks", "T6", "--from", "30"], "--from 30 --runs 30 asks for runs 30 to 59: T6 has runs 0 to 39"),
+        (["--tasks", "T6", "--from", "30"], "--from 30 --runs 30 asks for runs 30 to 59: T6 has runs 0 to 49"),
         (["--tasks", "T6,T1", "--from", "30", "--runs", "10"], "asks for runs 30 to 39: T1 has runs 0 to 29"),
         (["--tasks", "T6", "--from", "-1"], "--runs is 1 or more, --from 0 or more"),
         (["--tasks", "T6", "--runs", "0"], "--runs is 1 or more, --from 0 or more"),
