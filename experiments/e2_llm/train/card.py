@@ -41,6 +41,7 @@ def card_of(facts: Mapping[str, str], scores: Mapping[str, Mapping[str, Any]]) -
         f"| SHA-256 of the data | `{facts['data_sha256']}` |",
         f"| training | {facts['steps']} sequences, {int(facts['tokens']):,} tokens, {facts['minutes']} min "
         f"on {facts['device']}, seed {facts['seed']} |",
+        *_start(facts),
         f"| LoRA | rank {facts['rank']} on {facts['layers']}; rate {facts['rate']}, cosine |",
         f"| held-out loss | {facts['held_out_before']} before, {facts['held_out_loss']} after |",
         f"| size | {int(facts['bytes']):,} bytes |",
@@ -60,6 +61,16 @@ def card_of(facts: Mapping[str, str], scores: Mapping[str, Mapping[str, Any]]) -
         lines.append(f"| {said} | " + " | ".join(_cell(scores.get(column, {}), key) for column, _ in COLUMNS) + " |")
     lines += ["", "Scores on T6 to T10 and on the second set are in docs/experiments.md, column `tuned`.", ""]
     return "\n".join(lines)
+
+
+def _start(facts: Mapping[str, str]) -> list[str]:
+    """Return the row that says which adapter training went on from, if it did."""
+    if "started_from" not in facts:
+        return []
+    return [
+        f"| went on from | an adapter with SHA-256 `{facts['started_from']}`: {facts['start_steps']} sequences of the data "
+        f"with SHA-256 `{facts['start_data_sha256']}` |"
+    ]
 
 
 def _cell(scores: Mapping[str, Any], key: str) -> str:

@@ -2,6 +2,7 @@
 
     python -m experiments.e2_llm.train.fit --base smollm2 --data pairs.jsonl --minutes 90 --out adapters/smollm2
 
+With `--start-from ADAPTER` it goes on from an adapter that is there already, as with data that were made later.
 It runs in an environment of its own (`requirements.txt`); no model hub is asked for anything. A run that was interrupted goes
 on from its last checkpoint when it is started again. The learning rate follows the time that was given, so that the run ends
 when the minutes are over, wherever in the data it is then.
@@ -18,7 +19,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Final
 
-from experiments.e2_llm.train.adapter import MOST_BYTES, Adapter, gguf_name, write_adapter
+from experiments.e2_llm.train.adapter import MOST_BYTES, Adapter, gguf_name, read_adapter, write_adapter
 from experiments.e2_llm.train.bases import BASES, Base, base_file
 from experiments.e2_llm.train.batches import IGNORED, Example, asked, sequences
 from experiments.e2_llm.train.blocks import Blocks
@@ -81,6 +82,7 @@ class Run:
             str(file.parent), gguf_file=file.name, dtype=torch.bfloat16, quantization_config=plain
         )
         rank = given.rank or base.rank
+        self.rate = given.rate or base.rate
         self.alpha = 2.0 * rank
         config = LoraConfig(r=rank, lora_alpha=self.alpha, lora_dropout=0.0, target_modules=list(base.layers))
         self.model: Any = get_peft_model(model, config).to(given.device)
@@ -98,19 +100,45 @@ class Run:
         self.before = float("nan")
         """Held-out loss of the base alone."""
 
-    def tell_apart(self, examples: Sequence[Example]) -> None:
+    def start_from(self, adapter: Adapter) -> None:
+        """Take the matrices of an adapter for a start.
+
+        Raises:
+            SystemExit: it is of another model, rank or alpha.
+        """
+        if adapter.architecture != self.base.architecture or adapter.alpha != self.alpha:
+            raise SystemExit(
+                "the adapter to start from is of another model or rank\n  help: give its --rank, or leave it out"
+            )
+        for name, one in self.weights.items():
+            layer, half = _layer_of(name)
+            found = adapter.tensors[layer][half == "lora_B"]
+            if tuple(found.shape) != tuple(one.shape):
+                raise SystemExit(f"{layer} has {found.shape} in the adapter to start from, {tuple(one.shape)} here")
+            one.data.copy_(self.torch.from_numpy(found.astype("float32")))
+
+    def learn_words(self, examples: Sequence[Example]) -> None:
+        """Take the tokens that the data have; see `tell_apart`."""
+        torch = self.torch
+        self.whole = self.model.get_base_model().lm_head.weight.detach()
+        self.seen = torch.tensor(sorted({token for one in examples for token in one.ids}), device=self.whole.device)
+        self.seen_rows = self.whole[self.seen]
+        self.tell_apart("held")
+
+    def tell_apart(self, lot: object) -> None:
         """Take the tokens among which the next one is chosen: those of the data, and as many of all others by lot.
 
-        The whole vocabulary of 150,000 would take a fourth of the time, and the base rarely thinks of the rest.
+        The whole vocabulary of 150,000 would take a fourth of the time. Each step draws others, so that none is left out for
+        good: a token that is never among them is never learned to be wrong.
         """
         torch = self.torch
-        whole = self.model.get_base_model().lm_head.weight.detach()
-        seen = {token for one in examples for token in one.ids}
-        others = random.Random(self.given.seed).sample(range(whole.shape[0]), OTHERS)
-        kept = torch.tensor(sorted(seen | set(others)), device=whole.device)
-        self.head = whole[kept].contiguous()
-        self.index = torch.full((whole.shape[0],), -1, device=whole.device)
-        self.index[kept] = torch.arange(len(kept), device=whole.device)
+        others = random.Random(f"{self.given.seed}/{lot}").sample(range(self.whole.shape[0]), OTHERS)
+        drawn = torch.tensor(sorted(others), device=self.whole.device)
+        drawn = drawn[~torch.isin(drawn, self.seen)]
+        kept = torch.cat([self.seen, drawn])
+        self.head = torch.cat([self.seen_rows, self.whole[drawn]])
+        self.index = torch.full((self.whole.shape[0],), -1, device=self.whole.device)
+        self.index[kept] = torch.arange(len(kept), device=self.whole.device)
 
     def encode(self, text: str) -> list[int]:
         """Return the tokens of a text; marks of the chat form are single tokens."""
@@ -139,7 +167,8 @@ class Run:
     def step(self, example: Example, done: float) -> float:
         """Learn from one sequence; return its loss."""
         torch = self.torch
-        rate = rate_at(done, self.base.rate)
+        rate = rate_at(done, self.rate)
+        self.tell_apart(self.steps)
         for group in self.optimizer.param_groups:
             group["lr"] = rate
         loss = self.loss_of(example)
@@ -151,6 +180,7 @@ class Run:
 
     def held_loss(self, held: Sequence[Example]) -> float:
         """Return the mean loss of sequences that are not learned."""
+        self.tell_apart("held")
         with self.torch.no_grad():
             values = [float(self.loss_of(one)) for one in held]
         return sum(values) / len(values) if values else float("nan")
@@ -183,9 +213,15 @@ class Run:
         """Return the adapter's matrices by their GGUF names."""
         found: dict[str, dict[str, Any]] = {}
         for name, one in self.weights.items():
-            layer, _, half = name.replace(".default.weight", "").rpartition(".")
-            found.setdefault(gguf_name(layer), {})[half] = one.detach().float().cpu().numpy()
+            layer, half = _layer_of(name)
+            found.setdefault(layer, {})[half] = one.detach().float().cpu().numpy()
         return {name: (two["lora_A"], two["lora_B"]) for name, two in found.items()}
+
+
+def _layer_of(weight: str) -> tuple[str, str]:
+    """Return the GGUF name of the layer that a weight belongs to, and which half it is: `lora_A` or `lora_B`."""
+    layer, _, half = weight.replace(".default.weight", "").rpartition(".")
+    return gguf_name(layer), half
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -200,7 +236,13 @@ def main(arguments: Sequence[str] | None = None) -> None:
     held = sequences(run.encode, by_site(given.data, held=True), most=base.most_tokens, seed=given.seed)[: given.held]
     if not learn:
         raise SystemExit(f"{given.data} has nothing to learn")
-    run.tell_apart([*learn, *held])
+    run.learn_words([*learn, *held])
+    started: dict[str, str] = {}
+    if given.start_from is not None:
+        first = read_adapter(given.start_from)
+        run.start_from(first)
+        digest_of = hashlib.sha256(given.start_from.read_bytes()).hexdigest()
+        started = {"started_from": digest_of} | {f"start_{key}": first.about[key] for key in ("data_sha256", "steps")}
     checkpoint = given.out / f"checkpoint-{data_digest[:12]}.pt"
     if checkpoint.is_file():
         run.load(checkpoint)
@@ -221,6 +263,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         "steps": str(run.steps),
         "held_out_loss": f"{after:.4f}",
     }
+    about |= started
     written = write_adapter(path, Adapter(base.architecture, run.alpha, run.tensors(), about))
     facts = about | {
         "base": base.name,
@@ -229,7 +272,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         "tokens": str(run.tokens),
         "rank": str(given.rank or base.rank),
         "layers": ", ".join(base.layers),
-        "rate": str(base.rate),
+        "rate": str(run.rate),
         "bytes": str(written),
         "held_out_before": f"{before:.4f}",
         "device": given.device,
@@ -287,6 +330,8 @@ def _arguments(arguments: Sequence[str] | None) -> argparse.Namespace:
     parser.add_argument("--minutes", type=float, default=90.0, help="so long it learns; default 90")
     parser.add_argument("--steps", type=int, default=0, help="or so many sequences")
     parser.add_argument("--file", type=Path, help="the base's GGUF file; default: where formiga model fetch put it")
+    parser.add_argument("--start-from", type=Path, help="an adapter (.gguf) of the same base and rank to go on from")
+    parser.add_argument("--rate", type=float, default=0.0, help="learning rate at its height; default: the base's")
     parser.add_argument("--rank", type=int, default=0)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--held", type=int, default=24, help="sequences for the held-out loss")

@@ -11,6 +11,7 @@ from collections.abc import Iterable, Sequence
 from functools import cache
 from typing import Any, Final
 
+from experiments.e2_llm.fresh import FRESH
 from experiments.e2_llm.measures import NEAR, is_near
 from experiments.e2_llm.requests import WORDS
 from experiments.e2_llm.second_set import families, second_set
@@ -89,7 +90,7 @@ def grams(text: str) -> set[tuple[str, ...]]:
 @cache
 def evaluated() -> frozenset[tuple[str, ...]]:
     """Return the word rows of all evaluation wordings, as they stand there and with every case filled in."""
-    texts: list[str] = [text for wordings in WORDS.values() for text in wordings]
+    texts: list[str] = [text for wordings in (*WORDS.values(), *FRESH.values()) for text in wordings]
     texts += [text for _, family in families() for wordings in family.words.values() for text in wordings]
     texts += [text for one in second_set() for text in one.wordings]
     return frozenset(row for text in texts for row in grams(text))

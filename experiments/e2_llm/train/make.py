@@ -56,7 +56,8 @@ def statistics(pairs: Sequence[Pair], systems: Sequence[str]) -> str:
     return "\n".join(
         [
             f"{len(pairs)} pairs on {len(systems)} sites; {sum(one.held for one in pairs)} held out; "
-            f"{sum(one.language == 'es' for one in pairs)} in Spanish; {same} twice",
+            f"{sum(one.language == 'es' for one in pairs)} in Spanish; {sum(one.wide for one in pairs)} in wide words; "
+            f"{same} twice",
             "kinds: " + ", ".join(f"{kind} {count}" for kind, count in kinds.most_common()),
             f"tokens, about: prompt {_spread(len(one) / 4 for one in systems)}, request {asked}, answer {answered}",
             f"words: {len(words)} different of {words.total()}; shapes of trees: {len(shapes)}, "

@@ -2,7 +2,8 @@
 
 A mission is kept when its tree needs no mend, passes the checker, succeeds in a dry run, passes the checker again with all its
 names changed, and is no near-duplicate of an evaluation's. A wording is kept when it is new, says no evaluation's words, and
-the product's own comparison (English without slips: that is what it reads) finds nothing missing.
+the product's own comparison (English without slips: that is what it reads) finds nothing missing. Wide wordings are not
+compared: a model shall understand more than that.
 """
 
 import json
@@ -50,6 +51,8 @@ WORDINGS: Final = 2
 HELD_EVERY: Final = 12
 """Each so-many-th practice is held out, and may use wordings that training never has."""
 SPANISH: Final = 0.33
+WIDE: Final = 0.6
+"""Of the wordings."""
 FETCH: Final = "FetchHome"
 """What the product makes of a way home that begins on the ground."""
 KINDS: Final[tuple[tuple[Callable[[Draw], Mission], int], ...]] = (
@@ -90,6 +93,8 @@ class Pair(Struct, frozen=True, kw_only=True):
     """Number of the practice; the seed is in the file's first row."""
     kind: str
     language: str
+    wide: bool = False
+    """Said as people do whom the product's own reading of words need not understand."""
     held: bool
     request: str
     """As a model is shown it: coordinates have names."""
@@ -181,7 +186,7 @@ class Maker:
 
     def _worded(self, mission: Mission, judged: Judged | None, at: Practice, id_: str, *, held: bool) -> Pair | None:
         rng = random.Random(f"wording/{self.seed}/{id_}")
-        speaker = Speaker(rng, "es" if rng.random() < SPANISH else "en", held=held)
+        speaker = Speaker(rng, "es" if rng.random() < SPANISH else "en", held=held, wide=rng.random() < WIDE)
         ids = [name for names in at.ids.values() for name in names]
         kinds = [one[0] for one in at.kinds.values()]
         request = speaker.finished(mission.say(speaker), [*mission.names, *ids, *kinds])
@@ -198,6 +203,7 @@ class Maker:
             site=at.number,
             kind=mission.kind,
             language=speaker.language,
+            wide=speaker.wide,
             held=held,
             request=words.text,
             points={name: (one.lat, one.lng) for name, one in words.points.items()},
@@ -225,6 +231,8 @@ class Maker:
         against = impossible(words, at.flown, at.verbs)
         if against is not None:
             return f"called impossible ({mission.kind})"
+        if speaker.wide:
+            return ""
         found = compare(words, judged.task, judged.yaml, judged.flight, at.flown)
         alarms = ("wrong_person",) if mission.kind == "escalate" else ()  # the dry run's first yes is enough
         return next((one.code for one in found if one.severity == "error" and one.code not in alarms), "")

@@ -8,8 +8,8 @@ in held-out pairs. None of these may repeat the wordings of an evaluation: `leak
 from collections.abc import Mapping
 from typing import Final
 
-Both = tuple[tuple[str, ...], tuple[str, ...]]
-"""Wordings in English, wordings in Spanish."""
+Both = tuple[tuple[str, ...], ...]
+"""Wordings in English and in Spanish; behind them wide ones in English and in Spanish, if there are (`speaker.widened`)."""
 
 CLAUSES: Final[Mapping[str, Both]] = {
     "over": (
@@ -152,7 +152,7 @@ CLAUSES: Final[Mapping[str, Both]] = {
     ),
     "corners": (
         (
-            "[visit|visits] the corners of a right triangle with legs of {r} at {p}, {h} high",
+            "[visit|visits] the corners of a right-angled triangle, legs {r}, at {p}, {h} high",
             "[trace|traces] a right triangle from {p} (legs {r}) at {h}",
             "[fly|flies] past the three corners of a triangle at {p} whose legs measure {r}, at an altitude of {h}",
         ),

@@ -65,7 +65,7 @@ PLAIN: Final[Mapping[str, Both]] = {
     ),
     "corners_plain": (
         (
-            "[fly|flies] over the corners of a right triangle with legs of {r} at {p}",
+            "[fly|flies] over the corners of a right-angled triangle, legs {r}, at {p}",
             "[trace|traces] a right-angled triangle at {p}, legs {r} long",
         ),
         ("[pasa|pase|pasar] por las esquinas de un triángulo rectángulo de catetos de {r} en {p}",),

@@ -101,6 +101,15 @@ class Times(Struct, frozen=True):
         return str(self.n)
 
 
+PLAIN_SHARE: Final = 0.3
+"""Of the parts of a wide wording, so many are said as in plain ones."""
+
+
+def widened(tables: Mapping[str, Both], more: Mapping[str, Both]) -> dict[str, Both]:
+    """Return tables with the wide wordings of others behind the plain ones."""
+    return {key: (*both, *more.get(key, ((), ()))) for key, both in tables.items()}
+
+
 class Speaker:
     """Words a request.
 
@@ -108,19 +117,27 @@ class Speaker:
         rng: of this wording.
         language: `en` or `es`.
         held: whether wordings that training never has may be used.
+        wide: whether it speaks as people do whom the product's own reading of words need not understand.
     """
 
-    def __init__(self, rng: random.Random, language: str, *, held: bool = False) -> None:
-        self.rng, self.language, self.held = rng, language, held
+    def __init__(self, rng: random.Random, language: str, *, held: bool = False, wide: bool = False) -> None:
+        self.rng, self.language, self.held, self.wide = rng, language, held, wide
         self._index = int(language == "es")
         self.has_slip = False
 
     def pick(self, both: Both) -> str:
         """Return one of the wordings."""
-        return self.of(both[self._index])
+        return str(self.of(both[self._index], both[self._index + 2] if len(both) > 2 else ()))
 
-    def of(self, options: Sequence[Any]) -> Any:
-        """Return one of the options; the last of four or more is for held-out pairs only."""
+    def of(self, options: Sequence[Any], more: Sequence[Any] = ()) -> Any:
+        """Return one of the options; the last of four or more is for held-out pairs only.
+
+        Args:
+            options: plain ones.
+            more: wide ones, which are taken most of the time by who speaks so.
+        """
+        if self.wide and more and self.rng.random() >= PLAIN_SHARE:
+            options = more
         return self.rng.choice(options if self.held or len(options) < 4 else options[:-1])
 
     def say(self, value: Any) -> str:
