@@ -10,15 +10,17 @@ from experiments.e2_llm.train.phrases import CLAUSES, PLANS
 from experiments.e2_llm.train.phrases_cases import FACTS, TOLD
 from experiments.e2_llm.train.phrases_plain import PLAIN, PLAIN_PLANS
 from experiments.e2_llm.train.phrases_ways import ENDING_PLANS, ENDINGS
+from experiments.e2_llm.train.phrases_wide_ends import MORE_ENDINGS, MORE_PLAIN
+from experiments.e2_llm.train.phrases_wide_ways import MORE_CLAUSES
 from experiments.e2_llm.train.sites import Practice
-from experiments.e2_llm.train.speaker import Metres, Speaker, Spot, Time, Times
+from experiments.e2_llm.train.speaker import Metres, Speaker, Spot, Time, Times, widened
 
 Steps = list[dict[str, Any]]
 HEIGHTS: Final = (15, 20, 25, 30, 35, 40, 45, 50, 60, 70, 80, 90)
 SECONDS: Final = (10, 15, 20, 25, 30, 40, 45, 50, 90, 60, 60, 120, 180, 240, 300)
 GOES: Final = ("over", "over_plain", "watch", "land", "stop", "shuttle", "leave")
 """Their place may be given in degrees; helpers of the language take names."""
-ALL: Final = {**CLAUSES, **PLAIN, **ENDINGS}
+ALL: Final = widened({**CLAUSES, **PLAIN, **ENDINGS}, {**MORE_CLAUSES, **MORE_PLAIN, **MORE_ENDINGS})
 ALL_PLANS: Final = {**PLANS, **PLAIN_PLANS, **ENDING_PLANS}
 ASSUMED_M: Final = 30
 """A height that nobody gives."""

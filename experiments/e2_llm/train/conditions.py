@@ -1,11 +1,16 @@
 """Missions that depend on people, charge and time."""
 
-from typing import Any
+from typing import Any, Final
 
 from experiments.e2_llm.train.clauses import Clause, Draw, Steps
 from experiments.e2_llm.train.missions import Mission, chain, machine, names_of, person, third, told, tree
 from experiments.e2_llm.train.phrases_cases import CASES
-from experiments.e2_llm.train.speaker import Speaker, Time, Times
+from experiments.e2_llm.train.phrases_second import BOTH_AGREE
+from experiments.e2_llm.train.phrases_wide_cases import MORE_CASES, MORE_SENDING, SENDING
+from experiments.e2_llm.train.speaker import Speaker, Time, Times, widened
+
+_CASES: Final = widened(CASES, MORE_CASES)
+_SENDING: Final = (*SENDING, *MORE_SENDING)
 
 
 def _branch(draw: Draw) -> tuple[Clause, Clause]:
@@ -25,18 +30,12 @@ def yes_no(draw: Draw) -> Mission:
     steps: Steps = [{"ask": question, "of": [asked.role], "save_as": "reply"}, step]
 
     def say(speaker: Speaker) -> str:
-        b = (
-            other[0].said(speaker, 1 if speaker.language == "en" else 0)
-            if no is not None
-            else third(speaker, who, other)
-        )
-        b = (
-            (("send the word: " if speaker.language == "en" else "di: ") + no.values["x"][speaker.language == "es"])
-            if no is not None
-            else b
-        )
-        values = {"u": asked.said, "x": (en, es), "a": third(speaker, who, yes), "b": b}
-        return speaker.filled(speaker.pick(CASES["yes_no" if two else "if_yes"]), values)
+        if no is not None:
+            b = speaker.filled(speaker.pick(_SENDING), no.values)
+        else:
+            b = third(speaker, who, other)
+        values = {"u": asked.said, "x": (en, es), "a": third(speaker, who, yes), "b": b, "question": question}
+        return speaker.filled(speaker.pick(_CASES["yes_no" if two else "if_yes"]), values)
 
     plan = f"{asked.said[0]} is asked first; on yes the drone {', '.join(c.plan for c in yes)}" + (
         f"; on no: {', '.join(c.plan for c in other)}" if two else ""
@@ -71,7 +70,7 @@ def battery(draw: Draw) -> Mission:
         amount = percent_said(speaker, percent)
         name = who.said(speaker)
         values = {"b": amount, "x": text, "m": name, "a": third(speaker, who, clauses)}
-        return speaker.filled(speaker.pick(CASES["charged" if waits else "battery"]), values)
+        return speaker.filled(speaker.pick(_CASES["charged" if waits else "battery"]), values)
 
     plan = f"With {'at least' if waits else 'more than'} {percent} % of charge {told(clauses, 'the drone')}"
     return Mission("battery", tree("IfCharged", (who,), steps), plan, say, names_of(clauses))
@@ -88,7 +87,7 @@ def again(draw: Draw) -> Mission:
     steps: Steps = [{"repeat": n.value, "every": t.value, "steps": chain(clauses, "drone")}]
 
     def say(speaker: Speaker) -> str:
-        return speaker.filled(speaker.pick(CASES["again"]), {"n": n, "t": t, "a": third(speaker, who, clauses)})
+        return speaker.filled(speaker.pick(_CASES["again"]), {"n": n, "t": t, "a": third(speaker, who, clauses)})
 
     plan = f"{n.n} times, every {t.value}, {told(clauses, 'the drone')}"
     return Mission("every", tree("AgainAndAgain", (who,), steps), plan, say, names_of(clauses))
@@ -106,13 +105,35 @@ def escalate(draw: Draw) -> Mission:
     ]
 
     def say(speaker: Speaker) -> str:
-        values = {"u": one.said, "v": two.said, "x": (en, es), "a": third(speaker, who, clauses)}
-        return speaker.filled(speaker.pick(CASES["escalate"]), values)
+        values: dict[str, Any] = {"u": one.said, "v": two.said, "x": (en, es), "a": third(speaker, who, clauses)}
+        values["question"] = question
+        return speaker.filled(speaker.pick(_CASES["escalate"]), values)
 
     plan = (
         f"{one.said[0]} is asked, without a yes {two.said[0]} too; then the drone {', '.join(c.plan for c in clauses)}"
     )
     return Mission("escalate", tree("AskTwo", (who, one, two), steps), plan, say, names_of(clauses))
+
+
+def both_agree(draw: Draw) -> Mission:
+    """Return a mission that two people must agree to, asked one after the other, each about something else."""
+    who = machine(draw, "drone", draw.rng.choice(("lwd", "hwd", "drone")), plain=True)
+    people = [person(draw, "picker"), person(draw, "watcher")]
+    draw.rng.shuffle(people)
+    one, two = people
+    question, en, es = draw.fact()
+    other, other_en, other_es = draw.fact()
+    while other == question:
+        other, other_en, other_es = draw.fact()
+    clauses = list(_branch(draw))
+    steps: Steps = [{"ask": question, "of": [one.role]}, {"ask": other, "of": [two.role]}, *chain(clauses, "drone")]
+
+    def say(speaker: Speaker) -> str:
+        values: dict[str, Any] = {"u": one.said, "v": two.said, "x": (en, es), "y": (other_en, other_es)}
+        return speaker.filled(speaker.pick(BOTH_AGREE), values | {"a": third(speaker, who, clauses)})
+
+    plan = f"{one.said[0]} must agree, then {two.said[0]}; then the drone {', '.join(c.plan for c in clauses)}"
+    return Mission("both_agree", tree("BothAgree", (who, one, two), steps), plan, say, names_of(clauses))
 
 
 def refused(draw: Draw) -> Mission:
@@ -128,8 +149,8 @@ def refused(draw: Draw) -> Mission:
     ]
 
     def say(speaker: Speaker) -> str:
-        values = {"a": third(speaker, who, [first]), "u": asked.said, "x": (en, es), "y": text}
-        return speaker.filled(speaker.pick(CASES["refused"]), values)
+        values = {"a": third(speaker, who, [first]), "u": asked.said, "x": (en, es), "y": text, "question": question}
+        return speaker.filled(speaker.pick(_CASES["refused"]), values)
 
     plan = f"The drone {first.plan}, {asked.said[0]} is asked, a no is told; it returns"
     return Mission("refused", tree("AskAndTell", (who, asked), steps), plan, say, first.names)
@@ -158,7 +179,7 @@ def follow(draw: Draw) -> Mission:
 
     def say(speaker: Speaker) -> str:
         values = {"a": who.said(speaker), "u": asked.said, "h": h, "t": t}
-        return speaker.filled(speaker.pick(CASES["follow"]), values)
+        return speaker.filled(speaker.pick(_CASES["follow"]), values)
 
     plan = f"The drone asks the tracker every {t.value} and follows it at {h.value} until in range, then returns"
     return Mission("follow", tree("FollowTracker", (who, asked), steps), plan, say)

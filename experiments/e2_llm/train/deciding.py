@@ -2,13 +2,14 @@
 
 from typing import Any, Final
 
-from experiments.e2_llm.train.clauses import Draw, Steps, along, over
+from experiments.e2_llm.train.clauses import Clause, Draw, Steps, along, over
 from experiments.e2_llm.train.conditions import percent_said
 from experiments.e2_llm.train.missions import (
     Machine,
     Mission,
     chain,
     ended,
+    joined,
     machine,
     names_of,
     person,
@@ -16,9 +17,15 @@ from experiments.e2_llm.train.missions import (
     told,
     tree,
 )
+from experiments.e2_llm.train.phrases_second import FIRST_AGAIN, HOVERS, SECOND
 from experiments.e2_llm.train.phrases_ways import EITHER, NOTHING, ONLY_IF
-from experiments.e2_llm.train.speaker import Metres, Speaker
+from experiments.e2_llm.train.phrases_wide_turns import MORE_EITHER, MORE_NOTHING, MORE_ONLY_IF
+from experiments.e2_llm.train.speaker import Metres, Speaker, widened
+from experiments.e2_llm.train.teams import crew_of
 
+_EITHER: Final = widened(EITHER, MORE_EITHER)
+_NOTHING: Final = (*NOTHING, *MORE_NOTHING)
+_ONLY_IF: Final = widened(ONLY_IF, MORE_ONLY_IF)
 _FLIGHTS: Final = ("over", "over_plain", "watch", "watch_plain", "ring", "ring_plain", "stop", "leave", "tour", "pass")
 
 
@@ -43,8 +50,8 @@ def only_if(draw: Draw) -> Mission:
             "m": who.said(speaker),
             "b": percent_said(speaker, percent),
         }
-        values |= {"u": asked.said, "x": (en, es), "z": speaker.pick(NOTHING)}
-        return speaker.filled(speaker.pick(ONLY_IF["charge" if by_charge else "asked"]), values)
+        values |= {"u": asked.said, "x": (en, es), "z": speaker.pick(_NOTHING), "question": question}
+        return speaker.filled(speaker.pick(_ONLY_IF["charge" if by_charge else "asked"]), values)
 
     when = f"With more than {percent} % of charge" if by_charge else f"{asked.said[0]} is asked; on yes"
     agents = (who,) if by_charge else (who, asked)
@@ -95,9 +102,9 @@ def either(draw: Draw) -> Mission:
 
     def say(speaker: Speaker) -> str:
         values: dict[str, Any] = {"a": one.said(speaker), "b": other.said(speaker), "u": asked.said, "x": (en, es)}
-        values |= {"p": p, "q": q, "h": h, "t": t, "r": r}
-        head = speaker.filled(speaker.pick(EITHER["who" if two_machines else "place"]), values)
-        return head + speaker.filled(speaker.pick(EITHER[tail]), values)
+        values |= {"p": p, "q": q, "h": h, "t": t, "r": r, "question": question}
+        head = speaker.filled(speaker.pick(_EITHER["who" if two_machines else "place"]), values)
+        return head + speaker.filled(speaker.pick(_EITHER[tail]), values)
 
     where = f"{one.role} goes to {p.value}; on no {other.role} to {(p if two_machines else q).value}"
     then = {
@@ -114,3 +121,73 @@ def either(draw: Draw) -> Mission:
 
 def _named(who: Machine, of: str) -> Machine:
     return Machine("light" if of == "lwd" else "heavy", who.type, who.en, who.es, who.id)
+
+
+def second_if(draw: Draw) -> Mission:
+    """Return a flight of two machines: an answer decides whether the second one starts, or both, or one joins the other."""
+    rng = draw.rng
+    how = rng.choice(("keeps", "both", "joins"))
+    (one, _), (two, _) = crew_of(draw, 2)
+    if how != "keeps":  # the one that goes there is named first
+        one, two = two, one
+    asked, (question, en, es) = person(draw), draw.fact()
+    spot, h = draw.spot(plain=True), draw.height()
+    goal = spot if rng.random() < 0.5 else draw.spot(plain=True)
+    watch = draw.clause(rng.choice(("watch", "ring", "rings")))
+    job = [Clause("stop", {"p": goal, "t": draw.time()})]
+    if how == "keeps" or rng.random() < 0.3:
+        job = [draw.clause(rng.choice(("over", "watch", "ring", "rings", "tour")))]
+    job.append(draw.clause("home"))
+    ask: dict[str, Any] = {"ask": question, "of": [asked.role], "save_as": "reply"}
+    up, home, flight = over(one.role, spot, h), _home(one), chain(job, two.role)
+    steps: Steps = [up, ask, {"if": "reply.answer == 'yes'", "then": flight}, home]
+    if how != "keeps":
+        above: Steps = [{"sequence": flight}, {"sequence": [*chain([watch], one.role), home]}]
+        steps = [ask, {"if": "reply.answer == 'yes'", "then": [{"parallel": above}]}]
+        steps[1] |= {"else": flight} if how == "joins" else {}
+
+    def say(speaker: Speaker) -> str:
+        form = 1 if speaker.language == "en" else 0
+        values: dict[str, Any] = {"a": one.said(speaker), "b": two.said(speaker), "u": asked.said, "x": (en, es)}
+        hovers = speaker.filled(speaker.pick(HOVERS), {"p": spot, "h": h})
+        values |= {"k": hovers if how == "keeps" else watch.said(speaker, form), "d": joined(job, speaker, form)}
+        values |= dict.fromkeys(("a_", "b_"), speaker.pick(FIRST_AGAIN)) | {"question": question}
+        return speaker.filled(speaker.pick(SECOND[how]), values)
+
+    told_job = ", ".join(one.plan for one in job)
+    plans = {
+        "keeps": f"{one.role} hovers over {spot.value} at {h.value}; {asked.said[0]} is asked; on yes {two.role} "
+        f"{told_job}; then {one.role} returns",
+        "both": f"{asked.said[0]} is asked; on yes in parallel: {two.role} {told_job}; {one.role} {watch.plan}, returns",
+    }
+    plan = plans["keeps" if how == "keeps" else "both"] + (f"; on no {two.role} alone" if how == "joins" else "")
+    names = (*names_of([watch, *job]), *spot.names)
+    return Mission("second_if", tree("SecondIfSo", (one, two, asked), steps), plan, say, names)
+
+
+def told_before(draw: Draw) -> Mission:
+    """Return a flight whose second part, told before the question, is left out without a yes."""
+    rng = draw.rng
+    who = machine(draw, "drone", rng.choice(("lwd", "hwd", "drone")), plain=True)
+    kinds = ("over", "watch", "watch", "ring", "ring_plain", "over_plain", "watch_plain", "pass")
+    start, extra = draw.clause(rng.choice(kinds)), draw.clause(rng.choice(kinds))
+    asked, (question, en, es) = person(draw), draw.fact()
+    steps: Steps = [
+        *chain([start], "drone"),
+        {"ask": question, "of": [asked.role], "save_as": "reply"},
+        {"if": "reply.answer == 'yes'", "then": chain([extra], "drone")},
+        _home(who),
+    ]
+
+    def say(speaker: Speaker) -> str:
+        form = 1 if speaker.language == "en" else 0
+        values: dict[str, Any] = {"a": who.said(speaker), "u": asked.said, "x": (en, es), "question": question}
+        values |= {"c": start.said(speaker, form), "d": extra.said(speaker, form)}
+        return speaker.filled(speaker.pick(SECOND["earlier"]), values)
+
+    plan = f"One drone {start.plan}; {asked.said[0]} is asked; on yes it {extra.plan}; in both cases it returns"
+    return Mission("told_before", tree("SecondPartIfSo", (who, asked), steps), plan, say, names_of([start, extra]))
+
+
+def _home(who: Machine) -> dict[str, Any]:
+    return {"do": "ReturnHome", "agent": who.role}

@@ -1,12 +1,28 @@
 """Missions of machines that do the same, each at its own place; and of two that come together, wait, and part."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any, Final
 
 from experiments.e2_llm.train.clauses import Clause, Draw, Steps, beside
 from experiments.e2_llm.train.missions import SIDES, Machine, Mission, Person, chain, machine, person, tree
 from experiments.e2_llm.train.phrases_plain import FORMATION, FORMATION_THEN, PARTING
-from experiments.e2_llm.train.speaker import Metres, Speaker, Spot
+from experiments.e2_llm.train.phrases_wide_parting import (
+    COMES_DOWN,
+    HOVER_BOTH,
+    LAND_BOTH,
+    MORE_FORMATION,
+    MORE_FORMATION_THEN,
+    MORE_PARTING,
+    STAYS,
+    TAKES_STATION,
+    THEN_TOO,
+    WHO_PARTS,
+)
+from experiments.e2_llm.train.speaker import Metres, Speaker, Spot, widened
+
+_FORMED: Final = widened(FORMATION, MORE_FORMATION)
+_FORMED_THEN: Final = widened(FORMATION_THEN, MORE_FORMATION_THEN) | dict(THEN_TOO)
+_PARTED: Final = widened(PARTING, MORE_PARTING)
 
 _TASKS: Final = {
     "line": "StandInLine",
@@ -30,7 +46,7 @@ def formation(draw: Draw) -> Mission:
     kinds = [one for one in kinds if count == 3 or one != "triangle"]
     kind = rng.choice([*kinds, "triangle", "triangle"] if count == 3 else kinds)
     p, h, t = draw.spot(plain=True), Metres(rng.choice((15, 20, 25, 30, 35, 40))), draw.time()
-    values: dict[str, Any] = {"p": p, "h": h, "n": count, "ms": plural(label, spanish)}
+    values: dict[str, Any] = {"p": p, "h": h, "n": count, "m": (label, spanish), "ms": plural(label, spanish)}
     spots = draw.spots(min(count, 4))
     match kind:
         case "line":
@@ -48,7 +64,7 @@ def formation(draw: Draw) -> Mission:
         case _:
             values["r"] = r = Metres(rng.choice((12, 18, 25, 35, 40)))
             way = f"triangle({p.value}, {r.value})"
-    then = rng.choice(list(FORMATION_THEN))
+    then = rng.choice(list(_FORMED_THEN))
     asked, (question, en, es) = person(draw), draw.fact()
     told = draw.told()
     team = {"name": "drones", "type": name, "count": count}
@@ -67,8 +83,8 @@ def formation(draw: Draw) -> Mission:
 
     def say(speaker: Speaker) -> str:
         more = {"t": t, "u": asked.said, "x": (en, es), "y": told}
-        end = speaker.filled(speaker.pick(FORMATION_THEN[then]), more)
-        text = speaker.filled(speaker.pick(FORMATION[kind]).replace("{c}", "\0"), values).replace("\0", end)
+        end = speaker.filled(speaker.pick(_FORMED_THEN[then]), more)
+        text = speaker.filled(speaker.pick(_FORMED[kind]).replace("{c}", "\0"), values).replace("\0", end)
         return text[:1].upper() + text[1:]
 
     ends = {"wait": f"wait {t.value}", "ask": f"{asked.said[0]} must confirm", "tell": "people are told"}
@@ -97,9 +113,6 @@ def plural(label: str, spanish: str) -> tuple[str, str]:
         for word in rest
     ]
     return f"{label}s", " ".join([many, *words])
-
-
-_Then = tuple[str, Callable[[str], Steps], tuple[str, ...]]
 
 
 def parting(draw: Draw) -> Mission:
@@ -135,6 +148,11 @@ def parting(draw: Draw) -> Mission:
                 ("home", "home"),
                 ("home", "stay"),
                 ("ring", "home"),
+                ("stay", "home"),
+                ("stay", "land"),
+                ("ring", "stay"),
+                ("tell", "home"),
+                ("home", "tell"),
             )
         )
     ]
@@ -149,7 +167,8 @@ def parting(draw: Draw) -> Mission:
     def say(speaker: Speaker) -> str:
         form = 1 if speaker.language == "en" else 0
         es_ = speaker.language == "es"
-        stays = "se queda donde está" if es_ else "stays where it is"
+        lang = speaker.language
+        stays = speaker.of(("se queda donde está" if es_ else "stays where it is",), STAYS[lang])
         texts = [_joined(clauses, speaker, form) or stays for clauses in jobs]
         values: dict[str, Any] = {
             "a": one.said(speaker),
@@ -160,27 +179,34 @@ def parting(draw: Draw) -> Mission:
             "p": p,
             "g": g,
         }
-        values["e1"] = speaker.pick(PARTING["one"]).format(c=texts[0])
-        values["e2"] = speaker.pick(PARTING["other"]).format(c=texts[1])
+        values["e1"] = speaker.pick(_PARTED["one"]).format(c=texts[0])
+        values["e2"] = speaker.pick(_PARTED["other"]).format(c=texts[1])
+        names = speaker.rng.choice(WHO_PARTS[lang])
+        values |= {"l": names[0], "k": names[1]}
+        if speaker.wide and twins:
+            values["e1"], values["e2"] = (f"{name} {text}" for name, text in zip(names, texts, strict=True))
         if not twins:
             values["e1"], values["e2"] = f"{_the(one, es_)} {texts[0]}", f"{_the(two, es_)} {texts[1]}"
         both_said = twins and speaker.rng.random() < 0.6
         values |= {"n": 2, "ms": plural(*draw.at.kinds[first_of][1:])}
         if apart:
             land = (
-                ("aterrizan" if es_ else "land")
+                speaker.of(("aterrizan" if es_ else "land",), LAND_BOTH[lang])
                 if lands
-                else ("flotan a " + h.value if es_ else f"hover ({h.value} high)")
+                else speaker.of(("flotan a {h}" if es_ else "hover ({h} high)",), HOVER_BOTH[lang])
             )
-            head = speaker.filled(speaker.pick(PARTING["apart_two" if both_said else "apart"]), values | {"land": land})
-            return head + speaker.filled(speaker.pick(PARTING["after_time" if timed else "after_ask"]), values)
-        verb = ("aterriza en" if es_ else "lands at") if lands else ("vuela a" if es_ else "flies to")
-        up = "" if lands else (f" a {h.value}" if es_ else f" at {h.value}")
-        values["d1"], values["d2"] = f"{verb} {speaker.say(p)}{up}", f"{verb} {speaker.say(q)}{up}"
+            land = speaker.filled(land, {"h": h})
+            head = speaker.filled(speaker.pick(_PARTED["apart_two" if both_said else "apart"]), values | {"land": land})
+            return head + speaker.filled(speaker.pick(_PARTED["after_time" if timed else "after_ask"]), values)
+        if lands:
+            verb = speaker.of(("aterriza en {p}" if es_ else "lands at {p}",), COMES_DOWN[lang])
+        else:
+            verb = speaker.of(("vuela a {p} a {h}" if es_ else "flies to {p} at {h}",), TAKES_STATION[lang])
+        values["d1"], values["d2"] = (speaker.filled(verb, {"p": spot, "h": h}) for spot in (p, q))
         if both_said:
-            head = speaker.filled(speaker.pick(PARTING["pair"]), values)
-            return head + speaker.filled(speaker.pick(PARTING["after_time" if timed else "after_ask"]), values)
-        return speaker.filled(speaker.pick(PARTING["parting_timed" if timed else "parting"]), values)
+            head = speaker.filled(speaker.pick(_PARTED["pair"]), values)
+            return head + speaker.filled(speaker.pick(_PARTED["after_time" if timed else "after_ask"]), values)
+        return speaker.filled(speaker.pick(_PARTED["parting_timed" if timed else "parting"]), values)
 
     agents: list[Machine | Person] = [one, two] if timed else [one, two, asked]
     first, second = (", ".join(c.plan for c in clauses) or "stays" for clauses in jobs)
@@ -204,6 +230,8 @@ def _job(draw: Draw, kind: str, spot: Spot, height: Metres) -> list[Clause]:
             return [draw.clause("home")]
         case "land":
             return [Clause("land", {"p": spot})]
+        case "tell":
+            return [draw.clause("tell"), draw.clause("home")]
         case "look":
             return [Clause("watch", {"p": spot, "h": height, "t": draw.time()}), draw.clause("home")]
         case "ring":

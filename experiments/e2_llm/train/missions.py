@@ -1,12 +1,25 @@
 """Missions of one machine: parts in a row; who takes part, and how it is called."""
 
-from collections.abc import Callable, Sequence
+import re
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Final
 
 from msgspec import Struct
 
 from experiments.e2_llm.train.clauses import Clause, Draw, Steps, steps_of
 from experiments.e2_llm.train.phrases import JOINS, SINGLE
+from experiments.e2_llm.train.phrases_wide_talk import (
+    BACKWARDS,
+    CALLS,
+    ENDS_CALL,
+    FRONT_JOINS,
+    LISTS,
+    MORE_JOINS,
+    MORE_SINGLE,
+    PURPOSES,
+    RADIO,
+    SENTENCES,
+)
 from experiments.e2_llm.train.speaker import Speaker
 
 
@@ -112,10 +125,20 @@ def chain(clauses: Sequence[Clause], role: str) -> Steps:
     return found
 
 
-def joined(clauses: Sequence[Clause], speaker: Speaker, form: int) -> str:
-    """Return parts in a row in words."""
+def joined(
+    clauses: Sequence[Clause], speaker: Speaker, form: int, joins: Mapping[str, Sequence[tuple[str, str]]] | None = None
+) -> str:
+    """Return parts in a row in words.
+
+    Args:
+        clauses: the parts.
+        speaker: who says them.
+        form: of the verbs.
+        joins: what stands between them; None = any.
+    """
     parts = [one.said(speaker, form) for one in clauses]
-    between, final = speaker.of(JOINS[speaker.language])
+    language = speaker.language
+    between, final = speaker.of(joins[language]) if joins else speaker.of(JOINS[language], MORE_JOINS[language])
     return between.join(parts[:-1]) + final + parts[-1] if len(parts) > 1 else parts[0]
 
 
@@ -236,14 +259,92 @@ def single(draw: Draw) -> Mission:
     main = next(one.kind for one in clauses if one.kind in TASKS)
 
     def say(speaker: Speaker) -> str:
-        frame, form = speaker.of(SINGLE[speaker.language])
-        text = joined(clauses, speaker, form)
-        return speaker.filled(frame, {"a": who.said(speaker), "c": text}, form)
+        return widely(speaker, who, clauses) if speaker.wide else framed(speaker, who, clauses)
 
     kind = "ask" if len(agents) > 1 else "single" if len(clauses) <= 2 else "single_long"
     return Mission(
         kind, tree(TASKS[main], agents, chain(clauses, "drone")), told(clauses, "One drone"), say, names_of(clauses)
     )
+
+
+def framed(speaker: Speaker, who: Machine, clauses: Sequence[Clause]) -> str:
+    """Return a request for one machine, parts in a row."""
+    frame, form = speaker.of(SINGLE[speaker.language], MORE_SINGLE[speaker.language])
+    text = joined(clauses, speaker, form)
+    return speaker.filled(frame, {"a": who.said(speaker), "c": text}, form)
+
+
+TALK: Final = 0.12
+"""How often each of the ways of talking beside `framed` is taken."""
+LAST: Final = ("home", "home_own", "land", "aside_land", "tell")
+"""Ends that are clear when they are said first: they do not lean on what was said before."""
+
+
+def widely(speaker: Speaker, who: Machine, clauses: Sequence[Clause]) -> str:
+    """Return a request for one machine as very different people put it."""
+    dice = speaker.rng.random()
+    if dice < TALK:
+        return radioed(speaker, who, clauses)
+    way = framed
+    if len(clauses) > 1 and dice < 2 * TALK and clauses[-1].kind in LAST:
+        way = backwards
+    elif len(clauses) > 1 and 2 * TALK <= dice < 3 * TALK:
+        way = one_by_one
+    elif len(clauses) > 1 and 3 * TALK <= dice < 3.5 * TALK:
+        way = listed
+    text = way(speaker, who, clauses)
+    dice = speaker.rng.random()
+    if dice < TALK / 2:
+        return f"{speaker.pick(PURPOSES)} {text[:1].upper()}{text[1:]}"
+    return f"{text} {speaker.pick(PURPOSES)}" if dice < TALK else text
+
+
+def backwards(speaker: Speaker, who: Machine, clauses: Sequence[Clause]) -> str:
+    """Return a request that says the end first."""
+    frame, end, form = speaker.of(BACKWARDS[speaker.language])
+    front = joined(clauses[:-1], speaker, form, FRONT_JOINS)
+    return speaker.filled(frame, {"a": who.said(speaker), "e": clauses[-1].said(speaker, end), "c": front})
+
+
+def one_by_one(speaker: Speaker, who: Machine, clauses: Sequence[Clause]) -> str:
+    """Return a request with a sentence for each part."""
+    first, between, last, form = speaker.of(SENTENCES[speaker.language])
+    frames = [first, *[between] * (len(clauses) - 2), last]
+    values = {"a": who.said(speaker)}
+    said = [
+        speaker.filled(frame, values | {"c": one.said(speaker, form)})
+        for frame, one in zip(frames, clauses, strict=True)
+    ]
+    return "".join(said)
+
+
+def listed(speaker: Speaker, who: Machine, clauses: Sequence[Clause]) -> str:
+    """Return a request whose parts have numbers."""
+    mark, between = speaker.of((("{}.", ". "), ("{})", "; "), ("({})", " "), ("-", " ")))
+    parts = [f"{mark.format(i + 1)} {one.said(speaker, bare(speaker))}" for i, one in enumerate(clauses)]
+    return f"{speaker.filled(speaker.pick(LISTS), {'a': who.said(speaker)})} {between.join(parts)}."
+
+
+def radioed(speaker: Speaker, who: Machine, clauses: Sequence[Clause]) -> str:
+    """Return a request as people say it by radio."""
+    short = speaker.rng.random() < 0.6
+    parts = [speaker.filled(speaker.pick(CALLS), {"a": _called(speaker, who)})]
+    for one in clauses:
+        both = RADIO.get(one.kind)
+        said = speaker.filled(speaker.pick(both), one.values) if both else one.said(speaker, bare(speaker))
+        if short and one.kind not in ("ask", "tell"):
+            said = re.sub(r"\b(?:the|el|la) (?=\w)", "", said)
+        parts.append(f"{said[:1].upper()}{said[1:]}.")
+    return " ".join(parts) + speaker.pick(ENDS_CALL)
+
+
+def _called(speaker: Speaker, who: Machine) -> str:
+    return re.sub(r"^(?:an?|any|some|one|un|cualquier) (?=\w)", "", who.said(speaker))
+
+
+def bare(speaker: Speaker) -> int:
+    """Return the form of a verb that stands alone."""
+    return 2 if speaker.language == "es" else 0
 
 
 def third(speaker: Speaker, who: Machine, clauses: Sequence[Clause]) -> str:

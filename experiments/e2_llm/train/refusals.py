@@ -6,6 +6,7 @@ from experiments.e2_llm.train.clauses import Draw
 from experiments.e2_llm.train.formations import plural
 from experiments.e2_llm.train.missions import Mission, machine
 from experiments.e2_llm.train.phrases import Both
+from experiments.e2_llm.train.phrases_wide_refusals import MORE_DANGEROUS, MORE_IMPOSSIBLE, MORE_UNCLEAR
 from experiments.e2_llm.train.refusing import IMPOSSIBLE, NOWHERE, SKILLS, STRANGERS, UNCLEAR, UNITS, Row
 from experiments.e2_llm.train.refusing_dangers import DANGEROUS
 from experiments.e2_llm.train.sites import PLACES
@@ -18,13 +19,13 @@ SAFE_M = 40
 def impossible(draw: Draw) -> Mission:
     """Return something that cannot be done here."""
     kind = draw.rng.choice(("skill", "skill", "many", "high", "far", "nobody", "stranger", "no_unit"))
-    return _refusal(draw, "impossible", IMPOSSIBLE[kind], _values(draw, kind))
+    return _refusal(draw, "impossible", IMPOSSIBLE[kind], MORE_IMPOSSIBLE[kind], _values(draw, kind))
 
 
 def dangerous(draw: Draw) -> Mission:
     """Return something that must not be done."""
     kind = draw.rng.choice(list(DANGEROUS))
-    return _refusal(draw, "dangerous", DANGEROUS[kind], {})
+    return _refusal(draw, "dangerous", DANGEROUS[kind], MORE_DANGEROUS[kind], {})
 
 
 def unclear(draw: Draw) -> Mission:
@@ -35,7 +36,7 @@ def unclear(draw: Draw) -> Mission:
         elsewhere = [said for name, said in PLACES.items() if name not in draw.at.shown.site.places]
         values["z"] = draw.rng.choice(elsewhere if draw.rng.random() < 0.5 else NOWHERE)
     values |= {"r": Metres(draw.rng.choice((10, 15, 20, 25, 40))), "n": draw.rng.choice((3, 4, 5, 6, 8))}
-    return _refusal(draw, "question", UNCLEAR[kind], values)
+    return _refusal(draw, "question", UNCLEAR[kind], MORE_UNCLEAR[kind], values)
 
 
 def _values(draw: Draw, kind: str) -> dict[str, Any]:
@@ -60,7 +61,7 @@ def _values(draw: Draw, kind: str) -> dict[str, Any]:
             return {"z": (f"{name}_{have + draw.rng.randint(1, 6)}",) * 2}
 
 
-def _refusal(draw: Draw, kind: str, row: Row, more: dict[str, Any]) -> Mission:
+def _refusal(draw: Draw, kind: str, row: Row, wide: Both, more: dict[str, Any]) -> Mission:
     wordings, why, instead = row
     of = draw.rng.choice(("lwd", "hwd", "drone"))
     who = machine(draw, "drone", of, by_id=of != "drone" and draw.rng.random() < 0.2)
@@ -88,7 +89,7 @@ def _refusal(draw: Draw, kind: str, row: Row, more: dict[str, Any]) -> Mission:
     plan = {"question": "It is not said clearly what or where.", "dangerous": "That is not safe."}.get(
         kind, "That cannot be done here."
     )
-    both: Both = wordings
+    both: Both = (*wordings, *wide)
 
     def say(speaker: Speaker) -> str:
         return speaker.filled(speaker.pick(both), values | {"a": who.said(speaker)})

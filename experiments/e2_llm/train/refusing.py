@@ -27,6 +27,19 @@ SKILLS: Final[tuple[tuple[str, str, str], ...]] = (
     ("read out a poem", "recitar un poema", "speak"),
     ("melt the ice", "derretir el hielo", "melt ice"),
     ("pull the cart", "tirar del carro", "pull carts"),
+    ("paint the fence", "pintar la valla", "paint anything"),
+    ("pick the ripe apples", "recoger las manzanas maduras", "pick fruit"),
+    ("milk the goats", "ordeñar las cabras", "milk animals"),
+    ("sweep the leaves up", "barrer las hojas", "sweep leaves"),
+    ("translate the sign", "traducir el cartel", "translate"),
+    ("dig a hole", "cavar un hoyo", "dig"),
+    ("sing for the children", "cantar para los niños", "sing"),
+    ("measure the depth of the water", "medir la profundidad del agua", "measure depths"),
+    ("lock the gate", "cerrar la puerta con llave", "lock gates"),
+    ("spread seed", "esparcir semillas", "sow"),
+    ("change the light bulb", "cambiar la bombilla", "change light bulbs"),
+    ("push the car", "empujar el coche", "push cars"),
+    ("weigh the calves", "pesar los terneros", "weigh animals"),
 )
 """Doings that no verb does: as asked for in English and Spanish, and in the answer."""
 
@@ -138,9 +151,27 @@ STRANGERS: Final[tuple[tuple[str, str], ...]] = (
     ("the airship", "el dirigible"),
     ("the motor boat", "la lancha"),
     ("the hot-air balloon", "el globo"),
+    ("the ambulance", "la ambulancia"),
+    ("the glider", "el planeador"),
+    ("the satellite", "el satélite"),
+    ("our tractor", "nuestro tractor"),
+    ("the rescue boat", "el bote de rescate"),
 )
 """Machines that no site has."""
-UNITS: Final = ("falcon_3", "kestrel_1", "rover_2", "robot_9", "bird_4", "unit_12", "fox_7", "delta_5", "osprey_2")
+UNITS: Final = (
+    "falcon_3",
+    "kestrel_1",
+    "rover_2",
+    "robot_9",
+    "bird_4",
+    "unit_12",
+    "fox_7",
+    "delta_5",
+    "osprey_2",
+    "wasp_11",
+    "heli_1",
+    "gull_6",
+)
 """Ids that no site has."""
 NOWHERE: Final[tuple[tuple[str, str], ...]] = (
     ("the lighthouse", "el faro"),
@@ -155,6 +186,12 @@ NOWHERE: Final[tuple[tuple[str, str], ...]] = (
     ("the swimming pool", "la piscina"),
     ("Gate 99", "la entrada 99"),
     ("the third tower", "la tercera torre"),
+    ("the ski lift", "el telesilla"),
+    ("the railway station", "la estación de tren"),
+    ("the bakery", "la panadería"),
+    ("the volcano", "el volcán"),
+    ("the football pitch", "el campo de fútbol"),
+    ("the power plant", "la central eléctrica"),
 )
 """Places that no site has."""
 UNCLEAR: Final[Mapping[str, Row]] = {

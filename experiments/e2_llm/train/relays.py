@@ -1,12 +1,15 @@
 """Missions of two machines of which one flies at a time: the same again, by turns, the second after a yes."""
 
-from typing import Any
+from typing import Any, Final
 
 from experiments.e2_llm.train.clauses import Draw, Steps
 from experiments.e2_llm.train.missions import Mission, chain, joined, names_of, parts, person, tree
 from experiments.e2_llm.train.phrases_turns import RELAY
-from experiments.e2_llm.train.speaker import Speaker, Times
+from experiments.e2_llm.train.phrases_wide_teams import MORE_RELAY
+from experiments.e2_llm.train.speaker import Speaker, Times, widened
 from experiments.e2_llm.train.teams import crew_of
+
+_RELAYED: Final = widened(RELAY, MORE_RELAY)
 
 _SAME = ("over", "over_plain", "watch", "watch_plain", "ring", "ring_plain", "stop", "tour", "pass", "rings", "line")
 
@@ -20,7 +23,7 @@ def does_same(draw: Draw) -> Mission:
     def say(speaker: Speaker) -> str:
         text = joined(clauses, speaker, 1 if speaker.language == "en" else 0)
         values = {"a": one.said(speaker), "b": two.said(speaker), "c": text}
-        return speaker.filled(speaker.pick(RELAY["same"]), values)
+        return speaker.filled(speaker.pick(_RELAYED["same"]), values)
 
     told = ", ".join(clause.plan for clause in clauses)
     plan = f"{one.role} {told}; then {two.role} does the same"
@@ -40,7 +43,7 @@ def by_turns(draw: Draw) -> Mission:
     def say(speaker: Speaker) -> str:
         text = joined(clauses, speaker, 1 if speaker.language == "en" else 0)
         values = {"a": one.said(speaker), "b": two.said(speaker), "c": text, "n": n}
-        return speaker.filled(speaker.pick(RELAY["turns"]), values)
+        return speaker.filled(speaker.pick(_RELAYED["turns"]), values)
 
     told = ", ".join(clause.plan for clause in clauses)
     plan = f"{n.n} times: {one.role} {told}; then {two.role} does the same"
@@ -69,8 +72,8 @@ def after_yes(draw: Draw) -> Mission:
         form = 1 if speaker.language == "en" else 0
         values = {"a": one.said(speaker), "b": two.said(speaker), "u": asked.said, "x": (en, es)}
         values |= {"c": joined(lead, speaker, form), "d": joined(follow, speaker, form)}
-        text = speaker.filled(speaker.pick(RELAY["after_yes"]), values)
-        return text + (speaker.pick(RELAY["on_no"]) if told_no else "")
+        text = speaker.filled(speaker.pick(_RELAYED["after_yes"]), values)
+        return text + (speaker.pick(_RELAYED["on_no"]) if told_no else "")
 
     first_told, then_told = (", ".join(clause.plan for clause in job) for job in (lead, follow))
     plan = f"{one.role} {first_told}; {asked.said[0]} is asked; on yes {two.role} {then_told}"

@@ -1,13 +1,16 @@
 """Missions said tersely: stops in an order with one height and one pause for all, there and back, every so often."""
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, Final
 
 from experiments.e2_llm.train.clauses import Draw, Steps, along, over
 from experiments.e2_llm.train.missions import Mission, machine, tree
 from experiments.e2_llm.train.phrases_turns import ROUNDS
-from experiments.e2_llm.train.speaker import Metres, Speaker, Spot, Time, Times
+from experiments.e2_llm.train.phrases_wide_turns import MORE_ROUNDS
+from experiments.e2_llm.train.speaker import Metres, Speaker, Spot, Time, Times, widened
 from experiments.e2_llm.train.teams import crew_of
+
+_ROUNDS: Final = widened(ROUNDS, MORE_ROUNDS)
 
 
 def stops(draw: Draw) -> Mission:
@@ -31,7 +34,7 @@ def stops(draw: Draw) -> Mission:
     def say(speaker: Speaker) -> str:
         between = speaker.of((", ", ", ", " - ", "; ", " > "))
         values = {"a": who.said(speaker), "ps": between.join(speaker.say(one) for one in spots), "h": h, "t": t, "r": r}
-        return speaker.filled(speaker.pick(ROUNDS[how]), values)
+        return speaker.filled(speaker.pick(_ROUNDS[how]), values)
 
     where = ", ".join(one.value for one in spots)
     plan = {
@@ -62,7 +65,7 @@ def two_rounds(draw: Draw) -> Mission:
     def say(speaker: Speaker) -> str:
         ps, qs = (", ".join(speaker.say(spot) for spot in some) for _, some in ways)
         values = {"a": one.said(speaker), "b": two.said(speaker), "ps": ps, "qs": qs, "h": h, "t": t}
-        return speaker.filled(speaker.pick(ROUNDS["stops_two"]), values)
+        return speaker.filled(speaker.pick(_ROUNDS["stops_two"]), values)
 
     told = "; ".join(f"{who.role} visits {', '.join(spot.value for spot in some)}" for who, some in ways)
     plan = f"In parallel: {told}; at {h.value}, {t.value} at each; both return"
@@ -87,7 +90,7 @@ def there_and_back(draw: Draw) -> Mission:
 
     def say(speaker: Speaker) -> str:
         values = {"a": who.said(speaker), "p": p, "q": q, "h": h, "t": t, "n": n}
-        return speaker.filled(speaker.pick(ROUNDS["there_back_ground" if ground else "there_back"]), values)
+        return speaker.filled(speaker.pick(_ROUNDS["there_back_ground" if ground else "there_back"]), values)
 
     up = f"landing for {t.value} at each end" if ground else f"at {h.value}"
     plan = f"One drone goes to {p.value}, then {n.n} times to {q.value} and back, {up}; returns"
@@ -105,7 +108,7 @@ def periodic(draw: Draw) -> Mission:
 
     def say(speaker: Speaker) -> str:
         values = {"a": who.said(speaker), "p": p, "h": h, "t": t, "n": n, "e": e}
-        return speaker.filled(speaker.pick(ROUNDS["periodic"]), values)
+        return speaker.filled(speaker.pick(_ROUNDS["periodic"]), values)
 
     plan = f"{n.n} times, every {e.value}: the drone hovers over {p.value} at {h.value} for {t.value} and returns"
     return Mission("periodic", tree("EverySoOften", (who,), steps), plan, say, p.names)

@@ -1,6 +1,6 @@
 """Missions that end: on the ground somewhere for good, alone or side by side, or at home however that is called."""
 
-from typing import Any
+from typing import Any, Final
 
 from experiments.e2_llm.train.clauses import Clause, Draw, Steps, beside
 from experiments.e2_llm.train.formations import in_a_row, plural
@@ -21,7 +21,11 @@ from experiments.e2_llm.train.missions import (
 from experiments.e2_llm.train.phrases import SINGLE
 from experiments.e2_llm.train.phrases_turns import PARKED
 from experiments.e2_llm.train.phrases_ways import NOT_HOME
-from experiments.e2_llm.train.speaker import Metres, Speaker
+from experiments.e2_llm.train.phrases_wide_turns import MORE_NOT_HOME, MORE_PARKED
+from experiments.e2_llm.train.speaker import Metres, Speaker, widened
+
+_PARKED: Final = widened(PARKED, MORE_PARKED)
+_NOT_HOME: Final = (*NOT_HOME, *MORE_NOT_HOME)
 
 
 def settle(draw: Draw) -> Mission:
@@ -38,7 +42,7 @@ def settle(draw: Draw) -> Mission:
     def say(speaker: Speaker) -> str:
         frame, form = speaker.of([one for one in SINGLE[speaker.language] if not (more and "?" in one[0])])
         text = speaker.filled(frame, {"a": who.said(speaker), "c": joined(clauses, speaker, form)}, form)
-        return text + (" " + speaker.pick(NOT_HOME) if more else "")
+        return text + (" " + speaker.pick(_NOT_HOME) if more else "")
 
     kind = "for_good" if stays else "own_port"
     task = "LandForGood" if stays else "BackToPort"
@@ -101,8 +105,8 @@ def parked(draw: Draw) -> Mission:
         values: dict[str, Any] = {"p": p, "g": g, "n": count, "ms": plural(*draw.at.kinds[of][1:])}
         if mixed:
             values |= {"a": agents[0].said(speaker), "b": agents[1].said(speaker)}
-        last = speaker.filled(speaker.pick(PARKED[end]), {"t": t, "u": asked.said, "x": (en, es)})
-        text = speaker.filled(speaker.pick(PARKED["two" if mixed else "more"]).replace("{e}", "\0"), values)
+        last = speaker.filled(speaker.pick(_PARKED[end]), {"t": t, "u": asked.said, "x": (en, es)})
+        text = speaker.filled(speaker.pick(_PARKED["two" if mixed else "more"]).replace("{e}", "\0"), values)
         return text.replace("\0", last)
 
     people: list[Machine | Person] = [asked] if end == "ask_home" else []

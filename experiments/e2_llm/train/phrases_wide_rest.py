@@ -1,0 +1,185 @@
+"""More of `phrases_wide_ways`: tours, messages, questions and ends; tables only."""
+
+from collections.abc import Mapping
+from typing import Final
+
+from experiments.e2_llm.train.phrases import Both
+
+REST: Final[Mapping[str, Both]] = {
+    "tour": (
+        (
+            "[hold|holds] {t} overhead each of these, altitude {h}: {ps}",
+            "[go|goes] the round {ps}, {h} up, hovering {t} at every one",
+            "[make|makes] the tour of {ps} in {h} height with everywhere {t} of waiting",
+            "[be|is] at {ps} one after another, {t} each time, {h} above ground",
+            "[look|looks] in on {ps} from {h} and [give|gives] each {t}",
+            "[do|does] its milk round {ps}, {t} per stop in the air, height {h}",
+            "[work|works] through the list {ps}, staying {t} over each item at {h}",
+            "[hop|hops] along {ps} at {h} and [hang|hangs] in the air for {t} each time",
+            "[take|takes] waypoints {ps}, hover {t} each, level {h}",
+            "[show|shows] the visitors {ps} from {h}, {t} for each sight",
+            "[honour|honours] {ps} with its presence, {t} apiece, {h} up",
+            "[inspect|inspects] {ps} in this sequence from {h}, with {t} on station per place",
+        ),
+        (
+            "[va|vaya|ir] pasando por {ps} a {h}, con {t} de espera en cada sitio",
+            "[se detiene|se detenga|detenerse] {t} sobre cada uno de estos, altitud {h}: {ps}",
+            "[hace|haga|hacer] el recorrido {ps}, {h} de altura, {t} por parada en el aire",
+            "[enseña|enseñe|enseñar] {ps} desde {h}, {t} para cada lugar",
+            "[dedica|dedique|dedicar] {t} a cada sitio de la lista {ps}, volando a {h}",
+            "[se asoma|se asome|asomarse] a {ps} por este orden, {t} cada vez, a {h}",
+        ),
+    ),
+    "pass": (
+        (
+            "[track|tracks] via {ps}, level {h}, no holding",
+            "[string|strings] {ps} together in one flight at {h}",
+            "[make|makes] the way over {ps} in {h} height without to stop",
+            "[whizz|whizzes] over {ps} {h} up and [stop|stops] nowhere",
+            "[take|takes] the scenic route: {ps}, {h} above ground, no breaks",
+            "[thread|threads] its way through {ps} at {h}",
+            "[go|goes] non-stop over {ps}, altitude {h}",
+            "[join|joins] the dots {ps} at {h}",
+        ),
+        (
+            "[enlaza|enlace|enlazar] {ps} en un solo vuelo a {h}",
+            "[pasa|pase|pasar] sin detenerse por {ps}, altitud {h}",
+            "[va|vaya|ir] de un tirón por {ps} a {h} de altura",
+            "[toma|tome|tomar] la ruta {ps}, nivel {h}, sin esperas",
+        ),
+    ),
+    "shuttle": (
+        (
+            "[swing|swings] like a pendulum {n} from {p} to {q}, {h} up",
+            "[go|goes] {n} to {p} and on to {q}, altitude {h}",
+            "[fly|flies] the pair {p} - {q} {n} at {h}",
+            "[run|runs] a ferry service {n} from {p} to {q} in {h} height",
+            "[play|plays] ping-pong {n} between {p} and {q} at {h}",
+            "[repeat|repeats] {n}: {p}, then {q}, all at {h}",
+        ),
+        (
+            "[hace|haga|hacer] de péndulo {n} entre {p} y {q} a {h}",
+            "[repite|repita|repetir] {n}: {p} y luego {q}, siempre a {h}",
+            "[pasa|pase|pasar] {n} por {p} y después por {q}, altitud {h}",
+        ),
+    ),
+    "guard": (
+        (
+            "[walk|walks] the beat {ps} at {h} again and again for {t}",
+            "[make|makes] patrol during {t} between {ps}, height {h}",
+            "[loop|loops] {ps} at {h} until {t} have elapsed",
+            "[be|is] night watchman over {ps} for {t}, {h} up",
+            "[run|runs] a racetrack {ps}, level {h}, total time {t}",
+            "[keep|keeps] doing its round {ps} at {h} as long as {t} last",
+        ),
+        (
+            "[hace|haga|hacer] guardia por {ps} una y otra vez durante {t}, a {h}",
+            "[no para|no pare|no parar] de dar rondas por {ps} a {h} en {t}",
+            "[repite|repita|repetir] el circuito {ps}, altitud {h}, hasta cumplir {t}",
+        ),
+    ),
+    "wait": (
+        (
+            "[hold|holds] position, duration {t}",
+            "[do|does] nothing for {t}",
+            "[stay|stays] as it is for {t}",
+            "[make|makes] a pause of {t}",
+            "[let|lets] {t} pass",
+            "[count|counts] {t} on the clock",
+            "[take|takes] a breather of {t}",
+            "[stand|stands] by for {t}",
+        ),
+        (
+            "[deja|deje|dejar] pasar {t}",
+            "[no hace|no haga|no hacer] nada durante {t}",
+            "[se toma|se tome|tomarse] un respiro de {t}",
+            "[aguarda|aguarde|aguardar] {t}",
+        ),
+    ),
+    "tell": (
+        (
+            '[radio|radios] "{x}" to all stations',
+            '[let|lets] everyone know: "{x}"',
+            '[shout|shouts] "{x}" to the team',
+            '[broadcast|broadcasts] the words "{x}"',
+            '[give|gives] notice to all of us: "{x}"',
+            '[put|puts] out a call "{x}"',
+            '[make|makes] the announcement "{x}"',
+            '[pass|passes] the message "{x}" to the people',
+        ),
+        (
+            '[transmite|transmita|transmitir] a todos los puestos "{x}"',
+            '[da|dé|dar] el aviso "{x}" a la gente',
+            '[hace|haga|hacer] saber a todo el mundo: "{x}"',
+            '[anuncia|anuncie|anunciar] por radio "{x}"',
+        ),
+    ),
+    "ask": (
+        (
+            "[hold|holds] until {u} gives the word that {x}",
+            "[do|does] nothing more before {u} has said that {x}",
+            "[await|awaits] the confirmation from {u} that {x}",
+            "[consult|consults] {u} (is it true that {x}?) and [go|goes] on after a yes",
+            "[request|requests] confirmation from {u} that {x}",
+            "[make|makes] sure with {u} that {x}",
+            "[seek|seeks] the consent of {u}, who must say that {x}",
+            "[have|has] {u} answer if {x}",
+            "[go|goes] on only when {u} tells us that {x}",
+            "[put|puts] the question to {u} whether {x}",
+        ),
+        (
+            "[no sigue|no siga|no seguir] hasta que {u} diga que {x}",
+            "[se asegura|se asegure|asegurarse] con {u} de que {x}",
+            "[solicita|solicite|solicitar] confirmación: que {u} diga si {x}",
+            "[aguarda|aguarde|aguardar] el sí de {u}: que {x}",
+            "[continúa|continúe|continuar] solo cuando {u} confirme que {x}",
+        ),
+    ),
+    "home": (
+        (
+            "[RTB|RTBs]",
+            "[recover|recovers] to its port",
+            "[fly|flies] back where it lives",
+            "[make|makes] the way back to home",
+            "[be|is] brought home",
+            "[return|returns] to its nest",
+            "[call|calls] it a day and [go|goes] back to its port",
+            "[turn|turns] inbound and [land|lands] at its home port",
+            "[go|goes] back to its parking place at home",
+            "[come|comes] back to us, to its own port",
+            "[retire|retires] to its port",
+            "[end|ends] the sortie at its home port",
+            "[fly|flies] the way home and [be|is] put to bed",
+            "[take|takes] itself home",
+            "[make|makes] a full stop at home",
+            "[be|is] back home at the end",
+        ),
+        (
+            "[vuelve|vuelva|volver] a su nido",
+            "[se recoge|se recoja|recogerse] en su puerto",
+            "[emprende|emprenda|emprender] el regreso a casa",
+            "[hace|haga|hacer] el camino de vuelta a casa",
+            "[da|dé|dar] por terminada la salida y [vuelve|vuelva|volver] a su puerto",
+            "[pone|ponga|poner] rumbo a casa y [aterriza|aterrice|aterrizar]",
+            "[se retira|se retire|retirarse] a su puerto",
+            "[acaba|acabe|acabar] en casa",
+        ),
+    ),
+    "stay": (
+        (
+            "[touch|touches] down at that very place",
+            "[go|goes] straight down to the ground",
+            "[make|makes] a vertical descent and a full stop there",
+            "[sink|sinks] to the ground where it is",
+            "[put|puts] itself on the floor at the same place",
+            "[alight|alights] on the spot",
+            "[make|makes] landing in that place",
+        ),
+        (
+            "[baja|baje|bajar] al suelo en ese mismo sitio",
+            "[desciende|descienda|descender] en vertical y [toma|tome|tomar] tierra",
+            "[se queda|se quede|quedarse] en tierra justo debajo",
+            "[toca|toque|tocar] suelo allí mismo",
+        ),
+    ),
+}
