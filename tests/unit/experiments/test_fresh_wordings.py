@@ -19,13 +19,20 @@ from formiga_bt.errors import FormigaError
 WORLD = world_of()
 EACH = [(task, run, words) for task, wordings in FRESH.items() for run, words in enumerate(wordings, start=30)]
 ONE_OF = {
-    "T6": (r"\bport\b", r"\b(round|ring|circle|360|tour|revolution|orbit|lap|circuit|loop|circumference|sixty|full way)\b", r"\b(lands?|landing|down)\b"),
+    "T6": (
+        r"\bport\b",
+        r"\b(round|ring|circle|360|tour|revolution|orbit|lap|circuit|loop|circumference|sixty|full way)\b",
+        r"\b(lands?|landing|down)\b",
+    ),
     "T7": (
         r"\b(three|3)\b",
         r"\b(square|right.angle[ds]?|right triangle|ninety|90|quarter|L)\b",
         r"\b(lands?|landing|set down|touch down|ground)\b",
     ),
-    "T8": (r"\b(land|lands|landing|touching down|put down|on the ground)\b", r"\b(zig-?zags?|tack|bounce|cross|weaving|slaloming)\b"),
+    "T8": (
+        r"\b(land|lands|landing|touching down|put down|on the ground)\b",
+        r"\b(zig-?zags?|tack|bounce|cross|weaving|slaloming)\b",
+    ),
     "T9": (
         r"\b(two|2|another|pair|both|one more)\b",
         r"\b(turn|360|circuit|ring|circle|turns|about|lap|orbits|orbit|round)\b",
