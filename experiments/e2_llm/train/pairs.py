@@ -15,7 +15,7 @@ from typing import Any, Final
 
 from msgspec import Struct
 
-from experiments.e2_llm.train import (
+from experiments.e2_llm.train.kinds import (
     conditions,
     deciding,
     formations,
@@ -26,10 +26,10 @@ from experiments.e2_llm.train import (
     settling,
     teams,
 )
-from experiments.e2_llm.train.clauses import Draw
+from experiments.e2_llm.train.kinds.clauses import Draw
+from experiments.e2_llm.train.kinds.missions import Mission
 from experiments.e2_llm.train.leaks import Guard, leaked, shape
-from experiments.e2_llm.train.missions import Mission
-from experiments.e2_llm.train.phrases_cases import TOLD
+from experiments.e2_llm.train.phrases.cases import TOLD
 from experiments.e2_llm.train.sites import Practice, practice
 from experiments.e2_llm.train.speaker import Speaker
 from formiga_bt.lang.llm_in import load_task_json

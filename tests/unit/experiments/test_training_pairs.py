@@ -3,7 +3,7 @@
 import json
 import random
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -11,19 +11,39 @@ from typing import Any
 import pytest
 
 from experiments.e2_llm.fly import world_of
+from experiments.e2_llm.fresh import FRESH
 from experiments.e2_llm.requests import WORDS
 from experiments.e2_llm.second_set import second_set
-from experiments.e2_llm.train import deciding, make, refusals, relays, rounds, settling
-from experiments.e2_llm.train.clauses import Draw
+from experiments.e2_llm.train import make
+from experiments.e2_llm.train.kinds import deciding, refusals, relays, rounds, settling
+from experiments.e2_llm.train.kinds.clauses import Draw
+from experiments.e2_llm.train.kinds.missions import Mission
+from experiments.e2_llm.train.kinds.refusing import IMPOSSIBLE, UNCLEAR
+from experiments.e2_llm.train.kinds.refusing_dangers import DANGEROUS
 from experiments.e2_llm.train.leaks import OF_PAPER, Guard, grams, leaked
-from experiments.e2_llm.train.missions import Mission
 from experiments.e2_llm.train.pairs import KINDS, Made, Maker, renamed_problem, told_in_spanish, with_points_of
-from experiments.e2_llm.train.phrases import CLAUSES, SINGLE, TWO
-from experiments.e2_llm.train.phrases_cases import CASES
-from experiments.e2_llm.train.phrases_turns import PARKED, RELAY, ROUNDS
-from experiments.e2_llm.train.phrases_ways import EITHER, ENDINGS, NOTHING, ONLY_IF
-from experiments.e2_llm.train.refusing import IMPOSSIBLE, UNCLEAR
-from experiments.e2_llm.train.refusing_dangers import DANGEROUS
+from experiments.e2_llm.train.phrases import Both
+from experiments.e2_llm.train.phrases.cases import CASES
+from experiments.e2_llm.train.phrases.parts import CLAUSES, SINGLE, TWO
+from experiments.e2_llm.train.phrases.plain import FORMATION, FORMATION_THEN, PARTING, PLAIN
+from experiments.e2_llm.train.phrases.turns import PARKED, RELAY, ROUNDS
+from experiments.e2_llm.train.phrases.ways import EITHER, ENDINGS, NOTHING, ONLY_IF
+from experiments.e2_llm.train.phrases.wide.cases import MORE_CASES
+from experiments.e2_llm.train.phrases.wide.ends import MORE_ENDINGS, MORE_PLAIN
+from experiments.e2_llm.train.phrases.wide.formations import MORE_FORMATION, MORE_FORMATION_THEN
+from experiments.e2_llm.train.phrases.wide.parting import MORE_PARTING
+from experiments.e2_llm.train.phrases.wide.relays import MORE_CASES as MORE_MEETING
+from experiments.e2_llm.train.phrases.wide.relays import MORE_RELAY
+from experiments.e2_llm.train.phrases.wide.talk import MORE_SINGLE, PURPOSES, RADIO
+from experiments.e2_llm.train.phrases.wide.teams import MORE_TWO
+from experiments.e2_llm.train.phrases.wide.turns import (
+    MORE_EITHER,
+    MORE_NOTHING,
+    MORE_ONLY_IF,
+    MORE_PARKED,
+    MORE_ROUNDS,
+)
+from experiments.e2_llm.train.phrases.wide.ways import MORE_CLAUSES
 from experiments.e2_llm.train.renaming import verbs_renamed
 from experiments.e2_llm.train.score import marks_of, messages_of, without_role_names
 from experiments.e2_llm.train.sites import PLACES, practice
@@ -36,6 +56,23 @@ from formiga_bt.llm.words.spoken import SPANISH, said
 from formiga_bt.llm.words.wording import read, roles_of
 from formiga_bt.packaged import folder
 
+WIDE: tuple[tuple[Mapping[str, Both], Mapping[str, Both]], ...] = (
+    (CLAUSES, MORE_CLAUSES),
+    (PLAIN, MORE_PLAIN),
+    (ENDINGS, MORE_ENDINGS),
+    (FORMATION, MORE_FORMATION),
+    (FORMATION_THEN, MORE_FORMATION_THEN),
+    (PARTING, MORE_PARTING),
+    (CASES, {**MORE_CASES, **MORE_MEETING}),
+    (RELAY, MORE_RELAY),
+    (PARKED, MORE_PARKED),
+    (ROUNDS, MORE_ROUNDS),
+    (ONLY_IF, MORE_ONLY_IF),
+    (EITHER, MORE_EITHER),
+)
+"""Tables and the wide ones of the same keys."""
+IN_OTHER_WORDS = {"n", "ms", "m", "l", "k"}
+"""How many machines, and what each is called: `a pair of`, `one ..., its partner ...`."""
 SITES = (0, 1, 11)  # 11 is held out; names are changed at one of them at least
 SEED = 1
 
@@ -117,26 +154,52 @@ def test_no_request_shares_six_words_with_an_evaluation(made: list[Made]) -> Non
     assert not [one for one in requests if leaked(one)]
 
 
-def test_no_wording_in_the_tables_shares_six_words_with_an_evaluation() -> None:
+def test_no_plain_wording_in_the_tables_shares_six_words_with_an_evaluation() -> None:
     tables = [
         *CLAUSES.values(),
         *CASES.values(),
         *(both for of in (ENDINGS, ONLY_IF, EITHER, RELAY, PARKED, ROUNDS) for both in of.values()),
+        *(both for of in (FORMATION, FORMATION_THEN, PARTING, RADIO) for both in of.values()),
         NOTHING,
+        MORE_NOTHING,
+        PURPOSES,
         *(row[0] for of in (IMPOSSIBLE, DANGEROUS, UNCLEAR) for row in of.values()),
     ]
     texts = [text for both in tables for wordings in both for text in wordings]
-    texts += [text for frames in TWO.values() for text in frames] + [
-        text for frames in SINGLE.values() for text, _ in frames
-    ]
+    texts += [text for of in (TWO, MORE_TWO) for frames in of.values() for text in frames]
+    texts += [text for of in (SINGLE, MORE_SINGLE) for frames in of.values() for text, _ in frames]
 
     for text in texts:
         for form in range(3):
-            assert not leaked(Speaker(random.Random(1), "en").filled(text.replace("{", "").replace("}", ""), {}, form))
+            assert not leaked(Speaker(random.Random(1), "en").filled(re.sub(r"\{\w+\}", "blank", text), {}, form))
+
+
+@pytest.mark.parametrize(("plain", "wide"), WIDE, ids=[min(plain) for plain, _ in WIDE])
+def test_a_wide_wording_says_what_all_plain_ones_say_and_nothing_else(
+    plain: Mapping[str, Both], wide: Mapping[str, Both]
+) -> None:
+    def told(text: str) -> set[str]:
+        found = {name.lower() for name in re.findall(r"\{(\w+)\}", text)} - IN_OTHER_WORDS
+        return found - {"question"} | ({"x"} if "question" in found else set())
+
+    assert set(wide) <= set(plain)
+    for key, both in wide.items():
+        said = [told(text) for wordings in plain[key] for text in wordings]
+        for text in (text for wordings in both for text in wordings):
+            assert set.intersection(*said) <= told(text) <= set.union(*said), f"{key}: {text}"
+
+
+def test_who_speaks_wide_says_other_things_and_plain_wordings_stay_as_they_were() -> None:
+    both = (("fly there",), ("vuela allí",), ("proceed there",), ("dirígete allí",))
+    rng = random.Random(2)
+
+    assert {Speaker(rng, "en").pick(both) for _ in range(40)} == {"fly there"}
+    assert {Speaker(rng, "en", wide=True).pick(both) for _ in range(40)} == {"fly there", "proceed there"}
+    assert {Speaker(rng, "es", wide=True).pick(both) for _ in range(40)} == {"vuela allí", "dirígete allí"}
 
 
 def test_the_evaluations_own_wordings_are_known_as_such() -> None:
-    texts = [text for wordings in WORDS.values() for text in wordings] + [
+    texts = [text for of in (WORDS, FRESH) for wordings in of.values() for text in wordings] + [
         t for one in second_set() for t in one.wordings
     ]
 

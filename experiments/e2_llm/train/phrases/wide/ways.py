@@ -1,10 +1,10 @@
-"""How very many kinds of people say the parts of a mission: tables only, the wide side of `phrases.CLAUSES`."""
+"""How very many kinds of people say the parts of a mission: tables only, the wide side of `parts.CLAUSES`."""
 
 from collections.abc import Mapping
 from typing import Final
 
 from experiments.e2_llm.train.phrases import Both
-from experiments.e2_llm.train.phrases_wide_rest import REST
+from experiments.e2_llm.train.phrases.wide.rest import REST
 
 MORE_CLAUSES: Final[Mapping[str, Both]] = {
     "over": (

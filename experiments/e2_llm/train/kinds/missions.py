@@ -6,9 +6,9 @@ from typing import Any, Final
 
 from msgspec import Struct
 
-from experiments.e2_llm.train.clauses import Clause, Draw, Steps, steps_of
-from experiments.e2_llm.train.phrases import JOINS, SINGLE
-from experiments.e2_llm.train.phrases_wide_talk import (
+from experiments.e2_llm.train.kinds.clauses import Clause, Draw, Steps, steps_of
+from experiments.e2_llm.train.phrases.parts import JOINS, SINGLE
+from experiments.e2_llm.train.phrases.wide.talk import (
     BACKWARDS,
     CALLS,
     ENDS_CALL,

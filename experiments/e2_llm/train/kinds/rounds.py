@@ -3,12 +3,12 @@
 from collections.abc import Sequence
 from typing import Any, Final
 
-from experiments.e2_llm.train.clauses import Draw, Steps, along, over
-from experiments.e2_llm.train.missions import Mission, machine, tree
-from experiments.e2_llm.train.phrases_turns import ROUNDS
-from experiments.e2_llm.train.phrases_wide_turns import MORE_ROUNDS
+from experiments.e2_llm.train.kinds.clauses import Draw, Steps, along, over
+from experiments.e2_llm.train.kinds.missions import Mission, machine, tree
+from experiments.e2_llm.train.kinds.teams import crew_of
+from experiments.e2_llm.train.phrases.turns import ROUNDS
+from experiments.e2_llm.train.phrases.wide.turns import MORE_ROUNDS
 from experiments.e2_llm.train.speaker import Metres, Speaker, Spot, Time, Times, widened
-from experiments.e2_llm.train.teams import crew_of
 
 _ROUNDS: Final = widened(ROUNDS, MORE_ROUNDS)
 

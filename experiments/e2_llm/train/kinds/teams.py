@@ -3,9 +3,9 @@
 from collections.abc import Sequence
 from typing import Any, Final
 
-from experiments.e2_llm.train.clauses import Clause, Draw, Steps, over
-from experiments.e2_llm.train.formations import plural
-from experiments.e2_llm.train.missions import (
+from experiments.e2_llm.train.kinds.clauses import Clause, Draw, Steps, over
+from experiments.e2_llm.train.kinds.formations import plural
+from experiments.e2_llm.train.kinds.missions import (
     SIDES,
     Machine,
     Mission,
@@ -20,9 +20,11 @@ from experiments.e2_llm.train.missions import (
     person,
     tree,
 )
-from experiments.e2_llm.train.phrases import THREE, TURNS, TWO
-from experiments.e2_llm.train.phrases_cases import CASES
-from experiments.e2_llm.train.phrases_wide_teams import (
+from experiments.e2_llm.train.phrases.cases import CASES
+from experiments.e2_llm.train.phrases.parts import THREE, TURNS, TWO
+from experiments.e2_llm.train.phrases.wide.one_place import ONE_PLACE, PLAIN_INTRO, SAME_PLACE
+from experiments.e2_llm.train.phrases.wide.relays import MORE_CASES
+from experiments.e2_llm.train.phrases.wide.teams import (
     AT_ONCE,
     BACKWARDS,
     BODIES,
@@ -32,16 +34,12 @@ from experiments.e2_llm.train.phrases_wide_teams import (
     INTRO_TWINS,
     LABELS,
     LANDED_FIRST,
-    MORE_CASES,
     MORE_THREE,
     MORE_TURNS,
     MORE_TWO,
     NAMED,
-    ONE_PLACE,
     ORDERED,
-    PLAIN_INTRO,
     ROLES,
-    SAME_PLACE,
     STRAIGHT,
     THREE_LABELS,
     THREE_NAMED,

@@ -2,13 +2,13 @@
 
 from typing import Any
 
-from experiments.e2_llm.train.clauses import Draw
-from experiments.e2_llm.train.formations import plural
-from experiments.e2_llm.train.missions import Mission, machine
+from experiments.e2_llm.train.kinds.clauses import Draw
+from experiments.e2_llm.train.kinds.formations import plural
+from experiments.e2_llm.train.kinds.missions import Mission, machine
+from experiments.e2_llm.train.kinds.refusing import IMPOSSIBLE, NOWHERE, SKILLS, STRANGERS, UNCLEAR, UNITS, Row
+from experiments.e2_llm.train.kinds.refusing_dangers import DANGEROUS
 from experiments.e2_llm.train.phrases import Both
-from experiments.e2_llm.train.phrases_wide_refusals import MORE_DANGEROUS, MORE_IMPOSSIBLE, MORE_UNCLEAR
-from experiments.e2_llm.train.refusing import IMPOSSIBLE, NOWHERE, SKILLS, STRANGERS, UNCLEAR, UNITS, Row
-from experiments.e2_llm.train.refusing_dangers import DANGEROUS
+from experiments.e2_llm.train.phrases.wide.refusals import MORE_DANGEROUS, MORE_IMPOSSIBLE, MORE_UNCLEAR
 from experiments.e2_llm.train.sites import PLACES
 from experiments.e2_llm.train.speaker import Metres, Speaker
 

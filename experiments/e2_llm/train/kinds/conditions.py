@@ -2,11 +2,11 @@
 
 from typing import Any, Final
 
-from experiments.e2_llm.train.clauses import Clause, Draw, Steps
-from experiments.e2_llm.train.missions import Mission, chain, machine, names_of, person, third, told, tree
-from experiments.e2_llm.train.phrases_cases import CASES
-from experiments.e2_llm.train.phrases_second import BOTH_AGREE
-from experiments.e2_llm.train.phrases_wide_cases import MORE_CASES, MORE_SENDING, SENDING
+from experiments.e2_llm.train.kinds.clauses import Clause, Draw, Steps
+from experiments.e2_llm.train.kinds.missions import Mission, chain, machine, names_of, person, third, told, tree
+from experiments.e2_llm.train.phrases.cases import CASES
+from experiments.e2_llm.train.phrases.second import BOTH_AGREE
+from experiments.e2_llm.train.phrases.wide.cases import MORE_CASES, MORE_SENDING, SENDING
 from experiments.e2_llm.train.speaker import Speaker, Time, Times, widened
 
 _CASES: Final = widened(CASES, MORE_CASES)

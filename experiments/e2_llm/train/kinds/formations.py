@@ -3,19 +3,17 @@
 from collections.abc import Sequence
 from typing import Any, Final
 
-from experiments.e2_llm.train.clauses import Clause, Draw, Steps, beside
-from experiments.e2_llm.train.missions import SIDES, Machine, Mission, Person, chain, machine, person, tree
-from experiments.e2_llm.train.phrases_plain import FORMATION, FORMATION_THEN, PARTING
-from experiments.e2_llm.train.phrases_wide_parting import (
+from experiments.e2_llm.train.kinds.clauses import Clause, Draw, Steps, beside
+from experiments.e2_llm.train.kinds.missions import SIDES, Machine, Mission, Person, chain, machine, person, tree
+from experiments.e2_llm.train.phrases.plain import FORMATION, FORMATION_THEN, PARTING
+from experiments.e2_llm.train.phrases.wide.formations import MORE_FORMATION, MORE_FORMATION_THEN, THEN_TOO
+from experiments.e2_llm.train.phrases.wide.parting import (
     COMES_DOWN,
     HOVER_BOTH,
     LAND_BOTH,
-    MORE_FORMATION,
-    MORE_FORMATION_THEN,
     MORE_PARTING,
     STAYS,
     TAKES_STATION,
-    THEN_TOO,
     WHO_PARTS,
 )
 from experiments.e2_llm.train.speaker import Metres, Speaker, Spot, widened

@@ -241,7 +241,7 @@ MORE_PLAIN: Final[Mapping[str, Both]] = {
         ),
     ),
 }
-"""For `phrases_plain.PLAIN`."""
+"""For `plain.PLAIN`."""
 
 MORE_ENDINGS: Final[Mapping[str, Both]] = {
     "home_own": (
@@ -300,4 +300,4 @@ MORE_ENDINGS: Final[Mapping[str, Both]] = {
         ),
     ),
 }
-"""For `phrases_ways.ENDINGS`."""
+"""For `ways.ENDINGS`."""

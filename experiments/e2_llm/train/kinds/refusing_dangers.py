@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Final
 
-from experiments.e2_llm.train.refusing import Row
+from experiments.e2_llm.train.kinds.refusing import Row
 
 DANGEROUS: Final[Mapping[str, Row]] = {
     "crash": (

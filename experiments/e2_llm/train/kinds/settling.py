@@ -2,9 +2,9 @@
 
 from typing import Any, Final
 
-from experiments.e2_llm.train.clauses import Clause, Draw, Steps, beside
-from experiments.e2_llm.train.formations import in_a_row, plural
-from experiments.e2_llm.train.missions import (
+from experiments.e2_llm.train.kinds.clauses import Clause, Draw, Steps, beside
+from experiments.e2_llm.train.kinds.formations import in_a_row, plural
+from experiments.e2_llm.train.kinds.missions import (
     RINGS,
     SIDES,
     Machine,
@@ -18,10 +18,10 @@ from experiments.e2_llm.train.missions import (
     told,
     tree,
 )
-from experiments.e2_llm.train.phrases import SINGLE
-from experiments.e2_llm.train.phrases_turns import PARKED
-from experiments.e2_llm.train.phrases_ways import NOT_HOME
-from experiments.e2_llm.train.phrases_wide_turns import MORE_NOT_HOME, MORE_PARKED
+from experiments.e2_llm.train.phrases.parts import SINGLE
+from experiments.e2_llm.train.phrases.turns import PARKED
+from experiments.e2_llm.train.phrases.ways import NOT_HOME
+from experiments.e2_llm.train.phrases.wide.turns import MORE_NOT_HOME, MORE_PARKED
 from experiments.e2_llm.train.speaker import Metres, Speaker, widened
 
 _PARKED: Final = widened(PARKED, MORE_PARKED)

@@ -2,9 +2,9 @@
 
 from typing import Any, Final
 
-from experiments.e2_llm.train.clauses import Clause, Draw, Steps, along, over
-from experiments.e2_llm.train.conditions import percent_said
-from experiments.e2_llm.train.missions import (
+from experiments.e2_llm.train.kinds.clauses import Clause, Draw, Steps, along, over
+from experiments.e2_llm.train.kinds.conditions import percent_said
+from experiments.e2_llm.train.kinds.missions import (
     Machine,
     Mission,
     chain,
@@ -17,11 +17,11 @@ from experiments.e2_llm.train.missions import (
     told,
     tree,
 )
-from experiments.e2_llm.train.phrases_second import FIRST_AGAIN, HOVERS, SECOND
-from experiments.e2_llm.train.phrases_ways import EITHER, NOTHING, ONLY_IF
-from experiments.e2_llm.train.phrases_wide_turns import MORE_EITHER, MORE_NOTHING, MORE_ONLY_IF
+from experiments.e2_llm.train.kinds.teams import crew_of
+from experiments.e2_llm.train.phrases.second import FIRST_AGAIN, HOVERS, SECOND
+from experiments.e2_llm.train.phrases.ways import EITHER, NOTHING, ONLY_IF
+from experiments.e2_llm.train.phrases.wide.turns import MORE_EITHER, MORE_NOTHING, MORE_ONLY_IF
 from experiments.e2_llm.train.speaker import Metres, Speaker, widened
-from experiments.e2_llm.train.teams import crew_of
 
 _EITHER: Final = widened(EITHER, MORE_EITHER)
 _NOTHING: Final = (*NOTHING, *MORE_NOTHING)

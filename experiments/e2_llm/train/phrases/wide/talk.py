@@ -75,7 +75,7 @@ MORE_SINGLE: Final[Mapping[str, tuple[tuple[str, int], ...]]] = {
         ("{A} por favor {c}.", 2),
     ),
 }
-"""For `phrases.SINGLE`."""
+"""For `parts.SINGLE`."""
 
 MORE_JOINS: Final[Mapping[str, tuple[tuple[str, str], ...]]] = {
     "en": (
@@ -104,7 +104,7 @@ MORE_JOINS: Final[Mapping[str, tuple[tuple[str, str], ...]]] = {
         (", hecho esto ", ", y hecho todo eso "),
     ),
 }
-"""For `phrases.JOINS`."""
+"""For `parts.JOINS`."""
 
 FRONT_JOINS: Final[Mapping[str, tuple[tuple[str, str], ...]]] = {
     "en": ((", ", " and then "), (", then ", ", then "), ("; next ", "; next ")),

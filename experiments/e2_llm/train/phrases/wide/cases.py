@@ -1,4 +1,4 @@
-"""How very different people say what depends on people, charge and time, with the keys of `phrases_cases`: tables only."""
+"""How very different people say what depends on people, charge and time, with the keys of `cases`: tables only."""
 
 from collections.abc import Mapping
 from typing import Final

@@ -1,6 +1,6 @@
 """How very different people say parked machines, rounds, and answers that decide: tables only.
 
-The keys are those of `phrases_turns` and `phrases_ways`.
+The keys are those of `turns` and `ways`.
 """
 
 from collections.abc import Mapping

@@ -1,4 +1,4 @@
-"""More of `phrases_wide_ways`: tours, messages, questions and ends; tables only."""
+"""More of `wide.ways`: tours, messages, questions and ends; tables only."""
 
 from collections.abc import Mapping
 from typing import Final

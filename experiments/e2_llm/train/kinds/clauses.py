@@ -6,12 +6,12 @@ from typing import Any, Final
 
 from msgspec import Struct
 
-from experiments.e2_llm.train.phrases import CLAUSES, PLANS
-from experiments.e2_llm.train.phrases_cases import FACTS, TOLD
-from experiments.e2_llm.train.phrases_plain import PLAIN, PLAIN_PLANS
-from experiments.e2_llm.train.phrases_ways import ENDING_PLANS, ENDINGS
-from experiments.e2_llm.train.phrases_wide_ends import MORE_ENDINGS, MORE_PLAIN
-from experiments.e2_llm.train.phrases_wide_ways import MORE_CLAUSES
+from experiments.e2_llm.train.phrases.cases import FACTS, TOLD
+from experiments.e2_llm.train.phrases.parts import CLAUSES, PLANS
+from experiments.e2_llm.train.phrases.plain import PLAIN, PLAIN_PLANS
+from experiments.e2_llm.train.phrases.ways import ENDING_PLANS, ENDINGS
+from experiments.e2_llm.train.phrases.wide.ends import MORE_ENDINGS, MORE_PLAIN
+from experiments.e2_llm.train.phrases.wide.ways import MORE_CLAUSES
 from experiments.e2_llm.train.sites import Practice
 from experiments.e2_llm.train.speaker import Metres, Speaker, Spot, Time, Times, widened
 

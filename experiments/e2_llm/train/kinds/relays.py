@@ -2,12 +2,12 @@
 
 from typing import Any, Final
 
-from experiments.e2_llm.train.clauses import Draw, Steps
-from experiments.e2_llm.train.missions import Mission, chain, joined, names_of, parts, person, tree
-from experiments.e2_llm.train.phrases_turns import RELAY
-from experiments.e2_llm.train.phrases_wide_teams import MORE_RELAY
+from experiments.e2_llm.train.kinds.clauses import Draw, Steps
+from experiments.e2_llm.train.kinds.missions import Mission, chain, joined, names_of, parts, person, tree
+from experiments.e2_llm.train.kinds.teams import crew_of
+from experiments.e2_llm.train.phrases.turns import RELAY
+from experiments.e2_llm.train.phrases.wide.relays import MORE_RELAY
 from experiments.e2_llm.train.speaker import Speaker, Times, widened
-from experiments.e2_llm.train.teams import crew_of
 
 _RELAYED: Final = widened(RELAY, MORE_RELAY)
 

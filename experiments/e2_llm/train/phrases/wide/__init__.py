@@ -1,0 +1,1 @@
+"""Wide wordings, with the keys of the plain tables: see `speaker.widened`."""
