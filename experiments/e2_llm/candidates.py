@@ -98,6 +98,7 @@ def sample(
     *,
     most: int = MOST,
     every: int = 1,
+    first: int = 0,
     say: Callable[[str], None] = lambda _text: None,
 ) -> None:
     """Sample what a file lacks.
@@ -110,11 +111,12 @@ def sample(
         out: a file of lines.
         most: candidates.
         every: of the second set, each so-many-th request.
+        first: of T6 to T10, the first run.
         say: is told what was done.
     """
     world = world_of()
     have = {(one.model, one.column, one.task, one.run) for one in read(out)}
-    for task, run, words, judge in _due(tasks, runs, world, every):
+    for task, run, words, judge in _due(tasks, runs, world, every, first):
         if (*whose, task, run) in have:
             continue
         found = []
@@ -128,7 +130,7 @@ def sample(
 
 
 def _due(
-    tasks: Sequence[str], runs: int, world: World, every: int
+    tasks: Sequence[str], runs: int, world: World, every: int, first: int
 ) -> list[tuple[str, int, str, Callable[[Draft], bool]]]:
     found: list[tuple[str, int, str, Callable[[Draft], bool]]] = []
     for task in tasks:
@@ -139,7 +141,7 @@ def _due(
                     (f"second/{one.id}", run, one.wordings[run], lambda made, one=one: _right_second(made, one, world))
                 )
         else:
-            for request in requests(task, world, runs):
+            for request in requests(task, world, runs, first):
                 found.append(
                     (task, request.run, request.words, lambda made, request=request: _right(made, request, world))
                 )
@@ -188,6 +190,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     )
     reader.add_argument("--tasks", default="T6,T7,T8,T9,T10")
     reader.add_argument("--runs", type=int, default=6)
+    reader.add_argument("--from", dest="first", metavar="N", type=int, default=0, help="the first run of T6 to T10")
     reader.add_argument("--most", type=int, default=MOST)
     reader.add_argument("--every", type=int, default=1, help="of the second set: each so-many-th request")
     reader.add_argument("--out", type=Path)
@@ -220,6 +223,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             given.out,
             most=given.most,
             every=given.every,
+            first=given.first,
             say=tell,
         )
     finally:

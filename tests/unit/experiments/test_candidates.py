@@ -48,3 +48,17 @@ def test_requests_are_sampled_once_judged_by_their_oracle_and_told_by_n(tmp_path
     lines = table([row], 2).splitlines()
     assert "| T6 to T10 | 1 | 0.0 % (0/1;" in lines[2]
     assert "| T6 to T10 | 2 | 100.0 % (1/1;" in lines[3]
+
+
+def test_sampling_may_begin_at_a_later_run(tmp_path: Path) -> None:
+    (fresh,) = requests("T6", world_of(), 1, 30)
+    asked = []
+
+    def one(words: str, _number: int) -> Draft:
+        asked.append(words)
+        return draft(words, live_world(), Scripted(tree(home())), options=Options(rounds=0))
+
+    sample(one, ("m", "tuned"), ["T6"], 1, tmp_path / "c.jsonl", most=1, first=30)
+
+    assert asked == [fresh.words]
+    assert [row.run for row in read(tmp_path / "c.jsonl")] == [30]
