@@ -19,11 +19,11 @@ from experiments.e2_llm.train.kinds import (
     conditions,
     deciding,
     formations,
-    missions,
     refusals,
     relays,
     rounds,
     settling,
+    single,
     teams,
 )
 from experiments.e2_llm.train.kinds.clauses import Draw
@@ -56,7 +56,7 @@ WIDE: Final = 0.6
 FETCH: Final = "FetchHome"
 """What the product makes of a way home that begins on the ground."""
 KINDS: Final[tuple[tuple[Callable[[Draw], Mission], int], ...]] = (
-    (missions.single, 20),
+    (single.single, 20),
     (teams.side_by_side, 9),
     (teams.at_one_place, 8),
     (formations.formation, 9),
