@@ -12,7 +12,7 @@ times. All rounds are kept.
 
 import threading
 from collections.abc import Callable, Hashable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from time import monotonic
 from typing import Any, Final
 
@@ -24,7 +24,7 @@ from formiga_bt.llm.client import Chat
 from formiga_bt.llm.edits.nearby import nearest
 from formiga_bt.llm.envelope import Answer, Form, NoAnswer, read_answer, schema_of, without_refusal
 from formiga_bt.llm.examples import examples_of, most_similar
-from formiga_bt.llm.judging.agreeing import elected, is_settled, meaning
+from formiga_bt.llm.judging.agreeing import are_at_odds, elected, is_settled, meaning
 from formiga_bt.llm.judging.contradicted import contradicted
 from formiga_bt.llm.judging.judge import Judged, judge
 from formiga_bt.llm.judging.needless import is_told
@@ -245,7 +245,11 @@ class _Drafting:
         if self._rounds[-1] is not chosen.round:
             self._rounds.remove(chosen.round)
             self._rounds.append(chosen.round)
-        return chosen.answer, chosen.judged, chosen.reply
+        judged = chosen.judged
+        if judged is not None and are_at_odds([one.means for one in good]):
+            judged = replace(judged, shortfalls=(*judged.shortfalls, _at_odds(len(good))))
+            self._rounds[-1] = structs.replace(chosen.round, shortfalls=judged.shortfalls)
+        return chosen.answer, judged, chosen.reply
 
     def _ask(
         self, messages: list[Message], temperature: float, seed: int | None
@@ -405,6 +409,11 @@ class _Drafting:
             model=self._chat.model,
             seconds=round(monotonic() - self._began, 2),
         )
+
+
+def _at_odds(count: int) -> Shortfall:
+    text = f"the {count} answers of the model that pass do different things; this is the first of them"
+    return Shortfall("answers_differ", f"{text}: read its steps with care", help="say the request in other words", severity="warning")
 
 
 def _last_answer(previous: Draft | None) -> tuple[str, str] | None:

@@ -48,6 +48,11 @@ def elected(meanings: Sequence[Hashable]) -> int:
     return max(range(len(meanings)), key=lambda i: (counts[meanings[i]], -i))
 
 
+def are_at_odds(meanings: Sequence[Hashable]) -> bool:
+    """Return whether there are several answers, each of which means something else."""
+    return len(meanings) > 1 and len(set(meanings)) == len(meanings)
+
+
 def is_settled(meanings: Sequence[Hashable], left: int) -> bool:
     """Return whether so many further answers cannot change who is elected."""
     ranked = [count for _, count in Counter(meanings).most_common(2)]

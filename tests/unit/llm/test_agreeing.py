@@ -45,6 +45,18 @@ def test_a_question_is_an_answer_too() -> None:
     assert chosen(LOW, ASKS, ASKS) == ("question", 3)
 
 
+def test_who_reads_a_draft_is_told_when_no_two_answers_do_the_same() -> None:
+    def warnings(*answers: object) -> list[str]:
+        made = draft(LOOK, world(), Scripted(*answers), options=Options(candidates=len(answers), rounds=0))
+        assert made.shortfalls == made.rounds[-1].shortfalls
+        return [one.text for one in made.shortfalls if one.code == "answers_differ"]
+
+    assert warnings(LOW, HIGH) == [
+        "the 2 answers of the model that pass do different things; this is the first of them: read its steps with care"
+    ]
+    assert warnings(HIGH, HIGH_TOO) == warnings(LOW, HIGH, HIGH_TOO) == warnings(LOW, BAD) == warnings(LOW) == []
+
+
 def test_nobody_is_asked_once_the_vote_is_settled() -> None:
     assert chosen(HIGH, HIGH_TOO, LOW, candidates=3) == ("High", 2)
 
