@@ -413,7 +413,9 @@ class _Drafting:
 
 def _at_odds(count: int) -> Shortfall:
     text = f"the {count} answers of the model that pass do different things; this is the first of them"
-    return Shortfall("answers_differ", f"{text}: read its steps with care", help="say the request in other words", severity="warning")
+    return Shortfall(
+        "answers_differ", f"{text}: read its steps with care", help="say the request in other words", severity="warning"
+    )
 
 
 def _last_answer(previous: Draft | None) -> tuple[str, str] | None:
