@@ -12,6 +12,7 @@ from formiga_bt.llm.judging.plain import code_of, is_refused
 from formiga_bt.llm.records import Flight, Shortfall
 from formiga_bt.llm.shaping.teams import from_to
 from formiga_bt.llm.words.endings import ends_home
+from formiga_bt.llm.words.spoken import is_english, is_known
 from formiga_bt.llm.words.wording import INTENTS, Words
 from formiga_bt.llm.world import World
 
@@ -48,9 +49,12 @@ def unnamed(words: Words, text: str, world: World) -> Iterator[Shortfall]:
     if not words.places.keys() - {"base"} or _ANY_PLACE.search(said) is not None:
         return
     code = re.sub(r"^ *near: .*$", "", code_of(text), flags=re.MULTILINE)
+    in_english = is_english(words.text)
     for name in sorted(
         set(re.findall(r"[A-Za-z_]\w*", code)) & world.site.places.keys() - words.places.keys() - {"base"}
     ):
+        if not in_english and not is_known(name):
+            continue  # it may be named in words that nobody here knows
         if not any(part in said for part in name.casefold().split("_") if len(part) > 2 and part not in _NOUNS):
             yield Shortfall(
                 "place_unasked",

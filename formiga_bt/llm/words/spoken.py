@@ -54,6 +54,11 @@ def said(name: str, request: str) -> str:
     return found[0] if found is not None else ""
 
 
+def is_known(name: str) -> bool:
+    """Return whether it is known how a name is said in Spanish."""
+    return all(part.casefold() in SPANISH for part in _PART.split(name))
+
+
 def is_english(request: str) -> bool:
     """Return whether a request has more of the small words of English than of the other languages."""
     return len(_OTHER.findall(request)) <= len(_ENGLISH.findall(request))

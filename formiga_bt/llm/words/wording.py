@@ -93,6 +93,7 @@ _NO_QUESTION: Final = re.compile(
     r"\b(?:nobody|no one|no-one|nadie)\b[^.;]*\b(?:ask\w*|confirm\w*|pregunt\w+)"
     r"|\bno (?:hay que|hace falta|es necesario) pregunt\w+"
     r"|\b(?:no need to|without|do not|don't|sin) (?:ask\w*|pregunt\w+)(?: \w+)?"
+    r"|\"[^\"]*\"|“[^”]*”|«[^»]*»"  # a message, or the question itself: that somebody is asked is said before it
 )
 """What says that nobody is to be asked."""
 _SHARED_NOUN: Final = re.compile(

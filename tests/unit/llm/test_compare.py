@@ -12,6 +12,7 @@ from formiga_bt.llm.judging.judge import judge
 from formiga_bt.llm.judging.landings import landings
 from formiga_bt.llm.records import Flight
 from formiga_bt.llm.vocabulary import verbs_of
+from formiga_bt.llm.words.points import Point, with_points
 from formiga_bt.llm.words.wording import read
 from formiga_bt.llm.world import World, world_of
 from tests.unit.llm.scripted import fly_to, home, tree
@@ -270,3 +271,23 @@ def test_a_task_that_fails_in_the_dry_run_is_told_with_its_reason() -> None:
     assert found("ask the watcher at the camp", answer)[0] == (
         "not_succeeded", "in the dry run the task ended FAILED: expect answered later",
     )  # fmt: skip
+
+
+def test_a_place_whose_name_nobody_knows_in_spanish_may_be_meant_by_any_words() -> None:
+    wide = with_points(world(), {"crossing": Point(66.5005, 25.699, "crossing")})
+    answer = tree(fly_to("camp"), fly_to("crossing"), home())
+
+    def unasked(request: str) -> list[str]:
+        words = read(request, wide.site, wide.catalogue)
+        judged = judge(read_answer(answer), words, wide, verbs_of(wide), "short", compared=words)
+        return [one.about for one in judged.shortfalls if one.code == "place_unasked"]
+
+    assert unasked("Un dron ligero va al campamento, luego al cruce y vuelve a casa") == []
+    assert unasked("A light drone goes to the camp, then to the junction and comes home") == ["crossing"]
+
+
+def test_what_a_message_says_is_no_wish_for_a_question() -> None:
+    answer = tree(fly_to("camp"), {"notify": "Permission refused"}, home())
+
+    said = found('A light drone flies to the camp, sends "Permission refused" and comes home', answer)
+    assert "nobody_asked" not in [code for code, _ in said]
