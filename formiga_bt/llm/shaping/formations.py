@@ -8,6 +8,7 @@ from formiga_bt.llm.words.wording import Words
 _TRIANGLE: Final = re.compile(r"\btri[aá]ng\w+|\bright[ -]angle|\b(?:90|ninety)[ -]?(?:degrees?|deg|°)", re.IGNORECASE)
 _LEGS_BEFORE: Final = re.compile(r"\b(?:legs?|catetos?)\W*(?:(?:of|are|is|both|each|de|:)\s*)*$", re.IGNORECASE)
 _LEGS_AFTER: Final = re.compile(r"\W*(?:long )?(?:legs|catetos)\b", re.IGNORECASE)
+_HIGH: Final = re.compile(r"\W*(?:high|up|above|(?:of|in|de) (?:height|altitude|alto|altura))\b", re.IGNORECASE)
 _LEGS_IN: Final = re.compile(r"triangle\((?:[^()]|\([^()]*\))*,\s*(\d+(?:\.\d+)?\s*k?m)\s*\)")
 _BELOW: Final = re.compile(
     r"\b(?:land|lands|landing|touch(?:es)? down|come down|comes down)\b(?P<en>[^.;]{0,50}?)"
@@ -41,7 +42,9 @@ def leg_of(words: Words) -> str:
     for amount in words.amounts:
         for match in re.finditer(re.escape(amount.words), words.text):
             before, after = words.text[: match.start()], words.text[match.end() :]
-            if amount.type == "distance" and (_LEGS_BEFORE.search(before) or _LEGS_AFTER.match(after)):
+            if amount.type != "distance" or _HIGH.match(after) is not None:
+                continue
+            if _LEGS_BEFORE.search(before) or _LEGS_AFTER.match(after):
                 found.add(f"{amount.si:g} m")
     return found.pop() if len(found) == 1 else ""
 

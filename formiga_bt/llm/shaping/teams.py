@@ -35,6 +35,16 @@ def is_list(text: str) -> bool:
     return _LIST.fullmatch(text.strip()) is not None
 
 
+_HOME: Final = re.compile(
+    r"\b(?:home|ports?|back|return\w*|rtbs?|base|nests?|casa|puertos?|nido|vuelv\w*|volver|regres\w*|retorn\w*|"
+    r"palaa\w*|kotiin|asemalle|took off (?:from|at)|starting (?:points?|places?|positions?)|"
+    r"(?:where|from which|to which) (?:it|they|each) (?:started|took off|came from|lives?|belongs?|departed|set out)|"
+    r"(?:point|pad|place) of (?:departure|origin)|"
+    r"(?:de |desde )?donde (?:salió|despegó|partió|estaba)|punto de (?:partida|salida))\b"
+)
+"""Words of a way home, however it is said."""
+
+
 def gap_of(words: Words) -> str:
     """Return how far apart machines are to be, as the request says it, or ""."""
     for amount in words.amounts:
@@ -49,13 +59,7 @@ def gap_of(words: Words) -> str:
 
 def lands_only(words: Words) -> bool:
     """Return whether a request wants a landing, and speaks of no way home."""
-    text = words.text.casefold()
-    home = re.search(
-        r"\b(?:home|port|ports|back|return\w*|base|casa|puertos?|vuelv\w*|volver|regres\w*|retorn\w*|"
-        r"palaa\w*|kotiin|asemalle)\b",
-        text,
-    )
-    return words.means("land") and home is None
+    return words.means("land") and _HOME.search(words.text.casefold()) is None
 
 
 def in_a_row(place: str, count: int, gap: str) -> str:

@@ -113,6 +113,7 @@ def test_how_far_apart_neighbours_are(request_: str, gap: str) -> None:
         ("As a right angle at the camp with 12 m long legs", "12 m"),
         ("Un triángulo en el campamento, catetos de 12 m", "12 m"),
         ("A triangle at the camp, 12 m", ""),
+        ("A triangle at the camp, 12 m along both legs, 35 m high", ""),
         ("A zigzag at the camp, legs of 12 m", ""),
     ],
 )
@@ -164,6 +165,9 @@ def test_a_team_that_is_left_in_the_air_comes_home() -> None:
 def test_a_way_home_in_spanish_is_one() -> None:
     assert not lands_only(words("Un dron ligero aterriza en el campamento y luego vuelve a casa."))
     assert lands_only(words("Un dron ligero aterriza en el campamento."))
+    assert not lands_only(words("A light drone looks at the camp and lands where it started."))
+    assert not lands_only(words("LWD over the camp, then landing on the pad of departure."))
+    assert not lands_only(words("Un dron ligero mira el campamento y aterriza donde despegó."))
     assert lands_only(words("Gather two light drones on the ground at the camp."))
     assert not lands_only(words("A light drone looks at people on the ground at the camp."))
     steps = [land("drone", "camp"), home()]
