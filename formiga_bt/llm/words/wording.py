@@ -73,7 +73,11 @@ LIGHT_HEAVY: Final[Mapping[str, tuple[str, ...]]] = {
             "heavy one", "big drone", "big drones", "raskas drooni", "raskasta droonia", "raskaan droonin",
             "dron pesado", "drones pesados", "uno pesado"),
 }  # fmt: skip
-_CORNER: Final = re.compile(r"\b(?:corners?|angles?|esquinas?|[aá]ngulos?)\b", re.IGNORECASE)
+_CORNER: Final = re.compile(
+    r"\b(?:corners?|angles?|vertex|vertices|tri[aá]ng\w+|esquinas?|[aá]ngulos?|vértices?)\b"
+    r"|(?:degrees?|deg|°|grados)\s+(?:between|apart|(?:to|from) (?:each|one an)other|entre)\b",
+    re.IGNORECASE,
+)
 INTENTS: Final[Mapping[str, str]] = {
     "home": r"\b(?:(?:comes?|flies|fly|goes|go|returns?|gets?|brings?) (?:it |them |both )?(?:back )?home|return(?:s|ing)? to"
     r" (?:the |its |their )?(?:base|port|ports|home)|back (?:to (?:the |its |their )?(?:base|port|ports)|home)|comes? back|"

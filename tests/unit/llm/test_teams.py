@@ -485,6 +485,9 @@ def test_who_is_asked_by_another_name_keeps_the_roles_open() -> None:
 def test_a_right_angle_is_no_number_and_legs_are_no_height() -> None:
     request = "Three light drones, triangle, corner of 90 degrees at the west field, legs 15 m. Land together."
     assert [one.words for one in words(request).amounts] == ["15 m"]
+    between = "Three LWDs: one over the west field, two 15 m from it, with ninety degrees between them."
+    assert [one.words for one in words(between).amounts] == ["15 m"]
+    assert [one.words for one in words("A light drone turns by 90 degrees over the camp.").amounts] == ["90 degrees"]
 
     def stand(spots: str, height: str) -> Judged:
         up = {"do": "FlyTo", "agent": "drones", "to": spots, "height": height}
