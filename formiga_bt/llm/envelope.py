@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from itertools import permutations
 from typing import Any, Final, Literal
 
+from formiga_bt.lang.expr.scope import AGENT_FIELDS
 from formiga_bt.llm.vocabulary import Verb
 from formiga_bt.llm.world import World
 
@@ -71,7 +72,7 @@ def schema_of(
         roles: agent types and how many of each a request speaks of for certain; a task in short form has those roles.
     """
     if form == "short":
-        tree, definitions = _task(world), _steps(verbs, shapes() if typed else {})
+        tree, definitions = _task(world), _steps(verbs, shapes(world) if typed else {})
         if roles:
             tree["properties"]["agents"] = _exactly(roles)
         kinds = [_closed({"tree": tree})]
@@ -164,11 +165,19 @@ def _steps(verbs: Mapping[str, Verb], shape: Mapping[str, Schema]) -> Schema:
     return {"step": {"anyOf": [{"$ref": f"#/$defs/{name}"} for name in found]}, **found}
 
 
-def shapes() -> dict[str, Schema]:
-    """Return how the values of each type look in the short form: patterns that small models are held to."""
+def shapes(world: World) -> dict[str, Schema]:
+    """Return how the values of each type look in the short form: patterns that small models are held to.
+
+    Args:
+        world: the fields of its agents and results that are places are known.
+    """
     number = "[0-9]{1,4}([.][0-9]{1,2})?"
     far = f"{number} (m|km)"
-    name = "[A-Za-z_][A-Za-z0-9_]{0,40}([.][a-z_]{1,20})?"
+    known = dict(AGENT_FIELDS)
+    for action in world.catalogue.actions.values():
+        known.update(action.result)
+    fields = "|".join(sorted(name for name, type_ in known.items() if type_.name in ("place", "position")))
+    name = f"[A-Za-z_][A-Za-z0-9_]{{0,40}}([.]({fields}))?"
     way = f"(north|south|east|west)={far}"
     place = f"({name}|offset\\({name}, {way}(, {way})?\\)|centroid\\({name}\\))"
     count = "[0-9]{1,2}"
@@ -183,7 +192,7 @@ def shapes() -> dict[str, Schema]:
         "place": f"({place}|{listed})",
         "position": f"({place}|{listed})",
         "list of place": listed,
-        "region": name,
+        "region": "[A-Za-z_][A-Za-z0-9_]{0,40}",
         "repeat": f"({count}|forever|{number} (s|min|h))",
     }
     return {key: {"type": "string", "pattern": f"^{pattern}$"} for key, pattern in patterns.items()}

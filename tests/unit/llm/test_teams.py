@@ -285,7 +285,7 @@ def test_a_model_is_told_what_was_read() -> None:
 
 def test_all_examples_fit_the_shapes_that_small_models_are_held_to() -> None:
     verbs = offered(verbs_of(world()))
-    kinds = shapes()
+    kinds = shapes(world())
     assert set(verbs) == {"FlyTo", "FlyAlong", "FlyAndLand", "ReturnHome", "Explore", "MiniFinder"}
     checked = 0
     for example in examples_of(world()):
@@ -296,6 +296,16 @@ def test_all_examples_fit_the_shapes_that_small_models_are_held_to() -> None:
                     assert re.fullmatch(kinds[type_]["pattern"], values[key]), (example.id, key, values[key])
                     checked += 1
     assert checked > 40
+    place = kinds["place"]["pattern"]
+    said = {
+        "camp": True,
+        "fix.go_to": True,
+        "one.position": True,
+        "one.home": True,
+        "one.hold": False,
+        "one.battery": False,
+    }
+    assert {one: re.fullmatch(place, one) is not None for one in said} == said
     typed = json.dumps(schema_of(world(), verbs, typed=True))
     assert ("pattern" in typed, "pattern" in json.dumps(schema_of(world(), verbs))) == (True, False)
 
