@@ -13,6 +13,13 @@ from formiga_bt.llm.world import World
 
 _WHERE: Final = re.compile(r"\bwhere (?:shall|should|is|does|must)\b|\bwhich places?\b(?! is the)", re.IGNORECASE)
 _ENDS: Final = re.compile(r"\b(?:round|around|between|about) which\b", re.IGNORECASE)
+_BETWEEN: Final = re.compile(r"\bbetween which\b", re.IGNORECASE)
+_HAS_ENDS: Final = re.compile(
+    r"\b(?:between|from|along|way|route|line|straight|zig-?zag\w*|weav\w*|back and forth|to and fro|shuttl\w*|legs?|"
+    r"entre|desde|ruta|línea|tramos?|ida|ir y venir|va y viene)\b",
+    re.IGNORECASE,
+)
+"""Words of a way that has two ends."""
 _WHAT: Final = re.compile(r"\bwhat (?:shall|should|is to|must)\b", re.IGNORECASE)
 _WHO: Final = re.compile(r"\bwhich (?:machine|drone|one|agent)\b", re.IGNORECASE)
 _PROPOSES: Final = re.compile(r"^\W*(?:(?:how|what) about|would you like|do you want|may I|shall I)\b", re.IGNORECASE)
@@ -53,6 +60,8 @@ def needless(question: str, words: Words, world: World) -> str:
         world: the site and its fleet.
     """
     bare = _bare(words)
+    if _BETWEEN.search(question) and words.places and not _HAS_ENDS.search(bare) and is_told(words, world):
+        return "the answer asks between which places, and the request wants no way between places"
     if _POINTS.search(bare) or _ENDS.search(question) or not is_flown(words, world):
         return ""
     if _PROPOSES.search(question) and is_told(words, world):

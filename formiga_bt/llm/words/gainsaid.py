@@ -1,6 +1,7 @@
 """Reasons why something cannot be, held against the site, the catalogue and the request: `45 m is too high`.
 
-A reason falls only if these show that it is wrong, or if it is none. What endangers people is never gainsaid.
+A reason falls only if these show that it is wrong, or if it is none. What endangers people is gainsaid only where nothing is
+wanted but plain flights, which the limits, the dry run and the layers of safety hold.
 """
 
 import re
@@ -35,12 +36,21 @@ _EXPLORES: Final = r"(?:explore|search|scan|survey|map|comb|cover)"
 _CANNOT: Final = r"\bno (?:verb|machine|drone)s? here can ({})\b([^.;]*)"
 _LITTLE: Final = """
     a an the at to over above round around about from of in on near by there here it them this that place places region area
+    regions areas
     site and home back for with m s min light heavy drone drones machine away up down through between then land or any all
 """
 _MISSING: Final = re.compile(
     r"\bno verb here can\b|\bno such\b|\b(?:there (?:is|are)|(?:the )?site has|(?:do|does) not have|has)\s+(?:no|any|not)\b",
     re.IGNORECASE,
 )
+_DANGER: Final = re.compile(r"\b(?:endanger\w*|danger\w*|unsafe|not safe|hurt\w*|harm\w*)\b", re.IGNORECASE)
+_RISKY: Final = re.compile(
+    r"\b(?:each other|one another|into|through|on top|under|underneath|below|beneath|low\w*|close\w*|near\w*|"
+    r"without|not?|fast\w*|same (?:place|spot|point|time|height)|together|entre sí|contra|bajo|debajo|sin|mism[oa]|"
+    r"juntos|rápid\w*|cerca)\b",
+    re.IGNORECASE,
+)
+"""Words of flights that may be a danger."""
 _ONLY: Final = re.compile(r"\bonly\s+(?:\d+|one|two|three|four|five|six|seven|eight)\s+(?:of\b|\w+)", re.IGNORECASE)
 _PLURAL: Final = re.compile(
     r"\b(?:drones|lwds|hwds|uavs|machines|all|every|each|many|swarm|dozen\w*|todos|todas)\b", re.IGNORECASE
@@ -156,4 +166,6 @@ def _anything(reason: str, words: Words, world: World) -> str:
     """Find what is said to be missing, where the request has no word but those of flights: nothing can be."""
     if _MISSING.search(reason) and is_flown(words, world):
         return f'the answer says "{reason.strip(" .")}", and the request wants nothing but flights'
+    if _DANGER.search(reason) and not _RISKY.search(_without(words)) and is_flown(words, world):
+        return f'the answer says "{reason.strip(" .")}", and the request wants nothing but plain flights'
     return ""

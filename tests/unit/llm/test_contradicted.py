@@ -123,6 +123,8 @@ LOOK = "Scan the bog from 35 m with an LWD and return."
         ("2 lwd stand there.", "Two LWDs land at the camp."),
         ("A point 7 km away is outside the fence.", "Send lwd_2 to the camp."),
         ("That cannot be done here.", LOOK),
+        ("That would endanger people.", LOOK),
+        ("No verb here can explore areas.", "Search the bog from 60 m with a light drone; somebody is missing."),
     ],
 )
 def test_a_reason_that_site_catalogue_or_request_gainsay_is_no_answer(reason: str, request_: str) -> None:
@@ -139,7 +141,9 @@ def test_a_reason_that_site_catalogue_or_request_gainsay_is_no_answer(reason: st
         ("The site has no such machine.", "The crane lifts lwd_1 at the camp."),
         ("The site has only 3 of them.", "All our drones, as many as there are in the whole land, to the camp."),
         ("A point 7 km away is outside the fence.", "Send lwd_2 7 km to the north of the camp."),
-        ("That would endanger people.", LOOK),
+        ("That would endanger people.", "Two light drones fly into each other over the camp."),
+        ("That would endanger people.", "A light drone flies over the camp without lights."),
+        ("That would endanger people.", "A light drone flies over the watcher at the camp."),
         ("No drone here may carry people.", "A light drone flies the watcher to the camp."),
         ("No verb here can carry people.", "A light drone takes the watcher to the camp."),
     ],

@@ -27,6 +27,10 @@ def words(request: str) -> Words:
         ("What shall be done at west_field?", "Manda hwd_1 sobre el campo oeste a 45 m y que vuelva."),
         ("Which machine is meant? The site has lwd_1.", "Send a heavy drone to the camp."),
         ("How about a flight to the lake shore?", "Send a heavy drone to the camp."),
+        (
+            "Between which places? The site has camp.",
+            "A light drone goes twice round the camp, 30 m out, and comes home.",
+        ),
     ],
 )
 def test_what_the_request_says_is_not_asked(question: str, request_: str) -> None:
@@ -38,6 +42,7 @@ def test_what_the_request_says_is_not_asked(question: str, request_: str) -> Non
     [
         ("Where shall the light drone go? The site has camp.", "A light drone flies over there, then to the camp."),
         ("Where shall the light drone go? The site has camp.", "A light drone flies from the camp to the lighthouse."),
+        ("Between which places? The site has camp.", "A light drone goes to and fro at the camp."),
         ("Round which place shall it fly?", "A light drone flies a circle of 20 m and lands at the camp."),
         ("What shall be done at camp?", "The camp, with hwd_1, now."),
         ("Which machine is meant? The site has lwd_1.", "The same drone goes to the camp."),
