@@ -1,10 +1,11 @@
-"""Edits for figures that a request names and nobody flies: three that stand as a right triangle."""
+"""Edits for figures: three that a request wants as a right triangle stand so, and a zigzag has as many legs as it says."""
 
 from collections.abc import Iterator, Mapping
 from typing import Any, Final
 
-from formiga_bt.llm.edits.steps import Case, Edited, put
+from formiga_bt.llm.edits.steps import Case, Edited, put, steps_of
 from formiga_bt.llm.shaping.formations import leg_of, legs_in
+from formiga_bt.llm.words.legs import with_legs
 
 _WHERE: Final = ("to", "at", "way")
 _OF_CHECKER: Final = ("E026", "E048")
@@ -27,3 +28,17 @@ def as_triangle(case: Case) -> Iterator[Edited]:
     if tree is not case.tree:
         roles = [{k: v for k, v in role.items() if k != "near"} for role in tree["agents"]]
         yield {**tree, "agents": roles}, f"{team.name} stand as {figure}, as the request says"
+
+
+def of_legs(case: Case) -> Iterator[Edited]:
+    """The one zigzag of a tree has as many legs as the request says."""
+    found = [
+        (path, step, key)
+        for path, step in steps_of(case.tree)
+        for key in _WHERE
+        if isinstance(step.get(key), str) and with_legs(step[key], case.wrong.wanted) != step[key]
+    ]
+    if case.wrong.wanted and len(found) == 1:
+        path, step, key = found[0]
+        changed = {**step, key: with_legs(step[key], case.wrong.wanted)}
+        yield put(case.tree, path, [changed]), f"the zigzag has {case.wrong.wanted} legs, as the request says"

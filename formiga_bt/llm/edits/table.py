@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator, Mapping
 from typing import Any, Final
 
 from formiga_bt.llm.edits.amounts import with_height, with_stay
-from formiga_bt.llm.edits.formations import as_triangle
+from formiga_bt.llm.edits.formations import as_triangle, of_legs
 from formiga_bt.llm.edits.often import repeated
 from formiga_bt.llm.edits.places import gone_on, landed, sent_home
 from formiga_bt.llm.edits.stays import stays
@@ -68,6 +68,7 @@ EDITS: Final[Mapping[str, tuple[Edit, ...]]] = {
     "E026": (as_triangle,),
     "E048": (as_triangle,),
     "figure_not_used": (as_triangle,),
+    "wrong_legs": (of_legs,),
     "place_not_used": (gone_on,),
     "not_landed_there": (landed, gone_on),
     "not_so_often": (repeated,),

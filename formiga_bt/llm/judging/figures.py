@@ -9,10 +9,15 @@ from formiga_bt.llm.judging.plain import code_of
 from formiga_bt.llm.records import Shortfall
 from formiga_bt.llm.shaping.tidying import wants_centre
 from formiga_bt.llm.words import plain_words
+from formiga_bt.llm.words.legs import legs_in, legs_of
 from formiga_bt.llm.words.wording import Words
 from formiga_bt.llm.world import World
 
-TRIANGLE: Final = r"\btri[aá]ng\w+|\bright angle\b"
+TRIANGLE: Final = (
+    r"\btri[aá]ng\w+|\bright angle\b"
+    r"|^(?=.*\b(?:three|3|two (?:more|others?|further)|tres|otros dos)\b)"
+    r".*\bperpendicular\w* (?:directions?|arms?|legs?|lines?|direcciones)\b"
+)
 FIGURES: Final[Mapping[str, str]] = {
     rf"\b(?:circle[sd]?|circular|orbits?|c[ií]rculo)\b|{plain_words.pattern_of('circle')}": "circle",
     rf"\bzig-?zag\w*|{plain_words.pattern_of('zigzag')}": "zigzag",
@@ -29,6 +34,10 @@ def figures(words: Words, text: str) -> Iterator[Shortfall]:
         is_flown = re.search(rf"(?<!\bfirst\()(?<!\blast\()\b{helper}\(", ways) is not None
         if re.search(pattern, said) and not is_flown and "Explore" not in code:
             yield Shortfall("figure_not_used", f"the request wants a {helper}, and the task flies none", about=helper)
+    legs, flown = legs_of(words), legs_in(ways)
+    if legs and flown and legs not in flown:
+        text_ = f"the request wants a zigzag of {legs} legs, and the task flies one of {' and '.join(map(str, sorted(flown)))}"
+        yield Shortfall("wrong_legs", text_, help=f"zigzag(FROM, TO, SIDE, {legs})", about="zigzag", wanted=legs)
     ring = re.search(r"circle\((?:above\()?(\w+)", code)
     if ring is not None and wants_centre(words.text):
         after = code[ring.end() :]

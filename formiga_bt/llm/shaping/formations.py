@@ -5,9 +5,17 @@ from typing import Final
 
 from formiga_bt.llm.words.wording import Words
 
-_TRIANGLE: Final = re.compile(r"\btri[aá]ng\w+|\bright[ -]angle|\b(?:90|ninety)[ -]?(?:degrees?|deg|°)", re.IGNORECASE)
+_TRIANGLE: Final = re.compile(
+    r"\btri[aá]ng\w+|\bright[ -]angle|\bperpendicular\w* (?:directions?|arms?|legs?|lines?)\b"
+    r"|\b(?:90|ninety)[ -]?(?:degrees?|deg|°)",
+    re.IGNORECASE,
+)
 _LEGS_BEFORE: Final = re.compile(r"\b(?:legs?|catetos?)\W*(?:(?:of|are|is|both|each|de|:)\s*)*$", re.IGNORECASE)
-_LEGS_AFTER: Final = re.compile(r"\W*(?:long )?(?:legs|catetos)\b", re.IGNORECASE)
+_LEGS_AFTER: Final = re.compile(
+    r"\W*(?:long )?(?:legs|catetos)\b"
+    r"|\s+(?:away|off|out)?\s*from (?:it|that(?: one)?|the first(?: one)?|the lead|lead)\b",
+    re.IGNORECASE,
+)
 _HIGH: Final = re.compile(r"\W*(?:high|up|above|(?:of|in|de) (?:height|altitude|alto|altura))\b", re.IGNORECASE)
 _LEGS_IN: Final = re.compile(r"triangle\((?:[^()]|\([^()]*\))*,\s*(\d+(?:\.\d+)?\s*k?m)\s*\)")
 _BELOW: Final = re.compile(

@@ -113,6 +113,8 @@ def test_how_far_apart_neighbours_are(request_: str, gap: str) -> None:
         ("As a right angle at the camp with 12 m long legs", "12 m"),
         ("Un triángulo en el campamento, catetos de 12 m", "12 m"),
         ("A triangle at the camp, 12 m", ""),
+        ("One over the camp, two more 12 m away from it in perpendicular directions", "12 m"),
+        ("Two more 12 m away from it in a row", ""),
         ("A triangle at the camp, 12 m along both legs, 35 m high", ""),
         ("A zigzag at the camp, legs of 12 m", ""),
     ],

@@ -13,6 +13,7 @@ from formiga_bt.llm.envelope import Answer, read_answer
 from formiga_bt.llm.judging.judge import Judged
 from formiga_bt.llm.records import Draft, Shortfall
 from formiga_bt.llm.vocabulary import verbs_of
+from formiga_bt.llm.words.legs import legs_of
 from formiga_bt.llm.words.wording import read
 from formiga_bt.llm.world import World, world_of
 from tests.unit.llm.scripted import Scripted, fly_to, home, tree
@@ -338,3 +339,29 @@ def test_where_a_triangle_stands_or_who_is_not_guessed(request_: str, agents: An
     flight = {"do": "FlyTo", "agent": "three", "to": "[camp, base]", "height": "20 m"}
 
     assert edits(request_, "figure_not_used", flight, agents=agents, about="triangle") == []
+
+
+@pytest.mark.parametrize(
+    ("said", "legs"),
+    [
+        ("in a zigzag of 6 legs", 6),
+        ("zigzagging (legs: 6, 15 m off the line)", 6),
+        ("en zigzag de seis tramos rectos", 6),
+        ("weaves in six straight stretches", 6),
+        ("in a zigzag of 6 legs, or of 8 legs", 0),
+        ("in a zigzag", 0),
+        ("as a triangle with 2 legs of 15 m", 0),
+    ],
+)
+def test_of_how_many_legs_a_zigzag_is_to_be(said: str, legs: int) -> None:
+    words = read(f"A light drone flies from the camp to the lake shore {said}.", world().site, world().catalogue)
+    assert legs_of(words) == legs
+
+
+def test_a_zigzag_has_the_legs_that_the_request_says() -> None:
+    request_ = "Send an LWD zigzagging from the camp to the lake shore (legs: 6, 15 m off the line) and land it there."
+    way = {"do": "FlyAlong", "agent": "drone", "way": "zigzag(camp, lake_shore, 15 m, 2)", "height": "30 m"}
+    draft_ = made(request_, tree(way, lands("lake_shore", "drone")))
+
+    assert (draft_.kind, "lake_shore, amplitude, 6)" in draft_.yaml) == ("task", True)
+    assert "# Added: the zigzag has 6 legs, as the request says" in draft_.yaml
