@@ -32,7 +32,7 @@ from formiga_bt.llm.records import Draft, Message, Reply, Round, Shortfall
 from formiga_bt.llm.vocabulary import offered, verbs_of
 from formiga_bt.llm.words.beyond import beyond
 from formiga_bt.llm.words.feasible import impossible
-from formiga_bt.llm.words.gainsaid import is_flown
+from formiga_bt.llm.words.gainsaid import is_flown, is_groundless
 from formiga_bt.llm.words.known_words import goes_nowhere
 from formiga_bt.llm.words.only_question import only_question, tree_of
 from formiga_bt.llm.words.plain_words import plainly
@@ -44,6 +44,8 @@ Progress = Callable[[str, int], None]
 """Is told what goes on (`asking`, `checking`) and how many tokens of an answer there are."""
 RAISED: Final = 0.6
 """Temperature of a repair: at 0 a small model says the same again."""
+GROUNDLESS: Final = "the model knows of nothing here that does this"
+"""Said in place of a danger that the request does not speak of."""
 TYPED: Final = ("local", "llamacpp")
 """Providers that hold a model to patterns of texts."""
 
@@ -331,7 +333,8 @@ class _Drafting:
     def _said(self, answer: Answer) -> Draft:
         if answer.question:
             return self._done("question", plan=answer.plan, say=answer.question)
-        return self._done("impossible", plan=answer.plan, say=_sentences(answer.impossible, answer.instead))
+        why = GROUNDLESS if is_groundless(answer.impossible, self._words, self._world) else answer.impossible
+        return self._done("impossible", plan=answer.plan, say=_sentences(why, answer.instead))
 
     def _own(self, best: tuple[Answer, Judged] | None) -> tuple[Answer, Judged] | None:
         """Return the best answer, or if none passes and only a question is wanted, the task of that question."""

@@ -51,6 +51,17 @@ _RISKY: Final = re.compile(
     re.IGNORECASE,
 )
 """Words of flights that may be a danger."""
+_DANGERS: Final = re.compile(
+    r"\b(?:people|persons?|some(?:body|one)|any(?:body|one)|every(?:body|one)|m[ae]n|wom[ae]n|child\w*|kids?|crowds?|visitors?|"
+    r"spectators?|tourists?|animals?|cows?|cattle|sheep|horses?|dogs?|birds?|heads?|faces?|roads?|cars?|motors?|propellers?|rotors?|"
+    r"fall\w*|drop\w*|throw\w*|hit\w*|crash\w*|colli\w+|ram\w*|chas\w+|scar\w+|frighten\w*|hunt\w*|attack\w*|burn\w*|fires?|"
+    r"weapons?|bombs?|explod\w+|explos\w+|destroy\w*|cut\w*|kill\w*|hurt\w*|harm\w*|danger\w*|ignor\w+|disabl\w+|"
+    r"(?:switch|turn)\w* off|gente|personas?|alguien|niñ\w+|hombres?|mujer\w*|animal\w*|vacas?|ovejas?|caball\w+|perros?|"
+    r"motor\w*|hélices?|ca(?:er|iga|e)|tir[ae]\w*|choc\w+|choqu\w+|persig\w+|asust\w+|atac\w+|ataq\w+|quem\w+|fuego|armas?|"
+    r"destru\w+|cort\w+|mat\w+|her[ií]\w+|peligr\w+|desactiv\w+|apag\w+)\b",
+    re.IGNORECASE,
+)
+"""Words of what may be in danger, or endanger."""
 _ONLY: Final = re.compile(r"\bonly\s+(?:\d+|one|two|three|four|five|six|seven|eight)\s+(?:of\b|\w+)", re.IGNORECASE)
 _PLURAL: Final = re.compile(
     r"\b(?:drones|lwds|hwds|uavs|machines|all|every|each|many|swarm|dozen\w*|todos|todas)\b", re.IGNORECASE
@@ -77,6 +88,16 @@ def gainsaid(reason: str, words: Words, world: World) -> str:
         or _machine(reason, words, world)
         or _anything(reason, words, world)
     )
+
+
+def is_groundless(reason: str, words: Words, world: World) -> bool:
+    """Return whether a reason speaks of danger, and the request of nothing that might be in danger or be one."""
+    types, agents = world.catalogue.types, world.site.agents
+    people = any(types[one].human for one in types_said(words, world.catalogue))
+    people = people or any(types[agents[one].type].human for one in words.agents)
+    said = _without(words)
+    risky = people or _RISKY.search(said) is not None or _DANGERS.search(said) is not None
+    return _DANGER.search(reason) is not None and not risky
 
 
 def is_flown(words: Words, world: World) -> bool:

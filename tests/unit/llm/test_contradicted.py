@@ -252,3 +252,18 @@ def test_machines_that_no_catalogue_has_are_not_flown_by_others(request_: str, w
         made = draft(request_, WORLD, chat)
         assert (made.kind, chat.asked) == ("impossible", [])
         assert f'has no "{who}". Possible instead: with one of lwd_1, ' in made.say
+
+
+@pytest.mark.parametrize(
+    ("request_", "said"),
+    [
+        ("A light drone waters the tomatoes at the camp.", "the model knows of nothing here that does this."),
+        ("A light drone waters the tourists at the camp.", "That would endanger people."),
+        ("Un dron ligero riega los tomates del campamento sin luz.", "That would endanger people."),
+    ],
+)
+def test_a_danger_that_the_request_does_not_speak_of_is_not_told(request_: str, said: str) -> None:
+    refusal = {"plan": "", "answer": {"impossible": "That would endanger people.", "instead": ""}}
+    made = draft(request_, WORLD, Scripted(refusal))
+
+    assert (made.kind, made.say) == ("impossible", said)

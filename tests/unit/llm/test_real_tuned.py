@@ -72,6 +72,6 @@ def test_the_shipped_adapter_writes_refuses_asks_and_draws_anew(chat: Spoiled) -
 
     asked = chat.asked
     refused = draft("A light drone waters the tomatoes at the camp.", world, chat, options=Options(rounds=0))
-    vague = draft("Send somebody over there.", world, chat, options=Options(rounds=0))
+    vague = draft("A drone flies to the other field and comes home.", world, chat, options=Options(rounds=0))
     assert chat.asked == asked + 2, "the model was not asked"
     assert (refused.kind, vague.kind) == ("impossible", "question"), (refused.say, vague.say)
