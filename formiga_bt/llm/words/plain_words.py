@@ -77,6 +77,7 @@ DEEDS: Final[Mapping[str, tuple[Way, ...]]] = {
         Way("encircle|encircles|encircling", "circle|circles|circling"),
         Way("circumnavigate|circumnavigates|circumnavigating", "circle|circles|circling"),
         Way(r"(?:round|circular) flight|flight in a circle|(?:closed|full) (?:ring|loop)", "circle", rf"(?={_OF}{_ROUND})"),
+        Way("three[- ]sixty|360(?! ?(?:m|s|degrees?|°))|360[- ]degree (?:turn|orbit)", "circle", rf"(?={_ROUND})"),
         Way("loop|loops|looping", "circle|circles|circling", rf"(?={_ROUND})", sure=False),
         Way("round trip|circular trip|circuit|full turn", "circle", rf"(?={_ROUND})(?![^.]*:)", sure=False),
         Way(
