@@ -62,9 +62,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
             new = again(run, known[run.task, run.run], world)
         if msgspec.json.encode(new) != msgspec.json.encode(run):
             changed += 1
-            print(f"{run.task}/{run.run:02d}: {_of(run)} -> {_of(new)}", file=sys.stderr)  # noqa: T201
+            sys.stderr.write(f"{run.task}/{run.run:02d}: {_of(run)} -> {_of(new)}\n")
         append(given.out, new)
-    print(f"{changed} changed", file=sys.stderr)  # noqa: T201
+    sys.stderr.write(f"{changed} changed\n")
     return 0
 
 

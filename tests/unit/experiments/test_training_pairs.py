@@ -29,6 +29,7 @@ from experiments.e2_llm.train.phrases.plain import FORMATION, FORMATION_THEN, PA
 from experiments.e2_llm.train.phrases.turns import PARKED, RELAY, ROUNDS
 from experiments.e2_llm.train.phrases.ways import EITHER, ENDINGS, NOTHING, ONLY_IF
 from experiments.e2_llm.train.phrases.wide.cases import MORE_CASES
+from experiments.e2_llm.train.phrases.wide.deciding import MORE_EITHER, MORE_NOTHING, MORE_ONLY_IF
 from experiments.e2_llm.train.phrases.wide.ends import MORE_ENDINGS, MORE_PLAIN
 from experiments.e2_llm.train.phrases.wide.formations import MORE_FORMATION, MORE_FORMATION_THEN
 from experiments.e2_llm.train.phrases.wide.parting import MORE_PARTING
@@ -36,13 +37,7 @@ from experiments.e2_llm.train.phrases.wide.relays import MORE_CASES as MORE_MEET
 from experiments.e2_llm.train.phrases.wide.relays import MORE_RELAY
 from experiments.e2_llm.train.phrases.wide.talk import MORE_SINGLE, PURPOSES, RADIO
 from experiments.e2_llm.train.phrases.wide.teams import MORE_TWO
-from experiments.e2_llm.train.phrases.wide.turns import (
-    MORE_EITHER,
-    MORE_NOTHING,
-    MORE_ONLY_IF,
-    MORE_PARKED,
-    MORE_ROUNDS,
-)
+from experiments.e2_llm.train.phrases.wide.turns import MORE_PARKED, MORE_ROUNDS
 from experiments.e2_llm.train.phrases.wide.ways import MORE_CLAUSES
 from experiments.e2_llm.train.renaming import verbs_renamed
 from experiments.e2_llm.train.score import marks_of, messages_of, without_role_names

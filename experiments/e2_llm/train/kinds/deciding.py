@@ -20,7 +20,7 @@ from experiments.e2_llm.train.kinds.missions import (
 from experiments.e2_llm.train.kinds.teams import crew_of
 from experiments.e2_llm.train.phrases.second import FIRST_AGAIN, HOVERS, SECOND
 from experiments.e2_llm.train.phrases.ways import EITHER, NOTHING, ONLY_IF
-from experiments.e2_llm.train.phrases.wide.turns import MORE_EITHER, MORE_NOTHING, MORE_ONLY_IF
+from experiments.e2_llm.train.phrases.wide.deciding import MORE_EITHER, MORE_NOTHING, MORE_ONLY_IF
 from experiments.e2_llm.train.speaker import Metres, Speaker, widened
 
 _EITHER: Final = widened(EITHER, MORE_EITHER)

@@ -21,7 +21,8 @@ from experiments.e2_llm.train.kinds.missions import (
 from experiments.e2_llm.train.phrases.parts import SINGLE
 from experiments.e2_llm.train.phrases.turns import PARKED
 from experiments.e2_llm.train.phrases.ways import NOT_HOME
-from experiments.e2_llm.train.phrases.wide.turns import MORE_NOT_HOME, MORE_PARKED
+from experiments.e2_llm.train.phrases.wide.deciding import MORE_NOT_HOME
+from experiments.e2_llm.train.phrases.wide.turns import MORE_PARKED
 from experiments.e2_llm.train.speaker import Metres, Speaker, widened
 
 _PARKED: Final = widened(PARKED, MORE_PARKED)
