@@ -5,10 +5,10 @@ from collections.abc import Iterator
 from typing import Final
 
 from formiga_bt.lang.model import Task
-from formiga_bt.llm.judging.figures import TRIANGLE
 from formiga_bt.llm.judging.plain import code_of
 from formiga_bt.llm.records import Shortfall
 from formiga_bt.llm.shaping.teams import gap_of
+from formiga_bt.llm.words.triangles import TRIANGLE
 from formiga_bt.llm.words.wording import NUMBERS, Words
 from formiga_bt.units import NUMBER, UNIT, parse_quantity
 

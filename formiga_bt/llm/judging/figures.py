@@ -10,14 +10,10 @@ from formiga_bt.llm.records import Shortfall
 from formiga_bt.llm.shaping.tidying import wants_centre
 from formiga_bt.llm.words import plain_words
 from formiga_bt.llm.words.legs import legs_in, legs_of
+from formiga_bt.llm.words.triangles import TRIANGLE
 from formiga_bt.llm.words.wording import Words
 from formiga_bt.llm.world import World
 
-TRIANGLE: Final = (
-    r"\btri[aá]ng\w+|\bright angle\b"
-    r"|^(?=.*\b(?:three|3|two (?:more|others?|further)|tres|otros dos)\b)"
-    r".*\bperpendicular\w* (?:directions?|arms?|legs?|lines?|direcciones)\b"
-)
 FIGURES: Final[Mapping[str, str]] = {
     rf"\b(?:circle[sd]?|circular|orbits?|c[ií]rculo)\b|{plain_words.pattern_of('circle')}": "circle",
     rf"\bzig-?zag\w*|{plain_words.pattern_of('zigzag')}": "zigzag",

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 from typing import Final
 
 from formiga_bt.lang.model import Task
-from formiga_bt.llm.judging.figures import TRIANGLE
 from formiga_bt.llm.judging.heights import is_height
 from formiga_bt.llm.judging.plain import code_of
 from formiga_bt.llm.records import Shortfall
 from formiga_bt.llm.shaping.teams import gap_of
+from formiga_bt.llm.words.triangles import TRIANGLE
 from formiga_bt.llm.words.wording import Amount, Words
 
 _ROUND: Final = (

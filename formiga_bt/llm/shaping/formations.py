@@ -3,13 +3,10 @@
 import re
 from typing import Final
 
+from formiga_bt.llm.words.triangles import PERHAPS_TRIANGLE
 from formiga_bt.llm.words.wording import Words
 
-_TRIANGLE: Final = re.compile(
-    r"\btri[aá]ng\w+|\bright[ -]angle|\bperpendicular\w* (?:directions?|arms?|legs?|lines?)\b"
-    r"|\b(?:90|ninety)[ -]?(?:degrees?|deg|°)",
-    re.IGNORECASE,
-)
+_TRIANGLE: Final = re.compile(PERHAPS_TRIANGLE, re.IGNORECASE)
 _LEGS_BEFORE: Final = re.compile(r"\b(?:legs?|catetos?)\W*(?:(?:of|are|is|both|each|de|:)\s*)*$", re.IGNORECASE)
 _LEGS_AFTER: Final = re.compile(
     r"\W*(?:long )?(?:legs|catetos)\b"
