@@ -121,7 +121,7 @@ def build(host: Host, *, token: str, needs_token: bool) -> Callable[..., Any]:
     seeing_routes.add(app, host.source)
     past_routes.add(app, host.past)
     _people(app, host.orders)
-    library_routes.add(app, host.loading, lambda: [one.text for one in host.refused])
+    library_routes.add(app, host.loading, host.refused)
     _engine(app, host)
     return Door(app, token=token, needs_token=needs_token, refusal=problem)
 

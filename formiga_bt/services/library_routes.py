@@ -1,22 +1,23 @@
 """Routes of the tasks that are served: thin, over `Loading`. `api` builds them into its app."""
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 from fastapi import FastAPI
 
 from formiga_bt.safety.drafted import drafted
 from formiga_bt.services import library_models as m
 from formiga_bt.services.loading import Loading
+from formiga_bt.services.not_served import NotServed
 
 
-def add(app: FastAPI, loading: Loading, refused: Callable[[], Sequence[str]]) -> None:
-    """Add the routes to an app; `refused`: the files that are not served."""
+def add(app: FastAPI, loading: Loading, refused: Sequence[NotServed]) -> None:
+    """Add the routes to an app; `refused`: the files that the start passed over."""
 
     @app.get("/v1/library", tags=["engine"])
     def library() -> m.LibraryOut:
         """List the tasks that can be requested, with their parameters and versions."""
-        return loading.library(refused())
+        return loading.library(refused)
 
     @app.post("/v1/library", tags=["engine"])
     def load(body: m.LoadBody) -> m.LoadOut:

@@ -5,7 +5,7 @@ from what ships with formiga_bt. Loading starts nothing, and on a site in mode r
 """
 
 import threading
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from datetime import datetime
 from pathlib import Path, PurePosixPath
@@ -24,6 +24,7 @@ from formiga_bt.services import drafted, shown
 from formiga_bt.services import library_models as out
 from formiga_bt.services.bundles import BundleStore, Stored
 from formiga_bt.services.drafted import known_below, who_drafted
+from formiga_bt.services.not_served import NotServed
 from formiga_bt.services.refused import Refused
 from formiga_bt.services.view import View
 
@@ -63,6 +64,8 @@ class Loading:
         self._runtime = store.path.parent
         self._beside = self._runtime.parent.parent
         self._texts = texts_of(bundles.values())
+        self._mended: set[str] = set()
+        """Tasks that were loaded since the start: whatever file of theirs was refused then, they are served now."""
         self.closed_for: Callable[[], str] = str
         """Tells why nothing is taken any more, or empty."""
         self.keep: Callable[[Task, str, Mapping[str, str]], None] = lambda *_: None
@@ -146,6 +149,7 @@ class Loading:
             self._bundles.add(task)
         self._ask(given)
         self._bundles.serve(task)
+        self._mended.add(task.name)
         self._texts[task.name] = stored.text()
         with suppress(SiteError):  # it is served; only the next start would not know of it
             self._store.serve(task.name, stored)
@@ -168,11 +172,12 @@ class Loading:
             task=task.name, bundle=task.bundle, version=self._number(task), what=what, text=text, warnings=warnings,  # type: ignore[arg-type]
         )  # fmt: skip
 
-    def library(self, refused: Sequence[str] = ()) -> out.LibraryOut:
-        """Return the tasks that can be requested, with their versions."""
+    def library(self, refused: Iterable[NotServed] = ()) -> out.LibraryOut:
+        """Return the tasks that can be requested, with their versions, and which of the refused files are so still."""
         with self._view.reading() as state:
             tasks = [self._library_task(state, self._bundles[name]) for name in sorted(self._bundles)]
-        return out.LibraryOut(tasks=tasks, refused=list(refused))
+        still = [one.text for one in refused if self._mended.isdisjoint(one.names)]
+        return out.LibraryOut(tasks=tasks, refused=still)
 
     def _library_task(self, state: EngineState, task: Task) -> out.LibraryTask:
         found = shown.library_task(task)

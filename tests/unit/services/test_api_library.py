@@ -58,6 +58,7 @@ def test_a_task_whose_file_was_refused_at_the_start_is_told_with_its_error_until
         assert service.get("/v1/library")["refused"] == [bad.text]
         load(service, STAY.replace("Stay", "Bad"), "trees/bad.yaml")
         assert service.submit("Bad") == "Bad-1"
+        assert service.get("/v1/library")["refused"] == []
 
 
 def test_what_is_refused(start: Start) -> None:
