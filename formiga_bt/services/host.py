@@ -106,6 +106,7 @@ class EngineHost:
         self._desk = DeskTransport(now=lambda: time.monotonic_ns() // 1000, boot_id=f"desk-{time.time_ns()}")
         own = ZenohTransport(site.name, listen=listen or listen_of(site)) if wires is None else None
         self._wires: list[AgentTransport] = [own] if own is not None else list(wires or ())
+        self._trees = beside / "trees"
         self._folder = SiteFolder(beside, site.name)
         self.journaling = Journaling(self._folder, site.name, journal, self._keep)
         self._texts = dict(texts or {})
@@ -174,8 +175,9 @@ class EngineHost:
         self.journaling.begin(lambda: engine.state, self.driver.now)
         self.journaling.keep_read(served, self._texts)
         self.orders = Orders(
-            self.driver, self.view, self._desk, self.site, self._tasks, self._catalogue, refused=self.refused
-        )
+            self.driver, self.view, self._desk, self.site, self._tasks, self._catalogue,
+            refused=self.refused, trees=self._trees,
+        )  # fmt: skip
         self.loading = Loading(
             self.orders.ask, self.view, self.site, self._catalogue, self._tasks, BundleStore(self._folder.path)
         )

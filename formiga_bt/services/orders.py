@@ -11,6 +11,7 @@ import json
 import threading
 from collections import OrderedDict
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any, Final, Protocol
 
 from formiga_bt.clock import Micros
@@ -26,7 +27,7 @@ from formiga_bt.lang.binding import bind_params
 from formiga_bt.lang.model import Catalogue, Site
 from formiga_bt.services import models as out
 from formiga_bt.services import shown
-from formiga_bt.services.not_served import NotServed, of_name
+from formiga_bt.services.not_served import NotServed, of_name, unread_in
 from formiga_bt.services.refused import Refused
 from formiga_bt.services.standing import lockdown_out, wall_us
 from formiga_bt.services.stops import Stops
@@ -84,8 +85,10 @@ class Orders:
         tasks: Bundles,
         catalogue: Catalogue,
         refused: Sequence[NotServed] = (),
+        trees: Path | None = None,
     ) -> None:
         self._refused = refused
+        self._trees = trees
         self._catalogue = catalogue
         self._driver = driver
         self._view = view
@@ -176,6 +179,9 @@ class Orders:
         if passed_over is not None:
             text = f"{name} is not served: its file was refused when the engine was started: {passed_over.why}"
             return Refused("not_served", text, passed_over.hint)
+        load = unread_in(self._trees, name) if self._trees is not None else ""
+        if load:
+            return Refused("unknown_task", f"there is no task '{name}': its file was not read at the start", load)
         close = get_close_matches(name, self._tasks, n=1, cutoff=0.5)
         hint = f"did you mean '{close[0]}'? " if close else ""
         known = ", ".join(sorted(self._tasks)) or "none"

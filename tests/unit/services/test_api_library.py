@@ -61,6 +61,22 @@ def test_a_task_whose_file_was_refused_at_the_start_is_told_with_its_error_until
         assert service.get("/v1/library")["refused"] == []
 
 
+def test_a_file_that_was_written_after_the_start_is_told_of_to_whoever_asks_for_its_task(
+    start: Start, tmp_path: Path
+) -> None:
+    with start() as service:
+        (tmp_path / "trees").mkdir()
+        (tmp_path / "trees" / "late.yaml").write_text(STAY.replace("Stay", "Late"), encoding="utf-8")
+        (tmp_path / "trees" / "odd.yaml").write_bytes(b"\xff\xfe")
+        said = service.refused("POST", "/v1/tasks", {"task": "Late"})
+        other = service.refused("POST", "/v1/tasks", {"task": "Later"})
+
+    assert (said["status"], said["code"]) == (other["status"], other["code"]) == (404, "unknown_task")
+    assert said["text"] == "there is no task 'Late': its file was not read at the start"
+    assert said["hint"] == f"formiga load {tmp_path}/trees/late.yaml"
+    assert "load" not in other["hint"]
+
+
 def test_what_is_refused(start: Start) -> None:
     with start() as service:
         bad = service.refused("POST", "/v1/library", {"file": "a.yaml", "texts": {"a.yaml": "formiga: 1\ntask: A\n"}})
