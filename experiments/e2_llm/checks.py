@@ -6,7 +6,9 @@ A check is a mapping with one key, its name:
     moves: [lwd_2]                              exactly these moved
     home: true                                  all that moved stand at their own ports at the end
     ends: {north_field: 2}                      so many stand there at the end
-    over: {place: camp, times: 3, height_m: 40, stay_s: 60, type: hwd}     so often one of them was over it in the air
+    row: {place: camp, count: 3, apart_m: 10}   so many stand there at the end, each so far from its nearest (within 3 m)
+    over: {place: camp, times: 3, height_m: 40, stay_s: 60, type: hwd}     so often one of them was over it in the air;
+                                                with and_back: true one time more is right, too
     order: [camp, north_field]                  first reached in this order
     lands: {place: camp, times: 1, type: hwd}   so many landings there
     not_over: [camp]                            nothing came near
@@ -85,6 +87,19 @@ def _ends(faults: Faults, flown: Flown, value: Mapping[str, int], site: Mapping[
         faults.unless(len(there) == count, "ends", f"{len(there)} stand at {place} at the end, not {count}")
 
 
+def _row(faults: Faults, flown: Flown, value: Mapping[str, Any], site: Mapping[str, Any]) -> None:
+    """A row may begin at its place, so that its end stands further away than one machine alone would."""
+    place, count, apart = value["place"], value["count"], value["apart_m"]
+    far = {one.id: math.dist(one.end.flat, site["places"][place]) for one in flown.movers() if one.is_down}
+    there = [one for one in flown.movers() if far.get(one.id, math.inf) <= (count - 1) * apart + NEAR_M]
+    is_there = len(there) == count and min(far[one.id] for one in there) <= NEAR_M + 4.0
+    if not faults.unless(is_there, "row", f"{len(there)} stand at {place} at the end, not {count}"):
+        return
+    gaps = [min(math.dist(a.end.flat, b.end.flat) for b in there if b is not a) for a in there]
+    text = f"their nearest are {', '.join(f'{gap:.0f}' for gap in gaps)} m away, not {apart:g} m"
+    faults.unless(all(abs(gap - apart) <= 3.0 for gap in gaps), "row", text)
+
+
 def visits(machine: Machine, where: tuple[float, float]) -> list[list[Fix]]:
     """Return the visits of a machine in the air to a place."""
     found: list[list[Fix]] = []
@@ -116,7 +131,8 @@ def _over(faults: Faults, flown: Flown, value: Mapping[str, Any], site: Mapping[
         seen = [visit for visit in seen if any(abs(one.up_m - height) <= 3.0 for one in visit)]
     times = value.get("times", 1)
     text = f"{len(seen)} fitting visits to {place}, not {times}"
-    faults.unless(len(seen) == times, "over", text)
+    right = (times, times + 1) if value.get("and_back") else (times,)
+    faults.unless(len(seen) in right, "over", text)
 
 
 def _is_long(visit: list[Fix], stay_s: float | None) -> bool:
@@ -246,6 +262,7 @@ CHECKS: Final[Mapping[str, Check]] = {
     "moves": _moves,
     "home": _home,
     "ends": _ends,
+    "row": _row,
     "over": _over,
     "order": _order,
     "lands": _lands,

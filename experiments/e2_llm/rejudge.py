@@ -17,6 +17,8 @@ from experiments.e2_llm.fly import World, world_of
 from experiments.e2_llm.records import Judged, Run, append, read
 from experiments.e2_llm.requests import Request, last_run, requests
 from experiments.e2_llm.run import judged
+from experiments.e2_llm.second_run import again as second_again
+from experiments.e2_llm.second_set import second_set
 
 
 def again(run: Run, request: Request, world: World) -> Run:
@@ -53,9 +55,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
         reader.error(f"{given.out} is there already" if given.out.exists() else "--out is a plain file")
     world, changed = world_of(), 0
     known: dict[tuple[str, int], Request] = {}
+    of_second = {f"second/{one.id}": one for one in second_set()}
     for run in read(given.results):
         new = run
-        if not run.task.startswith("second/") and run.column != "paper-form":
+        if run.task.startswith("second/"):
+            new = second_again(run, of_second[run.task], world)
+        elif run.column != "paper-form":
             if (run.task, run.run) not in known:
                 every = requests(run.task, world, last_run(run.task) + 1)
                 known |= {(run.task, one.run): one for one in every}

@@ -3,6 +3,8 @@
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+from msgspec import structs
+
 from experiments.e2_llm.authors import Attempt, Author, Written
 from experiments.e2_llm.columns import Column
 from experiments.e2_llm.fly import World, checked, world_of
@@ -99,6 +101,20 @@ def second_run(author: Author, request: Second, run: int, whose: Whose, column: 
         values=written.values if written else {},
         say=say,
     )
+
+
+def again(run: Run, request: Second, world: World) -> Run:
+    """Return a run whose trees are judged by the oracles as they are now."""
+    is_one = run.yaml == run.yaml_first and run.last is not None and run.first == run.last
+    last = _tree_again(run.last, request, run.yaml, run.values, world) if run.kind in ("task", "failed") else run.last
+    first = last if is_one else _tree_again(run.first, request, run.yaml_first, {}, world)
+    return structs.replace(run, first=first, last=last)
+
+
+def _tree_again(
+    before: Judged | None, request: Second, text: str, values: dict[str, str], world: World
+) -> Judged | None:
+    return before if before is None or not text else _tree(request, text, values, before.passed, world)
 
 
 def _judged(request: Second, kind: str, written: Written, world: World) -> Judged:

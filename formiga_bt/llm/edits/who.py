@@ -25,7 +25,8 @@ _MENTION: Final = re.compile(
     rf"(?:(?P<type>(?:{_TYPE})\b(?:\s+(?:drones?|uavs?|dron)\b)?)|(?P<many>(?:drones|uavs|machines)\b))"
     r"|(?P<one>(?:one|uno)\b(?:\s+(?:of|de)\s+(?:them|ellos|(?:the|los)\s+(?:[\w-]+\s+){0,2}(?:drones|uavs|lwds|hwds))\b"
     r"|(?=\s+(?:drone|dron|uav|\w+s|\w+a|\w+e)\b)))"
-    r"|(?P<all>(?:both|each|they|amb[oa]s|tod[oa]s|cada un[oa]|all(?! (?:of )?the (?!drones|machines)))\b))",
+    r"|(?P<all>(?:both|each|they|amb[oa]s|l[oa]s (?:dos|tres)\b(?! \w+es\b)|"
+    r"tod[oa]s|cada un[oa]|all(?! (?:of )?the (?!drones|machines)))\b))",
     re.IGNORECASE,
 )
 _END: Final = re.compile(r"[.;!?](?=\s|$)")

@@ -10,7 +10,7 @@ from formiga_bt.lang.model import Task
 from formiga_bt.llm.judging.amounts import amounts, misused, often
 from formiga_bt.llm.judging.asked import asked, only_asked
 from formiga_bt.llm.judging.figures import figures, rings
-from formiga_bt.llm.judging.homecoming import homecoming
+from formiga_bt.llm.judging.homecoming import all_home, homecoming
 from formiga_bt.llm.judging.landings import landings
 from formiga_bt.llm.judging.machines import agents
 from formiga_bt.llm.judging.places import ends, order, places, unnamed
@@ -53,6 +53,7 @@ def compare(words: Words, task: Task, text: str, flight: Flight, world: World) -
             *landings(words, flight),
             *ends(words, flight),
             *homecoming(words, flight),
+            *all_home(words, flight),
         ]
         found += order(words, flight, world)
     return found

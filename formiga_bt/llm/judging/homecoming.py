@@ -1,4 +1,4 @@
-"""Who comes home: where a request sends one machine home and another one on to a place, that one stays there."""
+"""Who comes home: all of them where a request says so; of two, of which one is sent on to a place, only the other one."""
 
 import re
 from collections.abc import Iterator
@@ -21,6 +21,20 @@ _ALL: Final = re.compile(
     r"|\b(?:too|also|likewise|afterwards|later|again|también|luego)\b"
 )
 _END: Final = re.compile(r"[.;:!?](?!\d)")
+_WITH: Final = (
+    r"(?:\s+(?:of\s+(?:them|the\s+(?:two|three|drones))|then|later|finally|afterwards|drones|machines|ones?|tres|luego|"
+    r"después)){0,3}"
+)
+_EVERYBODY: Final = re.compile(
+    rf"\b(?:both|all(?:\s+(?:two|three|four))?|each|every\s+(?:drone|machine)|everybody|everyone|amb[oa]s|tod[oa]s|"
+    rf"l[oa]s\s+(?:dos|tres))\b{_WITH}\s*,?\s+(?:and\s+|y\s+)?$"
+)
+"""Stands before a way home of all machines."""
+_OPEN: Final = re.compile(
+    r"\b(?:otherwise|if|else|unless|no|not|never|except|but|save|apart|either|neither|si|salvo|excepto|menos|pero|ni|nunca|"
+    r"whoever|whichever|whatever|last|before|until|stays?|remains?|waits?|se\s+queda\w*|espera\w*)\b|n't\b"
+)
+"""What may leave somebody out."""
 
 
 def homecoming(words: Words, flight: Flight) -> Iterator[Shortfall]:
@@ -35,6 +49,27 @@ def homecoming(words: Words, flight: Flight) -> Iterator[Shortfall]:
     if place and len(flight.stands) == 2 and len(homes) == 2:
         text = f'the request sends one machine home and the other to "{words.places[place]}", and both come home'
         yield Shortfall("home_unasked", text, about=place)
+
+
+def all_home(words: Words, flight: Flight) -> Iterator[Shortfall]:
+    """Find machines that do not come home although a request says that all of them do.
+
+    Args:
+        words: the request.
+        flight: its dry run, which succeeded.
+    """
+    away = sorted(agent for agent, where in flight.stands.items() if where != "home")
+    if away and len(away) < len(flight.stands) and _sends_all_home(unquoted(words.text).casefold()):
+        do = "does" if len(away) == 1 else "do"
+        text = f"the request wants all machines home at the end, and {' and '.join(away)} {do} not come home"
+        yield Shortfall("not_home", text, about=" ".join(away))
+
+
+def _sends_all_home(text: str) -> bool:
+    if _OPEN.search(text) is not None:
+        return False
+    ways = re.finditer(INTENTS["home"], text)
+    return any(_EVERYBODY.search(text[: one.start()]) for one in ways)
 
 
 def stays_at(words: Words) -> str:

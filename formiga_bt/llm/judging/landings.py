@@ -1,4 +1,4 @@
-"""Landings that a request wants at a place: somebody lands there, or beside it."""
+"""Landings that a request wants at a place, or needs, for something is brought there: somebody lands there, or beside it."""
 
 import math
 import re
@@ -60,13 +60,26 @@ _ARRIVES: Final = (
 _OFF_AGAIN: Final = re.compile(
     r"\b(?:other|another|second|otr[oa]|segund[oa]|nearest)\b|\b(?:to|towards?|hasta|hacia)\s+(?!(?:land|touch|set|sit|park|each)\b)"
 )
+_DELIVERS: Final = (
+    r"\b(?:takes?|brings?|carr(?:y|ies)|delivers?|transports?|llev[ae]n?|llevar|tra(?:e|iga|er)|transporta\w*|entrega\w*)\s+"
+    r"(?:[\w-]+\s+){0,3}?(?:kits?|parcels?|packages?|packets?|box(?:es)?|crates?|baskets?|bags?|medicines?|supplies|food|water|"
+    r"blankets?|tools?|equipment|cargo|something|paquetes?|botiqu[ií]n(?:es)?|cajas?|cestas?|medicinas?|suministros|comida|agua|"
+    r"mantas?|carga|algo)\s+(?:[\w-]+\s+){0,3}?(?:to|into|al?|hasta)\s+(?:the\s+|el\s+|la\s+)?·"
+)
+_BY_AIR: Final = re.compile(
+    r"\b(?:drop\w*|lower\w*|winch\w*|releas\w*|rope|throw\w*|parachut\w*|hover\w*|solt\w+|suelt\w+|baj\w+|cuerda|lanz\w+|"
+    r"paraca[ií]das|flot\w+)\b"
+)
+_FLIES: Final = frozenset({"TakeOff", "GoTo", "LandIn", "Explore", "Confirm", "MiniFinder"})
+"""Actions that let nothing down from the air."""
 _AT_OTHER: Final = re.compile(r"[^,]{0,20}?\b(?:at|by|near|beside|where|next|behind|junto|cerca|donde)\b")
 
 
 def landings(words: Words, flight: Flight) -> Iterator[Shortfall]:
     """Find places at which a request wants a landing, and where in the dry run nobody landed."""
     text = words.text.casefold()
-    by_sentence = set(_wanted(words))
+    done = {row.action for row in flight.timeline.actions} if flight.timeline is not None else set()
+    by_sentence, brought = set(_wanted(words)), set(_brought(words)) if done <= _FLIES else set()
     for name, said in words.places.items():
         if name == "base" or is_refused(words.text, said):
             continue
@@ -75,10 +88,31 @@ def landings(words: Words, flight: Flight) -> Iterator[Shortfall]:
         if wanted and not _lands_at(flight, name):
             text_ = f'the request wants a landing at "{said}", and nobody lands at {name}'
             yield Shortfall("not_landed_there", text_, about=name)
+        elif name in brought and not _lands_at(flight, name):
+            text_ = f'the request has something brought to "{said}", and nobody lands at {name}'
+            yield Shortfall("not_landed_there", text_, about=name)
 
 
 def _wanted(words: Words) -> Iterator[str]:
     """Yield the places at which a sentence, which names no other, wants a landing: `drop in at the camp and park them`."""
+    for name, own in _of_one_place(words):
+        if re.search(rf"{_LANDS}(?:{_ELSEWHERE}[^,:]){{0,50}}?\s(?:at|in|on|by|near|beside|around|en|junto al?)\s"
+                     r"(?:the\s+|el\s+|la\s+)?·", own):  # fmt: skip
+            yield name
+            continue
+        after = re.search(rf"{_ARRIVES}·([^:]{{0,100}}?){_LANDS}", own)
+        if after is not None and not _OFF_AGAIN.search(after[1]) and not _AT_OTHER.match(own[after.end() :]):
+            yield name
+
+
+def _brought(words: Words) -> Iterator[str]:
+    """Yield the places to which something is to be brought that no machine can let down from the air."""
+    if _BY_AIR.search(words.text.casefold()) is None:
+        yield from (name for name, own in _of_one_place(words) if re.search(_DELIVERS, own))
+
+
+def _of_one_place(words: Words) -> Iterator[tuple[str, str]]:
+    """Yield the place and the text of each sentence that names one place once, as `·`, and leaves nothing open."""
     text = _NO_LANDING.sub(" ", unquoted(words.text).casefold())
     for sentence in re.split(r"[.;!?\n](?!\d)", text):
         named = {
@@ -92,13 +126,7 @@ def _wanted(words: Words) -> Iterator[str]:
         own = sentence.replace(said, "·").replace("side by side", "abreast")
         if own.count("·") != 1 or _UNSURE.search(own) or _HOME.search(own):
             continue
-        if re.search(rf"{_LANDS}(?:{_ELSEWHERE}[^,:]){{0,50}}?\s(?:at|in|on|by|near|beside|around|en|junto al?)\s"
-                     r"(?:the\s+|el\s+|la\s+)?·", own):  # fmt: skip
-            yield name
-            continue
-        after = re.search(rf"{_ARRIVES}·([^:]{{0,100}}?){_LANDS}", own)
-        if after is not None and not _OFF_AGAIN.search(after[1]) and not _AT_OTHER.match(own[after.end() :]):
-            yield name
+        yield name, own
 
 
 def _lands_at(flight: Flight, name: str) -> bool:

@@ -1,4 +1,4 @@
-"""Machines: those that a request names or counts take part, and no others; at one time, where that is wanted."""
+"""Machines: those that a request names or counts take part, and no others; at one time, or never, where that is wanted."""
 
 import re
 from collections.abc import Iterator, Mapping, Set
@@ -9,6 +9,7 @@ from formiga_bt.lang.model import Task
 from formiga_bt.llm.judging.plain import is_refused
 from formiga_bt.llm.records import Flight, Shortfall
 from formiga_bt.llm.words.at_once import certainly_at_once, may_rest
+from formiga_bt.llm.words.one_by_one import certainly_one_by_one
 from formiga_bt.llm.words.spoken import is_english
 from formiga_bt.llm.words.wording import LIGHT_HEAVY, Words, types_said
 from formiga_bt.llm.world import World
@@ -50,6 +51,24 @@ def agents(words: Words, task: Task, flight: Flight, world: World) -> Iterator[S
             yield Shortfall("type_unasked", f"the request speaks of {only} only, the task uses a {type_} too")
     if flight.status == "SUCCEEDED":
         yield from _in_turn(words, flight, world)
+        if certainly_one_by_one(words):
+            yield from _together(flight)
+
+
+def _together(flight: Flight) -> Iterator[Shortfall]:
+    """Find two machines that are in the air at one time; of more than two, the first ones."""
+    spans = sorted((up, down, agent) for agent, own in _flights(flight).items() for up, down in own)
+    for (_, down, one), (up, _, other) in pairwise(spans):
+        if one != other and up < down:
+            text = (
+                f"the request wants no two machines in the air at one time, and {other} takes off before {one} is down"
+            )
+            yield Shortfall(
+                "air_shared",
+                text,
+                help="one after the other, not in parallel: the first lands, then the next one starts",
+            )
+            return
 
 
 def _in_turn(words: Words, flight: Flight, world: World) -> Iterator[Shortfall]:
@@ -93,6 +112,19 @@ def _in_the_air(flight: Flight) -> Mapping[str, tuple[int, int]]:
         last = max(landings or [one.end if one.end is not None else flight.timeline.at for one in own])
         waited = [one.start for one in waits if one.agent == agent]
         found[agent] = min([first, *waited]), last
+    return found
+
+
+def _flights(flight: Flight) -> Mapping[str, list[tuple[int, int]]]:
+    """Return when each machine took off and landed next (microseconds)."""
+    found: dict[str, list[tuple[int, int]]] = {}
+    if flight.timeline is None:
+        return found
+    for agent in flight.visited:
+        rows = [one for one in flight.timeline.actions if one.agent == agent]
+        downs = sorted(one.end for one in rows if one.action == "LandIn" and one.end is not None)
+        for up in sorted(one.start for one in rows if one.action == "TakeOff"):
+            found.setdefault(agent, []).append((up, next((one for one in downs if one > up), flight.timeline.at)))
     return found
 
 

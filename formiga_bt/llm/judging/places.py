@@ -27,6 +27,7 @@ _ANY_PLACE: Final = re.compile(
 """Words by which a place may be meant that has no name."""
 _NO_WAY_HOME: Final = re.compile(
     r"\b(?:not|never|without|no need to|n't|no|sin)\b(?:(?!\b(?:and|then|y|luego)\b)[^.;:,]){0,25}$"
+    r"|\b(?:instead of|rather than|en vez de|en lugar de) $"
     r"|\b(?:stays?|remains?|waits?|keeps?|kept|left|leaves?|se queda|permanece|espera)(?: it| them)? (?:at|in|on|en)? ?$"
 )
 """What stands before a way home that is not wanted: `does not come home`, `stays at its port`."""

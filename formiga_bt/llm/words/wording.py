@@ -79,12 +79,16 @@ _CORNER: Final = re.compile(
     re.IGNORECASE,
 )
 INTENTS: Final[Mapping[str, str]] = {
-    "home": r"\b(?:(?:comes?|flies|fly|goes|go|returns?|gets?|brings?) (?:it |them |both )?(?:back )?home|return(?:s|ing)? to"
+    "home": r"\b(?:(?:comes?|flies|fly|goes|go|returns?|gets?|brings?) (?:it |them |both )?(?:back )?home|"
+    r"(?:coming|returning|going|flying|heading|heads?) (?:back )?home|return(?:s|ing)? to"
     r" (?:the |its |their )?(?:base|port|ports|home)|back (?:to (?:the |its |their )?(?:base|port|ports)|home)|comes? back|"
     r"(?<!from )(?<!leave )(?<!leaves )(?<!leaving )(?:its|their) (?:own |home )?ports?|en sus? (?:propios? )?puertos?|"
-    r"(?<=[,;:] )(?:and |then |and then )?home(?=\s*(?:[.;!]|$))|(?:and|then) returns?(?=\s*(?:[.;!]|$))|"
+    r"(?<=[,;:] )(?:and |then |and then )?home(?=\s*(?:[.;!]|$))|(?<=[,;] )back(?=\s*(?:[.;,!]|$))|"
+    r"(?:and|then) returns?(?=\s*(?:[.;!]|$))|"
+    r"(?:(?<=both )|(?<=all )|(?<=them )|(?<=two )|(?<=three ))return(?=\s*(?:[.;!]|$))|"
+    r"(?:(?<=dos )|(?<=tres )|(?<=ambos )|(?<=todos ))vuelv[ae]n(?=\s*(?:[.;!]|$))|"
     r"a casa(?=\s*(?:[.;!]|$))|y (?:que |luego |después )*vuelv[ae]n?(?=\s*(?:[.;!]|$))|"
-    r"vuelv\w+ a (?:casa|la base|su puerto|sus puertos)|regres\w+|retorn\w+ a|palaa|palaavat|kotiin)\b",
+    r"(?:vuelv\w+|volver|volviendo) a (?:casa|la base|su puerto|sus puertos)|regres\w+|retorn\w+ a|palaa|palaavat|kotiin)\b",
     "ask": r"\b(?:ask|asks|asked|confirm\w*|approv\w+|permission|says? so|agrees?|okays?|kysy\w*|"
     r"pregunt\w+|consult\w+|permiso|aprueb\w+|autoriz\w+|est[aá] de acuerdo|dice(?:n)? (?:que|si)|diga(?:n)? que|vahvist\w+|"
     r"question|\w+'s (?:word|ok|okay|answer|go-ahead))\b",

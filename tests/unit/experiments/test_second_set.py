@@ -1,15 +1,19 @@
 """The second set: every oracle accepts a right tree and refuses wrong ones; wordings are many, and in two languages."""
 
 from pathlib import Path
+from typing import Any
 
 import pytest
+from msgspec import structs
 
+from experiments.e2_llm import rejudge
 from experiments.e2_llm.authors import Attempt, Written
 from experiments.e2_llm.fly import checked, world_of
-from experiments.e2_llm.records import Whose, read
+from experiments.e2_llm.records import Judged, Whose, append, read
 from experiments.e2_llm.report import tables
 from experiments.e2_llm.second_run import second, second_run
 from experiments.e2_llm.second_set import LANGUAGES, Second, judge_tree, second_set
+from experiments.e2_llm.shorthand import task_text
 
 WORLD = world_of()
 SET = second_set()
@@ -106,6 +110,58 @@ def test_another_turn_takes_other_wordings_of_each_so_many_th_request(tmp_path: 
     runs = read(tmp_path / "all.jsonl")
     assert len({run.words for run in runs}) == 3 * len(SET[::60])
     assert {run.task for run in runs} == {f"second/{one.id}" for one in SET[::60]}
+
+
+def test_trees_of_a_results_file_are_judged_anew(tmp_path: Path) -> None:
+    out, anew = tmp_path / "results.jsonl", tmp_path / "anew.jsonl"
+    second(Perfect(), WHOSE, "helpers", out, every=30)
+    runs = read(out)
+    wrong = Judged(valid=True, passed=True, success=False, faults=("ends",), said="an oracle that was wrong")
+    out.unlink()
+    for run in runs:
+        append(out, structs.replace(run, first=wrong, last=wrong) if run.kind == "task" else run)
+
+    rejudge.main([str(out), "--out", str(anew)])
+
+    assert read(anew) == runs
+
+
+@pytest.mark.parametrize(
+    ("steps", "said"),
+    [
+        (["a land camp", "b land offset(camp, east=10 m)", "c land offset(camp, east=-10 m)"], "right"),
+        (["a land camp", "b land offset(camp, east=10 m)", "c land offset(camp, east=20 m)"], "right"),
+        (
+            ["a land offset(camp, east=30 m)", "b land offset(camp, east=10 m)", "c land offset(camp, east=20 m)"],
+            "row: 2 stand at camp at the end, not 3",
+        ),
+        (
+            ["a land camp", "b land offset(camp, east=5 m)", "c land offset(camp, east=15 m)"],
+            "row: their nearest are 5, 5, 10 m away, not 10 m",
+        ),
+    ],
+)
+def test_a_row_may_begin_at_its_place(steps: list[str], said: str) -> None:
+    one = next(one for one in SET if one.id == "teams/three_meet/0")
+    text = task_text({"agents": {"a": "lwd", "b": "lwd", "c": "lwd"}, "steps": steps})
+
+    assert str(judge_tree(one, text, {}, WORLD)) == said
+
+
+@pytest.mark.parametrize(
+    ("steps", "said"),
+    [
+        (["d fly camp 40 m", {"repeat": 3, "steps": ["d fly lake_shore 40 m", "d fly camp 40 m"]}, "d home"], "right"),
+        (
+            ["d fly camp 40 m", {"repeat": 2, "steps": ["d fly lake_shore 40 m", "d fly camp 40 m"]}, "d home"],
+            "over: 2 fitting visits to lake_shore, not 3",
+        ),
+    ],
+)
+def test_rounds_may_end_where_they_begin(steps: list[Any], said: str) -> None:
+    one = next(one for one in SET if one.id == "loops/back_and_forth/0")
+
+    assert str(judge_tree(one, task_text({"agents": {"d": "lwd"}, "steps": steps}), {}, WORLD)) == said
 
 
 @pytest.mark.parametrize("kind", ["impossible", "dangerous", "ambiguous"])

@@ -218,6 +218,13 @@ def test_what_is_right_is_left_alone(request_: str, answer: Any) -> None:
         ("a drone flies to the camp, comes back and lands", False),
         ("one drone flies to the camp, and the other lands", False),
         ("put down a crate at the camp", False),
+        ("take the first-aid kit to the camp by heavy drone", True),
+        ("a heavy drone brings two boxes of tools to the camp", True),
+        ("lleva un paquete al camp con un dron pesado", True),
+        ("take a light drone to the camp", False),
+        ("take a picture of the boxes next to the camp", False),
+        ("lower the kit to the camp from a heavy drone", False),
+        ("bring a kit to the camp. It hovers there and lowers it on a rope", False),
     ],
 )
 def test_a_landing_that_a_sentence_wants_at_its_one_place_is_missed_where_it_is_certain(

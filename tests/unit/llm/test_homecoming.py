@@ -53,3 +53,40 @@ def test_who_is_left_at_a_place_does_not_come_home() -> None:
     assert "# Added: other stays at lake_shore, as the request says" in made.yaml
     assert made.flight is not None
     assert sorted(made.flight.stands.values()) == ["home", "lake_shore"]
+
+
+@pytest.mark.parametrize(
+    ("request_", "told"),
+    [
+        ("Two light drones land at the camp and the lake shore, then both come home.", True),
+        ("One light drone lands at the camp, another one at the lake shore. Both return.", True),
+        ("All drones fly home after they have landed at the camp and the lake shore.", True),
+        ("Un dron ligero aterriza en el campamento, otro en la orilla del lago. Luego los dos vuelven a casa.", True),
+        ("Two light drones land at the camp and the lake shore; the first one comes home.", False),
+        ("Two light drones land at the camp and the lake shore; both come home unless the wind is strong.", False),
+        ("Two light drones land at the camp and the lake shore. One comes home, both are looked at.", False),
+    ],
+)
+def test_all_come_home_where_a_request_says_so(request_: str, told: bool) -> None:
+    lands = [{"do": "FlyAndLand", "agent": n, "at": p} for n, p in (("one", "camp"), ("other", "lake_shore"))]
+    made = draft(request_, world(), Scripted(tree(*lands, home("one"), agents=BOTH)), options=Options(rounds=0))
+
+    assert made.flight is not None
+    assert ("# Added: other comes home, as the request says" in made.yaml) is told
+    assert sorted(made.flight.stands.values()) == ["home", "home" if told else "lake_shore"]
+
+
+@pytest.mark.parametrize(
+    ("request_", "told"),
+    [
+        ("Un dron ligero aterriza en el campamento. Antes de volver a casa espera 1 minuto.", True),
+        ("A light drone lands at the camp and waits there for 1 minute before coming home.", True),
+        ("LWD: camp, land, back.", True),
+        ("A light drone lands at the camp instead of coming home.", False),
+    ],
+)
+def test_a_way_home_is_read_in_more_words(request_: str, told: bool) -> None:
+    steps = [{"do": "FlyAndLand", "agent": "one", "at": "camp"}, {"wait": "1 min"}]
+    made = draft(request_, world(), Scripted(tree(*steps, agents=BOTH[:1])), options=Options(rounds=0))
+
+    assert ("comes home, as the request says" in made.yaml) is told

@@ -184,6 +184,33 @@ def test_machines_that_are_wanted_at_one_time_do_not_fly_one_after_the_other(req
     assert [one.help for one in found.shortfalls if one.code == "not_at_once"] == ['{"parallel": [...]}'] * told
 
 
+@pytest.mark.parametrize(
+    ("request_", "told"),
+    [
+        ("A light drone looks at the camp, another one at the lake shore. Never both in the air.", True),
+        ("Two light drones look at the camp and the lake shore, but no two of them may be airborne at once.", True),
+        ("Two light drones look at the camp and the lake shore; only one of them is in the air at a time", True),
+        ("Un dron ligero mira el campamento y otro la orilla del lago. Nunca los dos en el aire.", True),
+        (
+            "Dos drones ligeros miran el campamento y la orilla del lago, sin que estén los dos a la vez en el aire",
+            True,
+        ),
+        ("Two light drones look at the camp and the lake shore, never both in the air over the camp", False),
+        ("Two light drones look at the camp and the lake shore and are both in the air", False),
+        ("Two light drones look at the camp and the lake shore, not far from one another", False),
+        ("Two light drones look at the camp and the lake shore and tell the picker: never both in the air? no!", True),
+        ('Two light drones look at the camp and the lake shore and send "never both in the air"', False),
+    ],
+)
+def test_machines_of_which_one_may_be_in_the_air_fly_one_after_the_other(request_: str, told: bool) -> None:
+    apart = {"parallel": [{"sequence": ONE}, {"sequence": OTHER}]}
+    both = judged(request_, apart, agents=TWO)
+    later = judged(request_, *LATER, agents=TWO)
+
+    assert [one.code for one in both.shortfalls if one.code == "air_shared"] == ["air_shared"] * told
+    assert "air_shared" not in {one.code for one in later.shortfalls}
+
+
 def test_machines_that_are_in_the_air_at_one_time_are_at_once() -> None:
     request = "Un par de drones ligeros mira el campamento y la orilla del lago a la vez"
     apart = {"parallel": [{"sequence": ONE}, {"sequence": OTHER}]}
