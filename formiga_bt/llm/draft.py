@@ -11,8 +11,8 @@ times. All rounds are kept.
 """
 
 import threading
-from collections.abc import Callable, Hashable
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import replace
 from time import monotonic
 from typing import Any, Final
 
@@ -21,14 +21,17 @@ from msgspec import Struct, json, structs
 from formiga_bt.errors import UnusableFile
 from formiga_bt.llm import prompt
 from formiga_bt.llm.client import Chat
-from formiga_bt.llm.edits.nearby import nearest
+from formiga_bt.llm.edits.nearby import Near, nearest
 from formiga_bt.llm.envelope import Answer, Form, NoAnswer, read_answer, schema_of, without_refusal
+from formiga_bt.llm.errors import Cancelled, LlmError
 from formiga_bt.llm.examples import examples_of, most_similar
-from formiga_bt.llm.judging.agreeing import are_at_odds, elected, is_settled, meaning
+from formiga_bt.llm.following import following
+from formiga_bt.llm.judging.agreeing import are_at_odds, elected, is_settled
 from formiga_bt.llm.judging.contradicted import contradicted
 from formiga_bt.llm.judging.judge import Judged, judge
 from formiga_bt.llm.judging.needless import is_told
 from formiga_bt.llm.records import Draft, Message, Reply, Round, Shortfall
+from formiga_bt.llm.rounds import Try, at_odds, guarded, is_unreadable, missing, sound, unreadable, version_of
 from formiga_bt.llm.vocabulary import offered, verbs_of
 from formiga_bt.llm.words.beyond import beyond
 from formiga_bt.llm.words.feasible import impossible
@@ -89,37 +92,28 @@ def draft(
         world: the catalogue, the site and its fleet.
         chat: a model.
         options: see there.
-        previous: the request changes this draft.
+        previous: the request changes this draft; see `following`.
         edit: (what it is for, JSON of the answer): the request changes this task; see `editing.as_answer`.
         on_progress: is told what goes on.
         cancel: set it from another thread to stop waiting for the model.
 
     Raises:
-        UnusableFile: the request is empty or too long.
+        UnusableFile: the request is empty or too long, or the draft before has a task with errors.
         LlmError: the model does not answer.
     """
+    options, text = options or Options(), _bounded(request)
+    if previous is not None and edit is None:
+        after = following(previous, text, world, "full" if options.form == "full" else None)
+        text, edit, options = _bounded(after.request), after.before, structs.replace(options, form=after.form)
+    return _Drafting(text, world, chat, options, edit, on_progress, cancel).run()
+
+
+def _bounded(request: str) -> str:
     text = prompt.as_data(request)
     if not text or len(request) > prompt.MOST_REQUEST:
         what = "is empty" if not text else f"has more than {prompt.MOST_REQUEST} characters"
         raise UnusableFile(f"the request {what}\n  help: say in a few sentences who shall do what, and where")
-    return _Drafting(text, world, chat, options or Options(), previous, edit, on_progress, cancel).run()
-
-
-@dataclass(frozen=True, slots=True)
-class _Try:
-    """One answer, and what it is worth."""
-
-    errors: int
-    answer: Answer | None
-    judged: Judged | None
-    reply: Reply
-    round: Round
-
-    @property
-    def means(self) -> Hashable:
-        """Return what the answer means; see `agreeing`."""
-        assert self.answer is not None
-        return meaning(self.answer, self.judged.flight if self.judged is not None else None)
+    return text
 
 
 class _Drafting:
@@ -129,14 +123,14 @@ class _Drafting:
         world: World,
         chat: Chat,
         options: Options,
-        previous: Draft | None,
         edit: tuple[str, str] | None,
         on_progress: Progress | None,
         cancel: threading.Event | None,
     ) -> None:
         self._request, self._plain_world, self._chat, self._options = request, world, chat, options
         self._world = world
-        self._before = self._shown_before = edit or _last_answer(previous)
+        self._before = self._shown_before = edit
+        self._version = version_of(edit[1]) if edit is not None else ""
         self._progress: Progress = on_progress or (lambda _stage, _tokens: None)
         self._cancel = cancel
         hidden = options.without_verbs
@@ -229,16 +223,23 @@ class _Drafting:
 
     def _best_of(self, messages: list[Message], tries: int, number: int) -> tuple[Answer | None, Judged | None, Reply]:
         """Ask, once or several times, and return the answer that is taken; its round is the last one."""
-        found: list[_Try] = []
-        good: list[_Try] = []
+        found: list[Try] = []
+        good: list[Try] = []
+        lost: list[Shortfall] = []
         for attempt in range(tries):
             first = number == 0 and attempt == 0
             temperature = self._options.temperature if first else max(RAISED, self._options.temperature)
             seed = None if self._options.seed is None else self._options.seed + 100 * number + attempt
-            answer, judged, reply, one = self._ask(messages, temperature, seed)
+            try:
+                answer, judged, reply, one = self._ask(messages, temperature, seed)
+            except LlmError as error:
+                if not good or isinstance(error, Cancelled):
+                    raise
+                lost = [missing(attempt, tries, error)]  # what came before it passed, and stays
+                break
             self._rounds.append(one)
             errors = judged.errors if judged is not None else 0 if answer is not None else 1000
-            found.append(_Try(errors, answer, judged, reply, one))
+            found.append(Try(errors, answer, judged, reply, one))
             if errors == 0:
                 good.append(found[-1])
             if is_settled([one.means for one in good], tries - 1 - attempt) and good:
@@ -248,8 +249,9 @@ class _Drafting:
             self._rounds.remove(chosen.round)
             self._rounds.append(chosen.round)
         judged = chosen.judged
-        if judged is not None and are_at_odds([one.means for one in good]):
-            judged = replace(judged, shortfalls=(*judged.shortfalls, _at_odds(len(good))))
+        told = [*lost, *([at_odds(len(good))] if are_at_odds([one.means for one in good]) else [])]
+        if judged is not None and told:
+            judged = replace(judged, shortfalls=(*judged.shortfalls, *told))
             self._rounds[-1] = structs.replace(chosen.round, shortfalls=judged.shortfalls)
         return chosen.answer, judged, chosen.reply
 
@@ -266,38 +268,32 @@ class _Drafting:
             on_progress=lambda tokens: self._progress("asking", tokens),
             cancel=self._cancel,
         )
+        reply = sound(reply)
         said = tuple(messages)
+
+        def without(code: str, text: str, help_: str = "") -> tuple[None, None, Reply, Round]:
+            return None, None, reply, Round(messages=said, reply=reply, shortfalls=(Shortfall(code, text, help=help_),))
+
         if reply.finish == "length":
-            cut = Shortfall("too_long", "the answer was cut off, for it is too long", help="write a shorter tree")
-            return None, None, reply, Round(messages=said, reply=reply, shortfalls=(cut,))
+            return without("too_long", "the answer was cut off, for it is too long", "write a shorter tree")
         try:
             answer = read_answer(reply.data, reply.text)
         except NoAnswer as error:
-            return (
-                None,
-                None,
-                reply,
-                Round(messages=said, reply=reply, shortfalls=(Shortfall("no_answer", str(error)),)),
-            )
+            return without("no_answer", str(error))
         if answer.tree is None:
             wrong = contradicted(answer, self._world, self._all_words())
             if wrong:
                 told = is_told(self._words, self._world)
                 if told or (answer.impossible and is_flown(self._words, self._world)):
                     self._schema = without_refusal(self._schema, may_ask=not told)
-                return (
-                    None,
-                    None,
-                    reply,
-                    Round(messages=said, reply=reply, shortfalls=(Shortfall("contradicted", wrong),)),
-                )
+                return without("contradicted", wrong)
             return answer, None, reply, Round(messages=said, reply=reply)
         self._progress("checking", reply.usage.completion)
         judged = self._judge(answer)
         edited = ""
         if judged.errors and self._options.form == "short" and self._before is None:
-            near = nearest(answer, judged, self._words, self._world, self._verbs, self._judge)
-            if near.told:
+            near = self._nearest(answer, judged)
+            if near is not None and near.told:
                 answer, judged = near.answer, near.judged
                 edited = json.encode({"plan": answer.plan, "answer": {"tree": answer.tree}}).decode()
         one = Round(
@@ -312,16 +308,30 @@ class _Drafting:
         return answer, judged, reply, one
 
     def _judge(self, answer: Answer, edited: tuple[str, ...] = ()) -> Judged:
-        return judge(
-            answer,
-            self._all_words(),
-            self._world,
-            self._verbs,
-            self._options.form,
-            credit=f"{self._chat.name} {self._chat.model}".strip(),
-            compared=self._words if self._options.compare else None,
-            is_change=self._before is not None,
-            edited=edited,
+        if self._version and self._options.form == "short":
+            answer = replace(answer, tree={**(answer.tree or {}), "version": self._version})
+        return guarded(
+            lambda: judge(
+                answer,
+                self._all_words(),
+                self._world,
+                self._verbs,
+                self._options.form,
+                credit=f"{self._chat.name} {self._chat.model}".strip(),
+                compared=self._words if self._options.compare else None,
+                is_change=self._before is not None,
+                edited=edited,
+            ),
+            lambda error: unreadable(error, edited),
+        )
+
+    def _nearest(self, answer: Answer, judged: Judged) -> Near | None:
+        """Return the nearest tree, edited or not; None: what cannot be read cannot be edited."""
+        if is_unreadable(judged):
+            return None
+        verbs = self._verbs
+        return guarded(
+            lambda: nearest(answer, judged, self._words, self._world, verbs, self._judge), lambda _error: None
         )
 
     def _all_words(self) -> Words:
@@ -412,24 +422,6 @@ class _Drafting:
             model=self._chat.model,
             seconds=round(monotonic() - self._began, 2),
         )
-
-
-def _at_odds(count: int) -> Shortfall:
-    text = f"the {count} answers of the model that pass do different things; this is the first of them"
-    return Shortfall(
-        "answers_differ", f"{text}: read its steps with care", help="say the request in other words", severity="warning"
-    )
-
-
-def _last_answer(previous: Draft | None) -> tuple[str, str] | None:
-    """Return the request of a draft and the answer that became its task."""
-    if previous is None:
-        return None
-    for one in reversed(previous.rounds):
-        if one.yaml == previous.yaml and one.reply.text:
-            return previous.request, one.answer or one.reply.text
-    last = previous.rounds[-1].reply.text if previous.rounds else json.encode({"plan": "", "answer": {}}).decode()
-    return previous.request, last
 
 
 def _sentences(*texts: str) -> str:

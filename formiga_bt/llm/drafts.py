@@ -20,6 +20,7 @@ from typing import Any, Final
 import msgspec
 
 from formiga_bt.errors import UnusableFile
+from formiga_bt.llm.letters import whole
 from formiga_bt.llm.records import Draft, Origin
 from formiga_bt.site_folder import FOLDER, write_durably
 
@@ -84,7 +85,7 @@ def keep(folder: Path, draft: Draft, origin: Origin) -> Kept:
         number, place = _next(folder)
     except OSError as error:
         raise UnusableFile(f"cannot write {folder}: {error.strerror or error}") from error
-    write_durably(place / TASK, draft.yaml if draft.yaml.endswith("\n") else draft.yaml + "\n")
+    write_durably(place / TASK, whole(draft.yaml if draft.yaml.endswith("\n") else draft.yaml + "\n"))
     write_durably(place / ORIGIN, _json(origin))
     write_durably(place / DRAFT, _json(draft))
     return Kept(number, place, draft, origin)
@@ -166,4 +167,8 @@ def _next(folder: Path) -> tuple[int, Path]:
 
 
 def _json(value: Any) -> str:
-    return msgspec.json.format(msgspec.json.encode(value), indent=2).decode() + "\n"
+    try:
+        encoded = msgspec.json.encode(value)
+    except (UnicodeEncodeError, OverflowError):  # half a letter of a command line, or of a chat of somebody's own
+        encoded = msgspec.json.encode(whole(msgspec.to_builtins(value)))
+    return msgspec.json.format(encoded, indent=2).decode() + "\n"

@@ -10,31 +10,48 @@ from typing import Any, Final
 from formiga_bt.lang.kinds import MODIFIERS
 from formiga_bt.lang.llm_out import from_yaml
 from formiga_bt.llm.envelope import Form
+from formiga_bt.llm.shaping.lifting import Lifter
+from formiga_bt.llm.shaping.short import ASKED_FOR, expanded
 from formiga_bt.llm.vocabulary import verbs_of
+from formiga_bt.llm.words.wording import read
 from formiga_bt.llm.world import World
+from formiga_bt.units import parse_quantity
 
+VERSION: Final = "0.1.0"
+"""Of a task that nobody gave one."""
 _ROLE: Final = frozenset({"name", "type", "id", "near", "count"})
+_PARAM: Final = frozenset({"name", "type", "default"})
 _MODIFIERS: Final = frozenset(option.name for option in MODIFIERS)
+_QUOTED_OR_NAME: Final = re.compile(r"'[^']*'|\"[^\"]*\"|(?<![\w.])[A-Za-z_]\w*(?![\w(]|\s*=(?!=))")
+_NUMBER: Final = re.compile(r"\d+(?:\.\d+)?")
+_HOLE: Final = re.compile(r"\$\{([^}]*)\}")
 
 
 class _TooMuch(Exception):  # noqa: N818 - a signal, never seen outside
     """The short form cannot say it."""
 
 
-def as_answer(text: str, world: World) -> tuple[str, str, Form]:
+def as_answer(text: str, world: World, form: Form = "short", *, exact: bool = True) -> tuple[str, str, Form]:
     """Return what a task is for, the JSON of an answer with it, and the form that it is in.
 
     Args:
         text: a task file without errors.
         world: its catalogue.
+        form: `full`: in that form whatever the short one can say.
+        exact: the short form is used only if the same task comes of it. An example for a model need not be exact: who is
+            nearest, bounds and labels of params, and how long a question waits do not count.
+
+    Raises:
+        ValueError: the file has errors.
     """
     data = from_yaml(text, world.catalogue)
-    purpose = str(data.get("description") or data.get("task") or "")
-    form: Form = "short"
-    try:
-        tree = _Shortener(data, world).task()
-    except _TooMuch:
-        tree, form = {k: v for k, v in data.items() if k != "formiga"}, "full"
+    purpose = " ".join(str(data.get("description") or data.get("task") or "").split())
+    tree = {k: v for k, v in data.items() if k != "formiga"}
+    if form == "short":
+        try:
+            tree = _Shortener(data, world, exact=exact).task()
+        except _TooMuch:
+            form = "full"
     answer: dict[str, Any] = {"plan": purpose, "answer": {"tree": tree}}
     if form == "full":
         answer["answer"]["run"] = []
@@ -42,27 +59,63 @@ def as_answer(text: str, world: World) -> tuple[str, str, Form]:
 
 
 class _Shortener:
-    def __init__(self, data: dict[str, Any], world: World) -> None:
-        self._data = data
+    def __init__(self, data: dict[str, Any], world: World, *, exact: bool) -> None:
+        self._data, self._world, self._exact = data, world, exact
         self._verbs = verbs_of(world)
-        self._constants = {p["name"]: _plain(p["default"]) for p in data.get("params", ()) if "default" in p}
-        self._open = {p["name"] for p in data.get("params", ()) if "default" not in p}
+        self._params = data.get("params", ())
+        self._constants = {p["name"]: _plain(p["default"]) for p in self._params if "default" in p}
+        self._open = {p["name"] for p in self._params if "default" not in p}
 
     def task(self) -> dict[str, Any]:
         known = {"formiga", "task", "version", "description", "imports", "params", "agents", "steps"}
         if set(self._data) - known or self._open:
             raise _TooMuch
+        if self._exact and any(set(one) - _PARAM or one["type"] == "text" for one in self._params):
+            raise _TooMuch
         roles = [self._role(one) for one in self._data.get("agents", ())]
-        return {"task": self._data["task"], "agents": roles, "steps": self._steps(self._data["steps"])}
+        tree = {"task": self._data["task"], "agents": roles, "steps": self._steps(self._data["steps"])}
+        if not self._exact:
+            return tree
+        if self._data.get("version", VERSION) != VERSION:
+            tree["version"] = self._data["version"]
+        return self._with_near(tree)
+
+    def _with_near(self, tree: dict[str, Any]) -> dict[str, Any]:
+        """Return the tree with each `near` that would not come of it by itself: that is where a machine flies first."""
+        wanted = {
+            one["name"]: self._inlined(_plain(one["near"])) for one in self._data.get("agents", ()) if "near" in one
+        }
+        made = self._made(tree)
+        for role in tree["agents"]:
+            near = wanted.get(role["name"], "")
+            if near and not _is_same(made.get(role["name"], ""), near):
+                role["near"] = near
+        made = self._made(tree)
+        if not all(_is_same(made.get(name, ""), near) for name, near in wanted.items()):
+            raise _TooMuch
+        return tree
+
+    def _made(self, tree: dict[str, Any]) -> dict[str, str]:
+        """Return to which place each machine is the nearest one, in the task that comes of a tree."""
+        words = read("", self._world.site, self._world.catalogue)
+        try:
+            data = expanded(tree, self._world, self._verbs, Lifter(words, self._world.site)).data
+        except (ValueError, KeyError, TypeError, AttributeError) as error:
+            raise _TooMuch from error
+        constants = {p["name"]: _plain(p["default"]) for p in data.get("params", ())}
+        return {one["name"]: _inlined(_plain(one["near"]), constants) for one in data["agents"] if "near" in one}
 
     def _role(self, role: dict[str, Any]) -> dict[str, Any]:
-        if set(role) - _ROLE or "type" not in role:
+        if set(role) - _ROLE or not isinstance(role.get("type"), str):
             raise _TooMuch
         found = {"name": role["name"], "type": role["type"]}
         if "id" in role:
             found["id"] = self._value(role["id"])
         if "count" in role:
-            found["count"] = int(self._value(role["count"]))
+            count = self._value(role["count"])
+            if not count.isdecimal():
+                raise _TooMuch
+            found["count"] = int(count)
         return found
 
     def _steps(self, steps: list[dict[str, Any]]) -> list[dict[str, Any]]:
@@ -88,12 +141,12 @@ class _Shortener:
         if set(step) == {"wait"}:
             return {"wait": self._value(step["wait"])}
         if set(step) == {"notify"}:
-            return {"notify": step["notify"]}
+            return {"notify": self._said(step["notify"])}
         if "repeat" in step and set(step) <= {"repeat", "every", "until", "steps"}:
-            inner = {k: self._value(v) if k != "until" else self._names(v) for k, v in step.items() if k != "steps"}
+            inner = {k: self._value(v) if k != "until" else self._inlined(v) for k, v in step.items() if k != "steps"}
             return {**inner, "steps": self._steps(step["steps"])}
         if "if" in step:
-            return {k: self._names(v) if k == "if" else self._steps(v) for k, v in step.items()}
+            return {k: self._inlined(v) if k == "if" else self._steps(v) for k, v in step.items()}
         if "for" in step and set(step) <= {"for", "mode", "steps"}:
             names = ", ".join(one["name"] for one in step["for"])
             lists = ", ".join(self._value(one["value"]) for one in step["for"])
@@ -102,15 +155,20 @@ class _Shortener:
         if "ask" in step and set(step) <= {"ask", "of", "options", "timeout", "expect", "save_as"}:
             return self._ask(step)
         if set(step) == {"break_if"}:
-            return {"break_if": self._names(step["break_if"])}
+            return {"break_if": self._inlined(step["break_if"])}
         raise _TooMuch
 
     def _ask(self, step: dict[str, Any]) -> dict[str, Any]:
         found = {k: v for k, v in step.items() if k in ("ask", "of", "options", "save_as")}
+        found["ask"] = self._said(step["ask"])
         expect = re.fullmatch(r"result\.answer == '([^']*)'", step.get("expect", ""))
         if "expect" in step and expect is None:
             raise _TooMuch
-        if expect is not None and expect[1] not in ("yes", (step.get("options") or ["yes"])[0]):
+        if self._exact and ("expect" in step) == ("save_as" in step):
+            raise _TooMuch
+        if self._exact and parse_quantity(self._value(step.get("timeout", ""))) != parse_quantity(ASKED_FOR):
+            raise _TooMuch
+        if expect is not None and expect[1] != (step.get("options") or ["yes"])[0]:
             found["go_on"] = expect[1]
         return found
 
@@ -121,11 +179,27 @@ class _Shortener:
 
     def _value(self, value: Any) -> str:
         text = _plain(value)
-        return self._names(text) if isinstance(value, dict) and "expr" in value else text
+        return self._inlined(text) if isinstance(value, dict) and "expr" in value else text
 
-    def _names(self, text: str) -> str:
-        """Return an expression with the constants of the params in it."""
-        return re.sub(r"(?<![\w.'])[A-Za-z_]\w*(?![\w(])", lambda m: self._constants.get(m[0], m[0]), text)
+    def _inlined(self, text: str) -> str:
+        return _inlined(text, self._constants)
+
+    def _said(self, text: str) -> str:
+        """Return a text for people; in the short form its holes cannot have params, which get other names."""
+        if self._exact and any(self._inlined(hole) != hole for hole in _HOLE.findall(text)):
+            raise _TooMuch
+        return text
+
+
+def _inlined(text: str, constants: dict[str, str]) -> str:
+    """Return an expression with the constants of the params in it; words in quotes and names of arguments stay."""
+    return _QUOTED_OR_NAME.sub(lambda m: constants.get(m[0], m[0]), text)
+
+
+def _is_same(one: str, other: str) -> bool:
+    """Return whether two places are the same, however their numbers are written."""
+    plain, other_plain = (_NUMBER.sub(lambda m: f"{float(m[0]):.9g}", "".join(text.split())) for text in (one, other))
+    return plain == other_plain
 
 
 def _plain(value: Any) -> str:

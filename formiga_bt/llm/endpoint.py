@@ -20,7 +20,7 @@ from formiga_bt.llm import ladder
 from formiga_bt.llm.errors import Cancelled, LlmError, NoKey, Refused, TooLong, Unreachable
 from formiga_bt.llm.presets import OTHER, OWN_KEY, Preset, Price, cost_usd, is_loopback
 from formiga_bt.llm.records import Message, Reply, Rung, Usage
-from formiga_bt.llm.wire import Failure, NotTheProtocol, Piece, message_of, pieces, retry_after_s, shown
+from formiga_bt.llm.wire import Failure, NotTheProtocol, Piece, masked, message_of, pieces, retry_after_s, shown
 
 ATTEMPTS: Final = 4
 """How often a question is asked of an endpoint that is busy or breaks off."""
@@ -110,14 +110,15 @@ class Endpoint:
             rung = below
         if schema is not None and rung != remembered and not is_once:
             self._memory.keep(self.base_url, self.model, rung)
-        data = None if schema is None or answer.finish == "length" else ladder.json_in(answer.text)
+        text = masked(answer.text, self._key)
+        data = None if schema is None or answer.finish == "length" else ladder.json_in(text)
         if rung == "strict" and schema is not None:
             data = ladder.plainly(data, schema)
         usage = answer.usage or Usage(completion=answer.tokens)
         if self._price is not None and answer.usage is not None:
             usage = msgspec.structs.replace(usage, cost_usd=cost_usd(self._price, usage))
         return Reply(
-            text=answer.text,
+            text=text,
             data=data,
             finish="length" if answer.finish == "length" else "stop",
             rung=rung,
@@ -136,7 +137,7 @@ class Endpoint:
         found: list[str] = []
 
         def ask(put: Callable[[Any], None]) -> None:
-            put([str(one.id) for one in self._client().models.list().data])
+            put([masked(str(one.id), self._key) for one in self._client().models.list().data])
 
         for item in self._heard(ask, _Patience(time.monotonic() + 2 * CONNECT_S, threading.Event(), None)):
             if isinstance(item, Failure):

@@ -15,6 +15,7 @@ from itertools import permutations
 from typing import Any, Final, Literal
 
 from formiga_bt.lang.expr.scope import AGENT_FIELDS
+from formiga_bt.llm.letters import whole
 from formiga_bt.llm.vocabulary import Verb
 from formiga_bt.llm.world import World
 
@@ -85,6 +86,13 @@ def schema_of(
         kinds = [_closed({"tree": full, "run": run})]
     kinds += [_closed({"question": _PROSE}), _closed({"impossible": _PROSE, "instead": _PROSE})]
     return {**_closed({"plan": _PROSE, "answer": {"anyOf": kinds}}), "$defs": definitions}
+
+
+def form_of(tree: Any) -> Form:
+    """Return the form that a tree is in: an action or a call of a library is called so in the full one only."""
+    if isinstance(tree, dict):
+        return "full" if {"action", "call"} & tree.keys() else form_of(list(tree.values()))
+    return "full" if isinstance(tree, list) and any(form_of(one) == "full" for one in tree) else "short"
 
 
 def without_refusal(schema: Schema, *, may_ask: bool = True) -> Schema:
@@ -231,6 +239,7 @@ def read_answer(data: Any, text: str = "") -> Answer:
     """
     value = data if data is not None else _json_in(text)
     _bounded(value)
+    value = whole(value)
     if not isinstance(value, dict):
         raise NoAnswer('answer with one JSON object: {"plan": .., "answer": {"tree": ..}}')
     plan = _prose(value.get("plan"))

@@ -107,7 +107,7 @@ def _own(world: World) -> list[Example]:
     found = []
     for file, text in sorted(world.tasks.items())[:MOST_OWN]:
         try:
-            purpose, answer, form = as_answer(text, world)
+            purpose, answer, form = as_answer(text, world, exact=False)
         except (AssertionError, ValueError, KeyError, TypeError):  # a file with errors
             continue
         if form == "short" and len(purpose.split()) >= 3 and len(answer) <= LONGEST_OWN:

@@ -10,12 +10,15 @@ from typing import Any, Final
 
 from msgspec import Struct
 
+from formiga_bt.llm.letters import whole
 from formiga_bt.llm.records import Usage
 
 LONGEST_EVENT: Final = 8 * 1024 * 1024
 """Bytes of one event, or of an answer that is not streamed."""
 SHOWN: Final = 300
 """Letters of an endpoint's own words that are shown to a person."""
+SHORTEST_KEY: Final = 8
+"""A shorter one is no secret but a word that a server of one's own wants (`none`, `EMPTY`), and stays in answers."""
 
 
 class Failure(Struct, frozen=True, kw_only=True):
@@ -125,7 +128,7 @@ def _whole(text: Any) -> str:
     """Return the text, or the texts of a list of parts, without halves of letters."""
     if isinstance(text, list):
         text = "".join(str(part.get("text", "")) for part in text if isinstance(part, dict))
-    return str(text).encode("utf-16", "surrogatepass").decode("utf-16", "replace")
+    return str(whole(str(text)))
 
 
 def _usage(found: Any) -> Usage | None:
@@ -155,6 +158,13 @@ def shown(text: str) -> str:
     """Return an endpoint's words as a person may see them: one short line, nothing that moves a terminal's cursor."""
     line = re.sub(r"[\s\x00-\x1f\x7f-\x9f\u200b-\u200f\u2028-\u202e\u2066-\u2069]+", " ", text).strip()
     return line if len(line) <= SHOWN else line[: SHOWN - 3] + "..."
+
+
+def masked(text: str, key: str) -> str:
+    """Return an answer without the key that the endpoint was asked with, should it say that again."""
+    if len(key) < SHORTEST_KEY:
+        return text
+    return text.replace(key, "***").replace(key.replace("/", "\\/"), "***")
 
 
 def retry_after_s(headers: Mapping[str, str]) -> float | None:

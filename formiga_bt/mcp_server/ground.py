@@ -85,7 +85,14 @@ class Ground:
         Raises:
             UnusableFile: there is none.
         """
-        path = self.file_of(task)
+        return self.load_file(self.file_of(task))
+
+    def load_file(self, path: Path) -> Loaded:
+        """Check the task of a file of the site's folder or of the library.
+
+        Raises:
+            OSError: it lies elsewhere, is hidden, too large, or cannot be read.
+        """
         return self.load(self.read(path), str(path), path.parent)
 
     def file_of(self, task: str) -> Path:

@@ -155,6 +155,7 @@ def flown(task: "Task", loaded: Loaded, ground: Ground, job: Job, progress: Prog
         FormigaError: a parameter or an answer is wrong; the texts say how to mend it.
     """
     from formiga_bt.lang.binding import bind_params
+    from formiga_bt.lang.requested import with_requested
     from formiga_bt.rehearsal import START, Rehearsal, fleet_of, simulated
 
     values, problems, sources = bind_params(task, texts_of(job.params), ground.site, START)
@@ -162,7 +163,8 @@ def flown(task: "Task", loaded: Loaded, ground: Ground, job: Job, progress: Prog
         raise FormigaError("\n\n".join([*(render(p, sources) for p in problems), f"{task.name} was not started"]))
     scripts = {who: [{"match": "*", "options": said}] for who, said in _answers(job.answers, ground).items()}
     specs = fleet_of(ground.site, ground.catalogue, scripts=scripts)
-    rehearsal = Rehearsal(simulated(ground.site), ground.catalogue, _with_requested(task, ground), specs)
+    tasks = with_requested(task, lambda path: _usable(ground.load_file(path)))
+    rehearsal = Rehearsal(simulated(ground.site), ground.catalogue, tasks, specs)
     try:
         rehearsal.run_for(1.0)
         try:
@@ -196,17 +198,6 @@ def _answers(said: Mapping[str, list[str]], ground: Ground) -> Mapping[str, list
         if not words or not all(words):
             raise UnusableFile(f"answers: '{who}' lacks an answer; leave the name out, or give at least one")
     return said
-
-
-def _with_requested(task: "Task", ground: Ground) -> "list[Task]":
-    found = {task.name: task}
-    queue = [task]
-    while queue:
-        for name in queue.pop(0).requests:
-            if name not in found:
-                found[name] = _usable(ground.load_named(name))
-                queue.append(found[name])
-    return list(found.values())
 
 
 def _told(rehearsal: "Rehearsal", task: "Task", task_id: str, loaded: Loaded, ground: Ground) -> FlightOut:

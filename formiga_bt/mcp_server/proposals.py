@@ -3,10 +3,12 @@
 Nothing here starts anything: what is written is data, and only a person's word makes a run of it.
 """
 
+import os
 import re
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from functools import cache
+from itertools import count
 from pathlib import Path
 from shlex import quote
 from typing import Final
@@ -20,6 +22,7 @@ from formiga_bt.llm.world import World
 from formiga_bt.mcp_server.ground import Ground
 from formiga_bt.mcp_server.outside import cleaned
 from formiga_bt.mcp_server.records import FlightOut
+from formiga_bt.packaged import folder as packaged
 
 MOST_OPEN: Final = 50
 """Proposals that are kept; then the oldest gives way, so that an assistant that proposes without end fills no disk."""
@@ -155,8 +158,34 @@ def next_steps(
         return [f"formiga show {task}", *([f"formiga approve {task} --by {by}"] if real else []), run]
     if ground.own is None:
         return [f"formiga show {file}", f"formiga up --site demo --sim --tasks {file}", run]
-    own = ground.own / f"{re.sub(r'(?<=[a-z0-9])(?=[A-Z])', '_', task).lower()}.yaml"
-    mine = quote(str(own))
+    mine = quote(str(own_file(kept, ground.own)))
     run = " ".join(["formiga run", mine, *values])
     approve = [f"formiga load {mine}", f"formiga approve {mine} --by {by}"] if real else []
     return [f"formiga show {file}", f"cp -n {file} {mine}", *approve, run]
+
+
+def own_file(kept: Kept, own: Path) -> Path:
+    """Return where a proposal is kept among the tasks of a site: under a name that is free, or that has this very text."""
+    name = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", kept.draft.task).lower()
+    text = (kept.folder / TASK).read_bytes()
+    for number in count(1):
+        path = own / (f"{name}.yaml" if number == 1 else f"{name}_{number}.yaml")
+        with suppress(OSError):
+            if path.read_bytes() == text:
+                return path
+        if not os.path.lexists(path):
+            return path
+    raise AssertionError("there are names without end")
+
+
+def doubles(kept: Kept, ground: Ground) -> list[str]:
+    """Return a warning if the site has a task of a proposal's name already: it serves one of them from its next start on."""
+    task = kept.draft.task
+    other = ground.tasks.get(task)
+    if ground.own is None or other is None or _ships(other) or other == own_file(kept, ground.own):
+        return []
+    return [f"{other} has a task {task} too: who keeps both names one of them otherwise"]
+
+
+def _ships(path: Path) -> bool:
+    return path.resolve().is_relative_to(packaged("trees").resolve())

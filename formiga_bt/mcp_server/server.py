@@ -19,6 +19,7 @@ from mcp.server.stdio import stdio_server
 
 from formiga_bt import __version__
 from formiga_bt.errors import FormigaError
+from formiga_bt.llm.letters import whole
 from formiga_bt.mcp_server import pages
 from formiga_bt.mcp_server.ground import Where
 from formiga_bt.mcp_server.live import Connect
@@ -78,7 +79,7 @@ class Front:
                 INVALID_PARAMS, f"there is no tool '{cleaned(params.name, 60)}'; tools: {', '.join(self._tools)}"
             )
         try:
-            asked = msgspec.convert(params.arguments or {}, tool.takes)
+            asked = msgspec.convert(whole(params.arguments or {}), tool.takes)
             given, text = await tool.run(self._desk, asked, Caller(_client(ctx), partial(_progress, ctx)))
         except msgspec.ValidationError as error:
             return _wrong(f"{tool.name}: {error}\n  help: its schema tells what it takes")
@@ -147,7 +148,7 @@ class Front:
         del ctx
         if params.name != PROMPT:
             raise MCPError(INVALID_PARAMS, f"there is no prompt '{cleaned(params.name, 60)}'; there is: {PROMPT}")
-        request = (params.arguments or {}).get("request", "")
+        request = whole((params.arguments or {}).get("request", ""))
         if len(request) > LONGEST_REQUEST:
             raise MCPError(INVALID_PARAMS, f"the request is longer than {LONGEST_REQUEST:,} characters")
         said = types.TextContent(type="text", text=pages.mission_prompt(request))

@@ -22,7 +22,7 @@ from formiga_bt.mcp_server.ground import Ground, Where, ground_of
 from formiga_bt.mcp_server.judge import Done, Job, texts_of
 from formiga_bt.mcp_server.live import Connect
 from formiga_bt.mcp_server.outside import fenced
-from formiga_bt.mcp_server.proposals import assistant, draft_of, needed, next_steps, propose, wrote
+from formiga_bt.mcp_server.proposals import assistant, doubles, draft_of, needed, next_steps, propose, wrote
 from formiga_bt.mcp_server.worker import Crew
 
 Progress = Callable[[float, str], Awaitable[None]]
@@ -232,6 +232,7 @@ async def _propose(desk: Desk, asked: r.Proposed, caller: Caller) -> Said:
     kept = await in_thread(keep_it)
     file = str(kept.folder / TASK)
     then = next_steps(kept, ground, params, is_there=bool(asked.task), asker=asker if asked.yaml else None)
+    warnings += doubles(kept, ground) if asked.yaml else []
     told = r.ProposedOut(kept.number, flight.task, file, flight.status, then, warnings)
     text = f"{flight.task} waits as draft {kept.number} in {kept.folder}. It does not run. What a person does now:"
     return told, "\n".join([text, *(f"  {one}" for one in then), *warnings])

@@ -25,6 +25,7 @@ MOST: Final = 10
 """People who asked for one task."""
 _LINE: Final = re.compile(r"^[ \t]*#[ \t]*drafted\b[ \t]*(\{.*)$", re.MULTILINE | re.IGNORECASE)
 _HEAD: Final = re.compile(r"^[ \t]*#[ \t]*Drafted(?: by (.{1,200}?))? from the request:", re.MULTILINE | re.IGNORECASE)
+_SAYS_SO: Final = re.compile(r"[\s#]*drafted\b", re.IGNORECASE)
 
 
 class Drafted(Struct, frozen=True, kw_only=True):
@@ -50,10 +51,10 @@ class Drafted(Struct, frozen=True, kw_only=True):
 
 
 def drafted(by: Iterable[str], model: str = "", also: Iterable[str] = ()) -> Drafted:
-    """Return a record with names on one line each, cut, and each once."""
-    people = dict.fromkeys(one for one in map(_plain, by) if one)
+    """Return a record with names on one line each, cut, and each once; of too many the first ones stay."""
+    people = tuple(dict.fromkeys(one for one in map(_plain, by) if one))[:MOST]
     others = dict.fromkeys(one for one in map(_plain, also) if one and one not in people and one not in UNNAMED)
-    return Drafted(by=tuple(people)[:MOST], model=_plain(model), also=tuple(others)[:MOST])
+    return Drafted(by=people, model=_plain(model), also=tuple(others)[:MOST])
 
 
 def read(data: Any) -> Drafted:
@@ -82,12 +83,21 @@ def merged(found: Iterable[Drafted | None]) -> Drafted | None:
 
 
 def stamped(text: str, record: Drafted) -> str:
-    """Return a task's text with the line that says who had it written; whoever it named before is named on."""
-    both = merged((said_in(text), record))
+    """Return a task's text with the line that says who had it written; whoever it named before is named on, behind them."""
+    both = merged((record, said_in(text)))
     assert both is not None
     line = "# drafted " + json.dumps(written(both), ensure_ascii=True)
-    rest = "".join(one for one in text.splitlines(keepends=True) if not _LINE.match(one))
-    return f"{line}\n{rest}"
+    return f"{line}\n{unstamped(text)}"
+
+
+def unstamped(text: str) -> str:
+    """Return a task's text without the lines that say who had it written."""
+    return "".join(one for one in text.splitlines(keepends=True) if not _LINE.match(one))
+
+
+def unlike_a_stamp(line: str) -> str:
+    """Return words that stand in a comment of their own so that they are never read as what a file says of its origin."""
+    return f"> {line.lstrip()}" if _SAYS_SO.match(line) else line
 
 
 def said_in(text: str) -> Drafted | None:

@@ -7,7 +7,7 @@ from typing import Any, Final
 from formiga_bt.llm.edits.steps import Case, Edited, Found, Step, after, is_so, put, steps_of
 from formiga_bt.llm.edits.who import who
 from formiga_bt.llm.judging.heights import is_height
-from formiga_bt.llm.words.wording import Amount
+from formiga_bt.llm.words.amounts import Amount
 
 _HEIGHTS: Final = ("height", "altitude")
 _FOR: Final = re.compile(
@@ -32,7 +32,7 @@ def with_height(case: Case) -> Iterator[Edited]:
     if len(heights) > 1:
         yield from _with_height_there(case, amount)
         return
-    begin = case.words.text.find(amount.words)
+    begin = amount.at
     subject = who(case, begin)
     if subject is None or (len(subject.names) > 1 and not subject.is_all):
         meant = {one.name for one in case.machines}
@@ -77,7 +77,7 @@ def with_stay(case: Case) -> Iterator[Edited]:
     if amount is None or not _is_stay(case, amount):
         return
     long = {"wait": f"{amount.si:g} s"}
-    end = case.words.text.find(amount.words) + len(amount.words)
+    end = amount.at + len(amount.words)
     each = _EACH.match(case.words.text, end) is not None
     waits = [one for one in steps_of(case.tree) if "wait" in one[1]]
     if waits:
@@ -103,13 +103,13 @@ def _all(tree: Mapping[str, Any], found: list[Found], step: Step) -> Mapping[str
 def _amount(case: Case, type_: str) -> Amount | None:
     """Return the amount that no value has, if the request says it once."""
     found = [one for one in case.words.amounts if one.words == case.wrong.about and one.type == type_]
-    return found[0] if len(found) == 1 and case.words.text.count(found[0].words) == 1 else None
+    return found[0] if len(found) == 1 else None
 
 
 def _is_stay(case: Case, amount: Amount) -> bool:
     """Return whether an amount says how long a machine stays at a place: `stays there for 30 s`."""
     text = case.words.text
-    begin = text.find(amount.words)
+    begin = amount.at
     since = max(text.rfind(mark, 0, begin) for mark in (". ", "; ")) + 1
     is_long = _FOR.search(text[:begin]) or _EACH.match(text, begin + len(amount.words))
     return is_long is not None and _STAYS.search(text, since, begin) is not None

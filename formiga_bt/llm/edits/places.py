@@ -7,7 +7,7 @@ from typing import Any, Final
 from formiga_bt.llm.edits.steps import Case, Edited, Found, Machine, Step, after, at_end, is_so, next_to, put, steps_of
 from formiga_bt.llm.edits.who import Subject, homes, who
 from formiga_bt.llm.shaping.moves import HEIGHT
-from formiga_bt.llm.words.wording import Amount
+from formiga_bt.llm.words.amounts import Amount
 
 _LANDS: Final = r"\b(?:lands?|landing|aterri\w+)\b"
 _AT: Final = (
@@ -52,7 +52,7 @@ def landed(case: Case) -> Iterator[Edited]:
     subject = who(case, verb)
     names = _who_of(subject, set(agents))
     tree, lands = case.tree, [one for one in flights if one[1].get("agent") in names]
-    if text.count(case.words.places.get(place, place).casefold()) > 1 and not all(_is_last(case, one) for one in lands):
+    if len(case.words.spans(place)) > 1 and not all(_is_last(case, one) for one in lands):
         return  # it is spoken of twice: which time it lands there is not certain
     is_later = _STAYS.search(text[:verb]) is not None
     for path, step in reversed(lands):

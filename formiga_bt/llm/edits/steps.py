@@ -7,7 +7,8 @@ from typing import Any, Final
 from formiga_bt.llm.records import Shortfall
 from formiga_bt.llm.shaping.walking import INNER
 from formiga_bt.llm.vocabulary import Verb
-from formiga_bt.llm.words.wording import Amount, Words
+from formiga_bt.llm.words.amounts import Amount
+from formiga_bt.llm.words.wording import Words
 from formiga_bt.llm.world import World
 from formiga_bt.units import parse_quantity
 
@@ -117,7 +118,7 @@ def next_to(tree: Mapping[str, Any], path: Path) -> Step | None:
 def is_so(value: Any, amount: Amount) -> bool:
     """Return whether a value of the short form is an amount of the request."""
     found = parse_quantity(value) if isinstance(value, str) else None
-    return found is not None and found[0] == amount.type and abs(found[1] - amount.si) <= 1e-6 * max(1.0, amount.si)
+    return found is not None and amount.means(*found)
 
 
 def _dicts(value: Any) -> list[dict[str, Any]]:

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from typing import Final
 
 from formiga_bt.llm.edits.steps import Case, Machine
-from formiga_bt.llm.words.wording import INTENTS, LIGHT_HEAVY, NUMBERS
+from formiga_bt.llm.words.amounts import NUMBERS
+from formiga_bt.llm.words.wording import INTENTS, LIGHT_HEAVY
 
 _NOUN: Final = r"(?:drones?|dron|uavs?|machines?|ones?)"
 _OF_SOME: Final = (

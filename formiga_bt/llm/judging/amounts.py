@@ -1,21 +1,28 @@
 """Amounts and numbers of times: what a request says is used, and used for what it says."""
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import Final
 
 from formiga_bt.lang.model import Task
 from formiga_bt.llm.judging.plain import code_of
 from formiga_bt.llm.records import Shortfall
 from formiga_bt.llm.shaping.teams import gap_of
+from formiga_bt.llm.words.amounts import IN_FULL, NUMBER_WORDS, NUMBERS, Amount
 from formiga_bt.llm.words.triangles import TRIANGLE
-from formiga_bt.llm.words.wording import NUMBERS, Words
+from formiga_bt.llm.words.wording import Words
 from formiga_bt.units import NUMBER, UNIT, parse_quantity
 
 _QUANTITY: Final = re.compile(rf"(?<![\w.])({NUMBER})\s*({UNIT})(?![\w%])", re.ASCII)
 _TIMES: Final = re.compile(
     rf"(?<![\w.])(\d{{1,3}}|{'|'.join(NUMBERS)})\s+(?:full |complete |whole )?(?:laps|rounds|times|vueltas|veces)\b"
     r"(?!\s+(?:yes|no|s[ií]|the|as|that|higher|faster|más|que)\b)",
+    re.IGNORECASE,
+)
+_UNREAD: Final = re.compile(
+    rf"(?<![\w.,])(\d+(?:\.\d+)?|{NUMBER_WORDS})(?:\s*-\s*|\s+)(?:fathoms?|furlongs?|paces?|strides?|rods?|chains?|leagues?|cubits?|"
+    r"store?ys?|stories|floors?|body lengths?|brazas?|codos?|pasos|varas?|leguas?|syltä|kyynärää)(?!\w)",
     re.IGNORECASE,
 )
 _ONCE_MORE: Final = re.compile(r"\b(?:repeat\w*|again|more|repit\w+|otra|más|and then)\b", re.IGNORECASE)
@@ -27,14 +34,44 @@ def amounts(words: Words, text: str) -> Iterator[Shortfall]:
     """Find amounts of a request that no value of a task is."""
     values = [a for match in _QUANTITY.finditer(code_of(text)) if (a := parse_quantity(match[0])) is not None]
     for amount in words.amounts:
-        if not any(t == amount.type and abs(v - amount.si) <= 1e-6 * max(1.0, abs(v)) for t, v in values):
+        if not _is_a_value(amount, values):
             apart = gap_of(words) == f"{amount.si:g} m"
+            metres = f", which is {amount.si:.4g} {'m/s' if amount.type == 'speed' else 'm'}" if amount.rounded else ""
             yield Shortfall(
                 "amount_not_used",
-                f'the request says "{amount.words}", and no value of the task is {amount.words}',
+                f'the request says "{amount.words}"{metres}, and no value of the task is {"so" if metres else amount.words}',
                 help=f"one at PLACE, the other at offset(PLACE, east={amount.si:g} m)" if apart else "",
                 about=amount.words,
             )
+
+
+def unread(words: Words, text: str) -> Iterator[Shortfall]:
+    """Find values of a task whose number a request says of a unit that nobody here knows: `50 m` for `50 fathoms`."""
+    said = {one.words for one in words.amounts}
+    for match in _UNREAD.finditer(words.text):
+        number = float(match[1]) if match[1][0].isdigit() else float(IN_FULL[match[1].casefold()])
+        for value in _QUANTITY.finditer(code_of(text)):
+            amount = parse_quantity(value[0])
+            if (
+                amount is not None
+                and float(value[1]) == number
+                and not any(words.amount(*amount) == one for one in said)
+            ):
+                yield Shortfall(
+                    "unit_unknown",
+                    f'the request says "{match[0]}", which is no unit that is known here, and the task has {value[0]}',
+                    help="say it in metres",
+                )
+                break
+
+
+def _is_a_value(amount: Amount, values: Sequence[tuple[str, float]]) -> bool:
+    """Return whether an amount is a value of a task; a time in two parts may be two values."""
+
+    def is_there(si: float) -> bool:
+        return any(replace(amount, si=si).means(type_, value) for type_, value in values)
+
+    return is_there(amount.si) or (bool(amount.parts) and all(map(is_there, amount.parts)))
 
 
 def misused(words: Words, task: Task) -> Iterator[Shortfall]:
@@ -42,9 +79,8 @@ def misused(words: Words, task: Task) -> Iterator[Shortfall]:
     for amount in words.amounts:
         if amount.type != "distance":
             continue
-        at = words.text.find(amount.words)
-        before, after = words.text[:at].casefold(), words.text[at + len(amount.words) :].casefold()
-        uses = [name for name, si in _params(task) if abs(si - amount.si) < 1e-6]
+        before, after = words.text[: amount.at].casefold(), words.text[amount.at + len(amount.words) :].casefold()
+        uses = [name for name, si in _params(task) if amount.means("distance", si)]
         if not uses:
             continue
         if re.match(r"\W*(?:apart|from each other|from one another)\b", after) and all(map(_is_height, uses)):

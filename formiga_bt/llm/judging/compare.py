@@ -7,8 +7,9 @@ say may still be wrong; the person who approves a task reads it.
 from typing import Final
 
 from formiga_bt.lang.model import Task
-from formiga_bt.llm.judging.amounts import amounts, misused, often
+from formiga_bt.llm.judging.amounts import amounts, misused, often, unread
 from formiga_bt.llm.judging.asked import asked, only_asked
+from formiga_bt.llm.judging.directions import directions
 from formiga_bt.llm.judging.figures import figures, rings
 from formiga_bt.llm.judging.homecoming import all_home, homecoming
 from formiga_bt.llm.judging.landings import landings
@@ -40,8 +41,10 @@ def compare(words: Words, task: Task, text: str, flight: Flight, world: World) -
         *places(words, text),
         *unnamed(words, text, world),
         *amounts(words, text),
+        *unread(words, text),
         *misused(words, task),
         *figures(words, text),
+        *directions(words, task, text),
         *assumed_sizes(words, task, text),
         *rings(text, task, world),
         *often(words, text),

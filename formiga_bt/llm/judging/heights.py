@@ -4,7 +4,8 @@ import re
 from typing import Final
 
 from formiga_bt.llm.shaping.teams import gap_of
-from formiga_bt.llm.words.wording import Amount, Words
+from formiga_bt.llm.words.amounts import Amount
+from formiga_bt.llm.words.wording import Words
 
 _HIGH: Final = re.compile(
     r"\s*(?:high\b|above\b|up\b(?!\s+to)|of (?:height|altitude)|altitude|in (?:height|altitude)|over the ground|"
@@ -29,8 +30,7 @@ def is_height(words: Words, amount: Amount) -> bool:
         words: the request.
         amount: one of its distances.
     """
-    begin = words.text.find(amount.words)
-    before, behind = words.text[:begin], words.text[begin + len(amount.words) :]
+    before, behind = words.text[: amount.at], words.text[amount.at + len(amount.words) :]
     is_gap = gap_of(words) == f"{amount.si:g} m"
     if is_gap or _NO_HEIGHT.search(before[-24:]) or _NO_HEIGHT.match(behind.lstrip()):
         return False

@@ -87,5 +87,9 @@ def stays_at(words: Words) -> str:
     other = re.search(_OTHER, after)
     if re.search(_ONE, before) is None or other is None or _ALL.search(text[begin:end]) is not None:
         return ""
-    found = [name for name, said in words.places.items() if name != "base" and said.casefold() in after[other.end() :]]
+    after = after[other.end() :]
+    found = [
+        name for name, said in words.places.items()
+        if name != "base" and re.search(rf"(?<!\w){re.escape(said.casefold())}(?!\w)", words.alone(name, after))
+    ]  # fmt: skip
     return found[0] if len(found) == 1 else ""

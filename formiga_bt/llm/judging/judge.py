@@ -23,6 +23,7 @@ from formiga_bt.llm.shaping.short import ShortError, expanded
 from formiga_bt.llm.vocabulary import LIBRARIES, Verb
 from formiga_bt.llm.words.wording import Words
 from formiga_bt.llm.world import World
+from formiga_bt.safety.drafted import unlike_a_stamp
 
 FILE: Final = "draft.yaml"
 MOST_DESCRIPTION: Final = 200
@@ -108,14 +109,17 @@ def _data(
     if form == "short":
         lifter = Lifter(words, world.site)
         made = expanded(answer.tree, world, verbs, lifter)
-        head = {"task": made.data.pop("task"), "version": made.data.pop("version"), "description": description}
+        first, kept = made.data.pop("version"), answer.tree.get("version")  # kept: of the task that is changed
+        version = kept if isinstance(kept, str) and kept else first
+        head = {"task": made.data.pop("task"), "version": version, "description": description}
         return head | made.data, made.notes, lifter.values(), tuple(made.added)
     data = {key: value for key, value in answer.tree.items() if value is not None}
     head = {"task": data.pop("task", "Drafted"), "description": data.pop("description", description)}
     claimed = {one["name"]: one["words"] for one in answer.run}
     values = []
     notes = {}
-    for index, param in enumerate(data.get("params") or ()):
+    params = data.get("params")
+    for index, param in enumerate(params if isinstance(params, list) else ()):
         if isinstance(param, dict) and isinstance(param.get("name"), str):
             text = _plain(param.get("default"))
             said = words.holds(claimed.get(param["name"], "")) or _said(words, text)
@@ -157,12 +161,11 @@ def _more_values(data: Mapping[str, Any], known: tuple[Value, ...], words: Words
 def _foreign_imports(data: Mapping[str, Any], verbs: Mapping[str, Verb]) -> list[Shortfall]:
     known = {*LIBRARIES, *(verb.library for verb in verbs.values())}
     imports = data.get("imports") or ()
+    legal = "only " + ", ".join(sorted(known - {""}))
     return [
-        Shortfall(
-            "import", f"'{one}' may not be imported", f"$.imports[{i}]", "only " + ", ".join(sorted(known - {""}))
-        )
-        for i, one in enumerate(imports)
-        if one not in known
+        Shortfall("import", f"'{one}' may not be imported", f"$.imports[{i}]", legal)
+        for i, one in enumerate(imports if isinstance(imports, (list, tuple)) else [imports])
+        if not isinstance(one, str) or one not in known
     ]
 
 
@@ -207,7 +210,7 @@ def _on_one_line(lines: list[str], paths: Mapping[int, str], notes: Mapping[str,
 def _wrapped(text: str) -> list[str]:
     import textwrap
 
-    return textwrap.wrap(" ".join(text.split()), 110)[:12]
+    return [unlike_a_stamp(line) for line in textwrap.wrap(" ".join(_comment(text).split()), 110)[:12]]
 
 
 def _comment(text: str) -> str:

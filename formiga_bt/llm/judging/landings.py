@@ -7,6 +7,7 @@ from typing import Final
 
 from formiga_bt.llm.judging.plain import is_refused
 from formiga_bt.llm.records import Flight, Shortfall
+from formiga_bt.llm.words.landings import DELIVERS_TO, NO_LANDING
 from formiga_bt.llm.words.mentions import unquoted
 from formiga_bt.llm.words.wording import Words
 
@@ -26,11 +27,6 @@ _LANDS: Final = (
     rf"|(?:set|sit|put)(?:s|t?ing)?(?:{_MACHINES})?(?: \w+ly)? down(?!\s+(?:an?|the|its|their|some|\d+|on paper)\b)"
     rf"|settles?(?: down)?(?=\s+(?:at|in|on|by|near|beside)\b)|park(?:s|ing)?{_MACHINES}|aterri[zc]\w+"
     r"|se pos(?:an?|en?)|posarse|tom(?:an?|en?|ar) tierra)\b)"
-)
-_NO_LANDING: Final = re.compile(
-    r"\b(?:landing|touch-?down)[ -](?:sites?|places?|pads?|zones?|areas?|strips?|lights?|gears?)\b"
-    r"|\b(?:lugar|zona|pista|sitio|plataforma|punto)(?:es|s)? de aterrizaje\b"
-    r"|\b(?:the|dry|on|of|this|that|open|flat|a|over) land\b"
 )
 _UNSURE: Final = re.compile(
     r"\b(?:not|never|no|nobody|none|without|avoid\w*|except|unless|instead|rather|if|should|declin\w*|refus\w*|in case|whether|"
@@ -60,12 +56,6 @@ _ARRIVES: Final = (
 _OFF_AGAIN: Final = re.compile(
     r"\b(?:other|another|second|otr[oa]|segund[oa]|nearest)\b|\b(?:to|towards?|hasta|hacia)\s+(?!(?:land|touch|set|sit|park|each)\b)"
 )
-_DELIVERS: Final = (
-    r"\b(?:takes?|brings?|carr(?:y|ies)|delivers?|transports?|llev[ae]n?|llevar|tra(?:e|iga|er)|transporta\w*|entrega\w*)\s+"
-    r"(?:[\w-]+\s+){0,3}?(?:kits?|parcels?|packages?|packets?|box(?:es)?|crates?|baskets?|bags?|medicines?|supplies|food|water|"
-    r"blankets?|tools?|equipment|cargo|something|paquetes?|botiqu[ií]n(?:es)?|cajas?|cestas?|medicinas?|suministros|comida|agua|"
-    r"mantas?|carga|algo)\s+(?:[\w-]+\s+){0,3}?(?:to|into|al?|hasta)\s+(?:the\s+|el\s+|la\s+)?·"
-)
 _BY_AIR: Final = re.compile(
     r"\b(?:drop\w*|lower\w*|winch\w*|releas\w*|rope|throw\w*|parachut\w*|hover\w*|solt\w+|suelt\w+|baj\w+|cuerda|lanz\w+|"
     r"paraca[ií]das|flot\w+)\b"
@@ -77,13 +67,13 @@ _AT_OTHER: Final = re.compile(r"[^,]{0,20}?\b(?:at|by|near|beside|where|next|beh
 
 def landings(words: Words, flight: Flight) -> Iterator[Shortfall]:
     """Find places at which a request wants a landing, and where in the dry run nobody landed."""
-    text = words.text.casefold()
     done = {row.action for row in flight.timeline.actions} if flight.timeline is not None else set()
     by_sentence, brought = set(_wanted(words)), set(_brought(words)) if done <= _FLIES else set()
     for name, said in words.places.items():
         if name == "base" or is_refused(words.text, said):
             continue
-        there = re.escape(said.casefold())
+        there = re.escape(said.casefold()) + r"(?!\w)"
+        text = words.alone(name).casefold()
         wanted = re.search(_LAND_AT + there, text) or re.search(_TO + there + _AND_LAND, text) or name in by_sentence
         if wanted and not _lands_at(flight, name):
             text_ = f'the request wants a landing at "{said}", and nobody lands at {name}'
@@ -108,17 +98,17 @@ def _wanted(words: Words) -> Iterator[str]:
 def _brought(words: Words) -> Iterator[str]:
     """Yield the places to which something is to be brought that no machine can let down from the air."""
     if _BY_AIR.search(words.text.casefold()) is None:
-        yield from (name for name, own in _of_one_place(words) if re.search(_DELIVERS, own))
+        yield from (name for name, own in _of_one_place(words) if re.search(DELIVERS_TO + "·", own))
 
 
 def _of_one_place(words: Words) -> Iterator[tuple[str, str]]:
     """Yield the place and the text of each sentence that names one place once, as `·`, and leaves nothing open."""
-    text = _NO_LANDING.sub(" ", unquoted(words.text).casefold())
+    text = NO_LANDING.sub(" ", unquoted(words.text).casefold())
     for sentence in re.split(r"[.;!?\n](?!\d)", text):
         named = {
             name: said.casefold()
             for name, said in words.places.items()
-            if re.search(rf"(?<!\w){re.escape(said.casefold())}(?!\w)", sentence)
+            if re.search(rf"(?<!\w){re.escape(said.casefold())}(?!\w)", words.alone(name, sentence))
         }
         if len(named) != 1 or "base" in named:
             continue

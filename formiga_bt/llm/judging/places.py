@@ -69,7 +69,7 @@ def order(words: Words, flight: Flight, world: World) -> Iterator[Shortfall]:
     """Find ways that are flown the other way round than from the one place to the other."""
     for a, b in sorted(from_to(words)):
         ways = [way for way in flight.visited.values() if a in way and b in way]
-        often = any(words.text.casefold().count(words.places[one].casefold()) > 1 for one in (a, b))
+        often = any(len(words.spans(one)) > 1 for one in (a, b))
         if ways and not often and not any(way.index(a) < way.index(b) for way in ways):
             yield Shortfall(
                 "wrong_way",
@@ -101,11 +101,11 @@ def _comes_before(first: str, then: str, way: Sequence[str], world: World) -> bo
 def in_turn(words: Words) -> Iterator[tuple[str, str]]:
     """Yield the pairs of places that a request wants one after the other: `first A, then B`; `A, B and C, in this order`."""
     text = words.text.casefold()
-    said = sorted((text.find(w.casefold()), name, w.casefold()) for name, w in words.places.items())
-    if re.search(r"\bbefore\b|\bafter\b|\breverse\b", text) or any(text.count(w) > 1 for _, _, w in said):
+    spans = {name: words.spans(name) for name in words.places}
+    if re.search(r"\bbefore\b|\bafter\b|\breverse\b", text) or any(len(one) > 1 for one in spans.values()):
         return
-    for (at, a, first), (until, b, _) in pairwise(said):
-        between = text[at + len(first) : until]
+    for ((_, end), a), ((until, _), b) in pairwise(sorted((one[0], name) for name, one in spans.items() if one)):
+        between = text[end:until]
         if re.search(r"\bthen\b", between) or re.search(r"\bin (?:this|that) order\b", text):
             yield a, b
 

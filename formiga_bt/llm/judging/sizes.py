@@ -10,8 +10,9 @@ from formiga_bt.llm.judging.heights import is_height
 from formiga_bt.llm.judging.plain import code_of
 from formiga_bt.llm.records import Shortfall
 from formiga_bt.llm.shaping.teams import gap_of
+from formiga_bt.llm.words.amounts import Amount
 from formiga_bt.llm.words.triangles import TRIANGLE
-from formiga_bt.llm.words.wording import Amount, Words
+from formiga_bt.llm.words.wording import Words
 
 _ROUND: Final = (
     r"\bcircl\w+|\borbit\w*|\b(?:a)?round\b|\brings?\b|\bloops?\b|\brode\w+|\balrededor\b|\b[oó]rbita\b|\bc[ií]rculo\b"
@@ -119,8 +120,8 @@ def _is_used(words: Words, task: Task, amount: Amount) -> bool:
         re.sub(r"_\d+$", "", one.name)
         for one in task.params.values()
         if one.type.name == "distance" and one.default is not None and one.default.is_const
-        if abs(float(one.default.const) - amount.si) < 1e-6
+        if amount.means("distance", float(one.default.const))
     }
-    at = words.text.find(amount.words) + len(amount.words)
+    at = amount.at + len(amount.words)
     is_beside = bool(uses & {"east", "north", "gap"}) and _FROM.match(words.text.casefold(), at) is not None
     return is_beside or not uses <= set(_OTHER_USES)

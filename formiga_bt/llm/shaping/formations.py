@@ -3,6 +3,7 @@
 import re
 from typing import Final
 
+from formiga_bt.llm.words.spoken import is_english
 from formiga_bt.llm.words.triangles import PERHAPS_TRIANGLE
 from formiga_bt.llm.words.wording import Words
 
@@ -28,7 +29,15 @@ _BELOW: Final = re.compile(
 _LANDS_AT: Final = re.compile(
     r"\b(?:land(?:s|ing)?|touch(?:es)? down|aterri\w+)\s+(?:all\s+|each\s+|both\s+|together\s+|juntos\s+|todos\s+)*"
     r"(?:at|in|on|by|near|beside|next to|en|junto a|cerca de)\b"
-    r"(?!\s+(?:once|the same time|the spot|their|its|turn|vertical|su)\b)",
+    r"(?!\s+(?:once|the same time|(?:the )?spot|their|its|turn|vertical|su|arrival|the ground|(?:the )?(?:end|last)|"
+    r"destination|pairs?|an? (?:row|line|column|circle|triangle)|formation|order|parallel|succession|both|each|all|signal|"
+    r"command|\d+|"
+    r"(?:that|this|the)(?: same| very)* (?:place|spot|point|position|location))\b)",
+    re.IGNORECASE,
+)
+_LANDING: Final = re.compile(
+    r"\b(?:land(?:s|ing)?|touch(?:es|ing)? down|(?:sets?|puts?)(?: itself| themselves)? down|comes? down|alights?|aterri\w+|"
+    r"se posan?|toman? tierra)\b",
     re.IGNORECASE,
 )
 _TO: Final = r"\b(?:to|towards?|a|al|hasta)\s+(?:the\s+|el\s+|la\s+)?"
@@ -45,12 +54,11 @@ def leg_of(words: Words) -> str:
         return ""
     found = set()
     for amount in words.amounts:
-        for match in re.finditer(re.escape(amount.words), words.text):
-            before, after = words.text[: match.start()], words.text[match.end() :]
-            if amount.type != "distance" or _HIGH.match(after) is not None:
-                continue
-            if _LEGS_BEFORE.search(before) or _LEGS_AFTER.match(after):
-                found.add(f"{amount.si:g} m")
+        before, after = words.text[: amount.at], words.text[amount.at + len(amount.words) :]
+        if amount.type != "distance" or _HIGH.match(after) is not None:
+            continue
+        if _LEGS_BEFORE.search(before) or _LEGS_AFTER.match(after):
+            found.add(f"{amount.si:g} m")
     return found.pop() if len(found) == 1 else ""
 
 
@@ -71,14 +79,18 @@ def lands_below(words: Words) -> bool:
 
 def can_land_at(text: str, words: Words) -> bool:
     """Return whether a place or a list may be where a request wants a landing: it names that place, or none to land at."""
-    there = [
-        name
-        for name, said in words.places.items()
-        if re.search(rf"{_LANDS_AT.pattern}\s+(?:the\s+|el\s+|la\s+)?{re.escape(said)}", words.text, re.IGNORECASE)
-        or re.search(rf"{_TO}{re.escape(said)}{_AND_LAND}", words.text, re.IGNORECASE)
-    ]
+    names = sorted(words.places.items(), key=lambda one: len(one[1]), reverse=True)
+    listed = "|".join(f"(?P<p{i}>{re.escape(said)})" for i, (_, said) in enumerate(names)) or "(?!)"
+    there: set[str] = set()
+    number = 0
+    for way in (rf"{_LANDS_AT.pattern}\s+(?:the\s+|el\s+|la\s+)?(?:{listed})(?!\w)", rf"{_TO}(?:{listed}){_AND_LAND}"):
+        for match in re.finditer(way, words.text, re.IGNORECASE):
+            there |= {name for i, (name, _) in enumerate(names) if match[f"p{i}"]}
+            number += 1
+    if len(_LANDING.findall(words.text)) > max(number, len(_LANDS_AT.findall(words.text))):
+        return True  # a landing without a place
     if not there:
-        return _LANDS_AT.search(words.text) is None
+        return _LANDS_AT.search(words.text) is None or not is_english(words.text)
     return any(re.search(rf"\b{re.escape(name)}\b", text) for name in there)
 
 
@@ -95,5 +107,4 @@ def is_told_once(text: str, places: str, words: Words) -> bool:
         return False
     if _OTHERWISE.search(words.text) or _LANDS_AT.search(words.text):
         return False
-    request = words.text.casefold()
-    return all(request.count(words.places[one].casefold()) == 1 for one in names)
+    return all(len(words.spans(one)) == 1 for one in names)

@@ -3,6 +3,7 @@
 import re
 from typing import Final
 
+from formiga_bt.llm.words.landings import DELIVERS
 from formiga_bt.llm.words.wording import Words
 
 _ARTICLE: Final = r"(?:the\s+|el\s+|la\s+|los\s+|las\s+)?"
@@ -24,12 +25,16 @@ def height_over(text: str, words: Words) -> str:
         text: the places, in the short form.
         words: the request.
     """
-    if _DOWN.search(words.text) is not None or not over(words) >= _places(text, words):
+    if (
+        _DOWN.search(words.text) is not None
+        or re.search(DELIVERS, words.text, re.IGNORECASE) is not None
+        or not over(words) >= _places(text, words)
+    ):
         return ""
     far = [one for one in words.amounts if one.type == "distance"]
     if len(far) != 1 or not _places(text, words):
         return ""
-    at = words.text.find(far[0].words)
+    at = far[0].at
     before, after = words.text[:at], words.text[at + len(far[0].words) :]
     is_height = _BEFORE.search(before) is not None or _AFTER.match(after) is not None
     return f"{far[0].si:g} m" if is_height else ""

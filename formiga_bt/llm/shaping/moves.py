@@ -10,9 +10,11 @@ from typing import Any, Final
 from formiga_bt.llm.shaping.formations import can_land_at, is_told_once, lands_below, leg_of, legs_in
 from formiga_bt.llm.shaping.hovering import height_over
 from formiga_bt.llm.shaping.rings import goals, landings, meant, round_
-from formiga_bt.llm.shaping.teams import GAP, gap_of, in_a_row, in_compass, is_list, lands_only, spaced, turned_round
+from formiga_bt.llm.shaping.teams import GAP, gap_of, in_a_row, in_compass, is_list, spaced, turned_round
+from formiga_bt.llm.shaping.walking import all_steps
 from formiga_bt.llm.shaping.whereabouts import Whereabouts
 from formiga_bt.llm.vocabulary import Verb
+from formiga_bt.llm.words.landings import lands_only
 from formiga_bt.llm.words.wording import Words
 
 FLYING: Final = "lib/flying.yaml"
@@ -52,6 +54,8 @@ class Moves:
         self._goals: Mapping[str, str] = {}
         self._lands: Mapping[str, frozenset[str]] = {}
         self._down: set[str] = set()
+        self._been: dict[str, list[str]] = {}
+        self._hovers: Collection[tuple[str, str]] = ()
         self.at = Whereabouts()
 
     def where(self, name: str) -> str:
@@ -61,7 +65,9 @@ class Moves:
 
     def landing(self, name: str, agent: str, own: _Own) -> tuple[str, _Own]:
         """Return a landing in place of a way home, where only a landing was asked for; a flight in place of a landing."""
-        flown = height_over(str(own.get("at", "")), self._words) if name in _LANDS and "FlyTo" in self._verbs else ""
+        flown = ""
+        if name in _LANDS and "FlyTo" in self._verbs and not self._is_watched(str(own.get("at", "")), agent):
+            flown = height_over(str(own["at"]), self._words)
         if flown:
             self._tell(
                 f"{agent} is at {own['at']} at {flown}, and does not land there, for the request wants no landing"
@@ -73,7 +79,7 @@ class Moves:
             return name, own
         spot, teams = self.at.only(agent), self.at.now.teams
         places = teams[agent][1] if agent in teams else spot.place if spot.height else ""
-        if not places:
+        if not places or not self._is_ground(places):
             return name, own
         self._added.append(f"{agent} lands where it is, as the request says, and does not fly home")
         return "FlyAndLand", {"at": places}
@@ -85,10 +91,18 @@ class Moves:
         spots = {agent: self.at.only(agent) for agent in self.at.now.spots}
         found = {agent: spot.place for agent, spot in spots.items() if spot.height and spot.place}
         found |= {team: places for team, (_, places) in self.at.now.teams.items()}
-        found = {who: at for who, at in found.items() if who not in self._landed and can_land_at(at, self._words)}
+        found = {who: at for who, at in found.items() if who not in self._landed and self._is_ground(at)}
         for who, at in found.items():
             self._tell(f"{who} lands where it is, at {at}, for the request wants a landing and no way home")
         return found
+
+    def _is_ground(self, places: str) -> bool:
+        """Return whether a machine may land where it hovers: not over a region, which may be a lake."""
+        return "centroid(" not in places and can_land_at(places, self._words)
+
+    def _is_watched(self, place: str, agent: str) -> bool:
+        """Return whether another machine hovers over a place: that is the one which is wanted over it."""
+        return not place or any(who != agent and over == place for who, over in self._hovers)
 
     def leaves_ground(self, agent: str) -> bool:
         """Return whether a machine that flies home now may stand on the ground, away from home."""
@@ -102,7 +116,7 @@ class Moves:
         plain = round_(placed, self._words)
         if plain != placed:
             self._tell(f"{plain} is a ring, and has as many points as make it round")
-        turned = turned_round(plain, self._words)
+        turned = turned_round(plain, self._words, self._been.get(agent, ()))
         if turned != plain:
             self._added.append(f"{turned} instead of {text}, as the request says where it begins")
         return turned
@@ -131,6 +145,8 @@ class Moves:
         """
         self._roles, self._places = roles, places
         self._goals = {roles.get(agent, agent): place for agent, place in goals(tree).items()}
+        self._hovers = {(roles.get(str(one.get("agent")), str(one.get("agent"))), str(one.get("to"))) for one in all_steps(tree)
+                        if one.get("do") == "FlyTo"}  # fmt: skip
         self._lands = {roles.get(agent, agent): places for agent, places in landings(tree).items()}
 
     def legs(self, own: _Own) -> _Own:
@@ -164,6 +180,8 @@ class Moves:
         """Return the verb that does for one machine what was meant, with its values."""
         name, own = self._fitting(name, agent, own, where)
         where = self.where(name)
+        if name in ("FlyTo", "GoTo", *_LANDS):
+            self._been.setdefault(agent, []).append(own[where])
         if is_list(own[where]):
             self.at.goes(agent, f"last({own[where]})", str(own.get("height", "")))
         else:

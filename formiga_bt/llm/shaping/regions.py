@@ -122,7 +122,7 @@ class Regions:
 
 
 def _is_said_once(name: str, words: Words) -> bool:
-    return words.text.casefold().count(words.places[name].casefold()) == 1
+    return len(words.spans(name)) == 1
 
 
 def _all(node: Any) -> Iterator[Step]:

@@ -23,7 +23,7 @@ from formiga_bt.llm.shaping.moves import FLYING, HEIGHT, Moves
 from formiga_bt.llm.shaping.regions import Regions
 from formiga_bt.llm.shaping.rings import along_ways
 from formiga_bt.llm.shaping.teams import in_compass, is_list, member_of
-from formiga_bt.llm.shaping.tidying import back_at_centre, branched, every_so_often, homeward, only_on_yes
+from formiga_bt.llm.shaping.tidying import back_at_centre, branched, every_so_often, goes_on_with, homeward, only_on_yes
 from formiga_bt.llm.shaping.unasked import left_out
 from formiga_bt.llm.shaping.waits import without_idle_waits
 from formiga_bt.llm.vocabulary import Verb
@@ -97,7 +97,7 @@ class _Expander:
         self._pin()
         self._lift.taken |= set(self._roles)
         tree = back_at_centre(tree, self._lift.words.text, self._verbs, self._added)
-        tree = tree if self._asks_only else only_on_yes(tree, self._added)
+        tree = tree if self._asks_only else only_on_yes(tree, self._lift.words.text, self._added)
         tree = without_idle_waits(tree, not all(map(self._is_machine, self._roles)), self._added)
         tree = every_so_often(tree, self._lift.words, self._added)
         tree = {**tree, "steps": self._at_once(_list(tree.get("steps"), "$.steps"))}
@@ -145,6 +145,9 @@ class _Expander:
     def _pin(self) -> None:
         """Give an agent that the request names by its id to the one role that it can have."""
         agents = self._world.site.agents
+        wrong = [one for one in self._roles.values() if isinstance(one.get("id"), (list, dict))]
+        if wrong:
+            raise ShortError("$.agents", f"the id of {wrong[0].get('name')} must be one text, such as 'lwd_1'")
         taken = {role.get("id") for role in self._roles.values()}
         named = [one for one in self._lift.words.agents if one not in taken]
         for type_ in {agents[one].type for one in named}:
@@ -384,8 +387,8 @@ class _Expander:
         if step.get("save_as"):
             self._moves.at.asks(str(step["save_as"]), options)
             return {**found, "save_as": str(step["save_as"])}
-        best = str(step.get("go_on") or (options[0] if options else "yes"))
-        return {**found, "expect": f"result.answer == '{best}'"}
+        best = goes_on_with(step, options)
+        return {**found, "expect": f"result.answer == '{best}'"} if best else found
 
     def _person(self, name: str, path: str) -> str:
         """Return whom to ask: a role, a site role; a role is made for a type or for a person of the site."""

@@ -5,7 +5,7 @@ step waits for all of them. A single machine flies a list of places one after an
 """
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from typing import Final
 
@@ -25,6 +25,15 @@ _AWAY: Final = re.compile(r"(?:\d\s*k?m|\bmet(?:er|re)s?|\baway|\bfar|\bapart)\s
 """What stands before a `from` that begins no way: `20 m from the camp`."""
 _WAY: Final = re.compile(r"(zigzag|line)\(\s*([A-Za-z_]\w*)\s*,\s*([A-Za-z_]\w*)\s*,(.*)\)", re.DOTALL)
 
+_FLIES_BACK: Final = re.compile(
+    r"\b(?:zig-?zag\w*|weav\w+|swing\w*|snak\w+|slalom\w*)\s+(?:\w+\s+){0,3}?back\b(?!\s+(?:home|and\s+forth))"
+    r"|\bback\s+(?:again\s+)?(?:in|by|with|along)\s+(?:an?\s+)?(?:\w+\s+)?(?:zig-?zag\w*|slalom|line)"
+    r"|\b(?:way|leg|trip|flight)\s+back\b(?!\s+home)|\breturn(?:s|ing)?\s+(?:\w+\s+){0,2}?(?:in|by|with)\s+(?:an?\s+)?(?:\w+\s+)?zig-?zag"
+    r"|\b(?:vuel[vt]\w+|regres\w+)\s+(?:\w+\s+){0,2}?en\s+zig-?zag",
+    re.IGNORECASE,
+)
+"""A way that is flown back need not begin where the request says `from`."""
+
 _ROW: Final = re.compile(
     r"line\(\s*([A-Za-z_]\w*)\s*,\s*offset\(\s*\1\s*,\s*(north|east)\s*=\s*(-?)\s*(\d+(?:\.\d+)?)\s*m\s*\)\s*,\s*(\d+)\s*\)"
 )
@@ -35,31 +44,15 @@ def is_list(text: str) -> bool:
     return _LIST.fullmatch(text.strip()) is not None
 
 
-_HOME: Final = re.compile(
-    r"\b(?:home|ports?|back|return\w*|rtbs?|base|nests?|casa|puertos?|nido|vuelv\w*|volver|regres\w*|retorn\w*|"
-    r"palaa\w*|kotiin|asemalle|took off (?:from|at)|starting (?:points?|places?|positions?)|"
-    r"(?:where|from which|to which) (?:it|they|each) (?:started|took off|came from|lives?|belongs?|departed|set out)|"
-    r"(?:point|pad|place) of (?:departure|origin)|"
-    r"(?:de |desde )?donde (?:salió|despegó|partió|estaba)|punto de (?:partida|salida))\b"
-)
-"""Words of a way home, however it is said."""
-
-
 def gap_of(words: Words) -> str:
     """Return how far apart machines are to be, as the request says it, or ""."""
     for amount in words.amounts:
         if amount.type != "distance":
             continue
-        for match in re.finditer(re.escape(amount.words), words.text):
-            before, after = words.text[: match.start()], words.text[match.end() :]
-            if _APART.match(after) or re.search(r"\b(?:spacing|gap)(?: of| is)?\s*$", before, re.IGNORECASE):
-                return f"{amount.si:g} m"
+        before, after = words.text[: amount.at], words.text[amount.at + len(amount.words) :]
+        if _APART.match(after) or re.search(r"\b(?:spacing|gap)(?: of| is)?\s*$", before, re.IGNORECASE):
+            return f"{amount.si:g} m"
     return ""
-
-
-def lands_only(words: Words) -> bool:
-    """Return whether a request wants a landing, and speaks of no way home."""
-    return words.means("land") and _HOME.search(words.text.casefold()) is None
 
 
 def in_a_row(place: str, count: int, gap: str) -> str:
@@ -96,10 +89,16 @@ def in_compass(text: str) -> str:
     return _COMPASS.sub(turned, text)
 
 
-def turned_round(text: str, words: Words) -> str:
-    """Return a way with its ends as the request has them, if the model has them the wrong way round."""
+def turned_round(text: str, words: Words, been: Sequence[str] = ()) -> str:
+    """Return a way with its ends as the request has them, if the model has them the wrong way round.
+
+    Args:
+        text: the way; what is none is returned as it is.
+        words: the request.
+        been: where the machine was sent before: who was at both ends flies back.
+    """
     match = _WAY.fullmatch(text.strip())
-    if match is None:
+    if match is None or _FLIES_BACK.search(words.text) or (match[3] in been[:-1] and been[-1] == match[2]):
         return text
     ends = from_to(words)
     return f"{match[1]}({match[3]}, {match[2]},{match[4]})" if (match[3], match[2]) in ends else text

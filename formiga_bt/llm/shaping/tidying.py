@@ -6,15 +6,16 @@ Each can be meant in one way only. What is put right is told.
 """
 
 import re
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import Any, Final
 
 from formiga_bt.llm.shaping.lifting import bare
 from formiga_bt.llm.shaping.moves import HEIGHT
 from formiga_bt.llm.shaping.walking import INNER, all_steps
 from formiga_bt.llm.vocabulary import Verb
+from formiga_bt.llm.words.amounts import Amount
 from formiga_bt.llm.words.endings import stations
-from formiga_bt.llm.words.wording import Amount, Words
+from formiga_bt.llm.words.wording import Words
 from formiga_bt.units import parse_quantity
 
 _PORT: Final = re.compile(r"(?:(?:its|the|their|his|her|own|home|landing)[ _]*)*port|(?:its[ _]*)?home", re.IGNORECASE)
@@ -32,6 +33,28 @@ _CENTRE: Final = re.compile(
 _RING: Final = re.compile(r"\s*circle\((?:above\()?([A-Za-z_]\w*)")
 _EVERY: Final = re.compile(r"\b(?:every|each|cada)\s+$", re.IGNORECASE)
 _FROM_START: Final = re.compile(r"\s*(?:from|de) (?:one |un )?(?:start|inicio|comienzo) (?:to|al?) ", re.IGNORECASE)
+_DECIDES: Final = re.compile(
+    r"(?:yes|no|ok(?:ay)?|go|stop|wait|stay|abort|cancel|leave|clear|agree\w*|refuse\w*|den(?:y|ied)|allow\w*|approve\w*|accept\w*|"
+    r"reject\w*|ready|safe|unsafe|land|continue|start|confirm\w*|true|false|s[ií]|seguir|parar|esperar|kyllä|ei|jatka|seis)"
+    r"(?:\b.*)?|(?:not|do not|don't|all (?:clear|good|ok)|keep|come|fly|try)\b.*",
+    re.IGNORECASE,
+)
+"""An option by which a machine may go on or not."""
+ANYWAY: Final = "*"
+"""The answer on which a question goes on, if any will do."""
+_WHATEVER: Final = re.compile(
+    r"(?<!do )(?<!does )(?<!follow )(?<!follows )(?<!obeys )"
+    r"\b(?:what(?:ever| ?so ?ever)|no matter (?:what|how)|regardless of (?:what|how)|independent(?:ly)? of)\s+"
+    r"(?:(?:the|his|her|their|its)\s+)?(?:\w+\s+)?(?:says?|said|answers?|answered|repl(?:y|ies)|decides?|thinks?)\b"
+    r"|\b(?:diga|conteste|responda) lo que (?:diga|conteste|responda)\b|\bsea cual sea (?:la|su) respuesta\b",
+    re.IGNORECASE,
+)
+"""Who is asked decides nothing."""
+_WHETHER: Final = re.compile(r"\b(?:ask\w*|pregunt\w+)\s+(?:[\w-]+\s+){0,3}?(?:if|si)\b", re.IGNORECASE)
+_CONDITION: Final = re.compile(
+    r"\b(?:if|unless|only|once|until|otherwise|solo|sólo|salvo|hasta)\b|\bsi\b(?!\s+está)", re.IGNORECASE
+)
+"""Words by which an answer may decide something all the same."""
 Step = Mapping[str, Any]
 
 
@@ -116,17 +139,26 @@ def branched(branches: Any, added: list[str]) -> Any:
     return [{"sequence": own} for own in by_agent.values()]
 
 
-def only_on_yes(tree: Mapping[str, Any], added: list[str]) -> Mapping[str, Any]:
-    """Return a tree in which a question whose answer nobody looks at goes on after a yes only.
+def only_on_yes(tree: Mapping[str, Any], request: str, added: list[str]) -> Mapping[str, Any]:
+    """Return a tree in which a question whose answer nobody looks at goes on after a yes only, or after any answer.
 
     Args:
         tree: in the short form; it is not changed.
+        request: in words; `whatever she says` wants to go on after any answer.
         added: is told what was put right.
     """
     changes: dict[int, Step] = {}
-    for step in all_steps(tree):
+    asks = [step for step in all_steps(tree) if "ask" in step]
+    if _WHATEVER.search(request) and not _CONDITION.search(_WHETHER.sub(" ", request)):
+        name = re.compile(rf"\b{re.escape(str(asks[0].get('save_as') or '·'))}\b") if len(asks) == 1 else None
+        if name is not None and not any(name.search(text) for one in all_steps(tree) for text in _looks(one)):
+            changes[id(asks[0])] = {**{k: v for k, v in asks[0].items() if k != "save_as"}, "go_on": ANYWAY}
+            added.append("it goes on whatever the answer is, as the request says")
+        kept: Mapping[str, Any] = _replaced(tree, changes)
+        return kept
+    for step in asks:
         plain = step.get("options") in (None, [], ["yes", "no"])
-        if "ask" not in step or not plain or not isinstance(step.get("save_as"), str):
+        if not plain or not isinstance(step.get("save_as"), str):
             continue
         name = re.compile(rf"\b{re.escape(step['save_as'])}\b")
         if not any(name.search(text) for one in all_steps(tree) for text in _looks(one)):
@@ -134,6 +166,19 @@ def only_on_yes(tree: Mapping[str, Any], added: list[str]) -> Mapping[str, Any]:
             added.append("it goes on after a yes only, for no step looks at the answer")
     changed: Mapping[str, Any] = _replaced(tree, changes)
     return changed
+
+
+def goes_on_with(step: Step, options: Sequence[str]) -> str:
+    """Return the answer of a question, whose answer no step looks at, with which a task goes on; "" = with any.
+
+    Args:
+        step: the question, in the short form.
+        options: the answers that can be given; none = yes and no.
+    """
+    told = str(step.get("go_on") or "")
+    if told == ANYWAY or (not told and options and not any(_DECIDES.fullmatch(one.strip()) for one in options)):
+        return ""  # `none`, `few`, `many`: no one of them is a yes
+    return told or (options[0] if options else "yes")
 
 
 def _looks(step: Step) -> Iterator[str]:
@@ -172,8 +217,7 @@ def every_so_often(tree: Mapping[str, Any], words: Words, added: list[str]) -> M
 
 
 def _is_period(amount: Amount, request: str) -> bool:
-    at = request.find(amount.words)
-    before, after = request[:at], request[at + len(amount.words) :]
+    before, after = request[: amount.at], request[amount.at + len(amount.words) :]
     return _EVERY.search(before) is not None or _FROM_START.match(after) is not None
 
 

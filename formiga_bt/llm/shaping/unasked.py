@@ -102,11 +102,10 @@ def _once(steps: list[Any], words: Words, added: list[str]) -> list[Any]:
     found = []
     for index, step in enumerate(steps):
         places = _listed(step)
-        if places and not _AGAIN.search(words.text) and _visits(steps[index + 1 :], step.get("agent")) == places:
-            said = [words.places.get(one, "").casefold() for one in places]
-            if all(one and words.text.casefold().count(one) == 1 for one in said):
-                added.append(f"{step.get('agent')} flies the round once: the request names each of its places once")
-                continue
+        visits = _visits(steps[index + 1 :], step.get("agent")) if places and not _AGAIN.search(words.text) else []
+        if visits and visits == places and all(one in words.places and len(words.spans(one)) == 1 for one in places):
+            added.append(f"{step.get('agent')} flies the round once: the request names each of its places once")
+            continue
         found.append(step)
     return found
 

@@ -48,6 +48,12 @@ _UNSAFE: Final = re.compile(
     re.IGNORECASE,
 )
 """An order to go without what no tree can switch off."""
+_NEVER: Final = re.compile(
+    r"(?:\b(?:not|never|cannot|nobody|no\s+one|without|nor|no|nunca|jamás|sin)|n't)"
+    r"(?:\s+(?:ever|simply|just|please|(?:try|attempt)\s+to|under\s+any\s+circumstances?|may|must|shall|should|to))*\s+$",
+    re.IGNORECASE,
+)
+"""What stands before such an order that forbids it: `never switch off ..`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,7 +77,8 @@ def impossible(words: Words, world: World, verbs: Mapping[str, Verb]) -> Impossi
 
 
 def _unsafe(words: Words) -> Impossible | None:
-    match = _UNSAFE.search(unquoted(words.text))
+    text = unquoted(words.text)
+    match = next((one for one in _UNSAFE.finditer(text) if _NEVER.search(text[: one.start()]) is None), None)
     if match is None:
         return None
     return Impossible(
@@ -136,7 +143,7 @@ def _too_high(words: Words, world: World) -> Impossible | None:
     if limit is None:
         return None
     for amount in words.amounts:
-        at = words.text.find(amount.words)
+        at = amount.at
         before, after = words.text[:at], words.text[at + len(amount.words) :]
         is_height = _HIGH.match(after) is not None or _HEIGHT_OF.search(before) is not None
         if amount.type == "distance" and is_height and amount.si > limit and not _is_aside(after):

@@ -16,6 +16,24 @@ _TO_BEGIN: Final = re.compile(
     r"(?:^|[.;:,(–—]|\b(?:and|plus|y|use|using|take|send|with|usa|manda|con))\s*(?:the\s+)?$", re.IGNORECASE
 )
 """What stands before a list of machines and numbers: `LWDs, two; HWD, one`."""
+_EACH_OF: Final = r"(?:each|every\s+one|cada\s+un[oa])\s+(?:of\s+(?:the|our|these|those)|de\s+l[oa]s)\s+"
+_BESIDE: Final = re.compile(
+    r"\b(?:from|over|above|round|around|about|between|near|than|for|by|behind|beside|to|at|watch\w*|circl\w+|escort\w*|follow\w*|"
+    r"sobre|entre|de|a)\s+$",
+    re.IGNORECASE,
+)
+"""What stands before machines that something is done to: they may be none of the task."""
+_BEGINS: Final = r"(?:^|[.;:,!?]\s*|\b(?:and|then|with|send|take|use|let|have|y|luego|con|que)\s+)"
+_EVERY: Final = re.compile(
+    rf"{_BEGINS}(?:all(?:\s+of)?(?:\s+(?:the|our))?|every|each|tod[oa]s\s+l[oa]s|cada)\s+$", re.IGNORECASE
+)
+_FLEET: Final = re.compile(rf"{_BEGINS}(?:the|our)\s+(?:whole|entire|complete)\s+fleet\b", re.IGNORECASE)
+_NO_PART: Final = re.compile(
+    r"\s*,?\s*(?:(?:stay|remain|keep|wait|permanece)\w*|are|is|that|which|who|whose|with|of|except|but|save|other|not|do|does|must|"
+    r"may|can|could|will|should|shall|in|on|at|near|se\s+quedan?|que|con|excepto|salvo|menos|no)\b",
+    re.IGNORECASE,
+)
+"""What follows machines that take no part, or that are only some of them."""
 _SHIP: Final = r"[\s-]+ships?\b(?:\s+(?:formation|flight|team|group))?(?:\s+of|\s*[,:])?\s+"
 _REST: Final = re.compile(
     r"\b(?:others?|rest|remaining|third|fourth|fifth|last|all|every|otr[oa]s?|demás|resto|tercer[oa]?|cuart[oa]|últim[oa]|"
@@ -56,6 +74,13 @@ def numbers(request: str, nouns: str, words: str) -> Iterator[tuple[int, int, st
     for pattern in every:
         for match in re.finditer(pattern, request, re.IGNORECASE):
             yield match.start(1), match.end(), match[1].casefold()
+    for match in re.finditer(rf"\b{_EACH_OF}(\d+|{words})\s+(?:{nouns}){end}", request, re.IGNORECASE):
+        if _BESIDE.search(request[: match.start()]) is None:
+            yield match.start(), match.end(), match[1].casefold()
+    both = rf"\bboth\s+(?:of\s+)?(?:the\s+|our\s+)?(?:{nouns}){end}(?!\s+and\b)"
+    for match in re.finditer(both, request, re.IGNORECASE):
+        if _BESIDE.search(request[: match.start()]) is None:
+            yield match.start(), match.end(), "2"
     partial = _REST.search(_EACH_OTHER.sub(" ", request)) is not None
     for match in re.finditer(rf"(?<![\w.:,/–-])({_TWO}|\d+|{words}){_OF_THE}(?:{nouns}){end}", request, re.IGNORECASE):
         if not partial and match[1].casefold() not in ("1", "one", "uno", "una"):
@@ -65,6 +90,19 @@ def numbers(request: str, nouns: str, words: str) -> Iterator[tuple[int, int, st
     for match in re.finditer(behind, request, re.IGNORECASE):
         if _TO_BEGIN.search(request[: match.start()]) is not None and match[1].casefold() not in ("1", "one"):
             yield match.start(1), match.end(), match[1].casefold()
+
+
+def is_every(request: str, nouns: str) -> bool:
+    """Return whether a request speaks of some machines only as all of them that there are: `all light drones fly ..`."""
+    mentions = list(re.finditer(rf"(?<!\w)(?:{nouns})(?!\w)", request, re.IGNORECASE))
+    return bool(mentions) and all(
+        _EVERY.search(request[: one.start()]) is not None and not _NO_PART.match(request, one.end()) for one in mentions
+    )
+
+
+def is_fleet(request: str) -> bool:
+    """Return whether a request speaks of the whole fleet, and has it do something."""
+    return any(not _NO_PART.match(request, one.end()) for one in _FLEET.finditer(request))
 
 
 def is_besides(request: str, start: int) -> bool:

@@ -7,7 +7,8 @@ certain that none is named in words that nobody here knows.
 import re
 from typing import Final
 
-from formiga_bt.llm.words.wording import DRONES, LIGHT_HEAVY, NUMBERS, PEOPLE, UNIT_WORDS, Words, types_said
+from formiga_bt.llm.words.amounts import NUMBERS, OTHER_UNITS, UNIT_WORDS
+from formiga_bt.llm.words.wording import DRONES, LIGHT_HEAVY, PEOPLE, Words, types_said
 from formiga_bt.llm.world import World
 from formiga_bt.units import UNITS
 
@@ -90,7 +91,7 @@ def unknown_words(words: Words, world: World) -> list[str]:
     text = _PHRASES.sub(" ", words.text)
     for name in sorted({*names, *nouns}, key=len, reverse=True):
         text = re.sub(rf"(?<!\w){re.escape(name)}(?!\w)", " ", text, flags=re.IGNORECASE)
-    plain = {*KNOWN, *NUMBERS, *UNIT_WORDS, *UNITS}
+    plain = {*KNOWN, *NUMBERS, *UNIT_WORDS, *OTHER_UNITS, *UNITS}
     return [one for match in _WORD.finditer(text) if (one := match[0].casefold()) not in plain]
 
 

@@ -4,7 +4,8 @@ import re
 from typing import Final
 
 from formiga_bt.llm.words import plain_words
-from formiga_bt.llm.words.wording import NUMBERS, Words
+from formiga_bt.llm.words.amounts import NUMBERS
+from formiga_bt.llm.words.wording import Words
 
 _NUMBER: Final = rf"(\d{{1,2}}|{'|'.join(word for word, number in NUMBERS.items() if number > 1)})"
 _LEGS: Final = re.compile(

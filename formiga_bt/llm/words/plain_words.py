@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Final
 
+from formiga_bt.llm.words.amounts import in_metres
 from formiga_bt.llm.words.endings import written_out
 
 _PLACE_AT: Final = r"(?=\s+(?:at|in|on|by|near|beside|there|here|where|for|and|safely|gently)\b|\s*(?:[.,;:!]|$))"
@@ -218,7 +219,7 @@ def plainly(request: str, regions: Iterable[str] = (), names: Iterable[str] = ()
     text = re.sub(_GAP, r"\1 apart", text, flags=re.IGNORECASE)
     for forms, plain in _LOOKED if areas else ():
         text = re.sub(rf"\b(?:{forms}){_ALL_OF}(?=[{areas}])", _with_article(plain), text, flags=re.IGNORECASE)
-    text = written_out(text)
+    text = in_metres(written_out(text))
     return re.sub(_MARKS, lambda mark: kept[ord(mark[0]) - _FIRST_MARK], text)
 
 

@@ -5,44 +5,23 @@ is not compared, for a wrong alarm is worse than none.
 """
 
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Set
 from dataclasses import dataclass, field
 from typing import Final
 
 from formiga_bt.lang.model import Catalogue, Site
-from formiga_bt.llm.words.few import is_besides, is_other_told, numbers, one_and_one
+from formiga_bt.llm.words.amounts import IN_FULL, NUMBER_WORDS, NUMBERS, OF_LARGER, Amount, amounts_of
+from formiga_bt.llm.words.few import is_besides, is_every, is_fleet, is_other_told, numbers, one_and_one
 from formiga_bt.llm.words.mentions import bare, is_certain, is_doing, unquoted
 from formiga_bt.llm.words.points import Point, named
-from formiga_bt.llm.words.spoken import is_english, pattern_of, said
-from formiga_bt.units import UNITS
+from formiga_bt.llm.words.spoken import pattern_of, said
 
-NUMBERS: Final[Mapping[str, int]] = {
-    # English
-    "one": 1, "two": 2, "three": 3, "four": 4, "five": 5, "six": 6, "seven": 7, "eight": 8, "nine": 9, "ten": 10,
-    "eleven": 11, "twelve": 12, "fifteen": 15, "twenty": 20, "thirty": 30, "forty": 40, "fifty": 50, "sixty": 60,
-    "seventy": 70, "eighty": 80, "ninety": 90, "hundred": 100,
-    # Finnish
-    "yksi": 1, "kaksi": 2, "kolme": 3, "neljä": 4, "viisi": 5, "kuusi": 6, "seitsemän": 7, "kahdeksan": 8, "yhdeksän": 9,
-    "kymmenen": 10, "kaksikymmentä": 20, "kolmekymmentä": 30, "viisikymmentä": 50, "sata": 100,
-    # Spanish; not `un`, which is an article
-    "dos": 2, "tres": 3, "cuatro": 4, "cinco": 5, "seis": 6, "siete": 7, "ocho": 8, "nueve": 9, "diez": 10, "doce": 12,
-    "quince": 15, "veinte": 20, "treinta": 30, "cuarenta": 40, "cincuenta": 50, "sesenta": 60, "setenta": 70, "ochenta": 80,
-    "noventa": 90, "cien": 100,
-    "yhden": 1, "kahden": 2, "kolmen": 3, "neljän": 4, "viiden": 5, "kuuden": 6, "kymmenen metrin": 10,
-}  # fmt: skip
-UNIT_WORDS: Final[Mapping[str, str]] = {
-    "meter": "m", "meters": "m", "metre": "m", "metres": "m", "kilometer": "km", "kilometers": "km", "kilometre": "km",
-    "kilometres": "km", "second": "s", "seconds": "s", "sec": "s", "secs": "s", "minute": "min", "minutes": "min",
-    "mins": "min", "hour": "h", "hours": "h", "percent": "%", "degree": "deg", "degrees": "deg", "°": "deg",
-    "metri": "m", "metriä": "m", "metrin": "m", "kilometri": "km", "kilometriä": "km", "kilometrin": "km",
-    "sekunti": "s", "sekuntia": "s", "sekunnin": "s", "minuutti": "min", "minuuttia": "min", "minuutin": "min",
-    "metro": "m", "metros": "m", "kilómetro": "km", "kilómetros": "km", "segundos": "s", "minuto": "min", "minutos": "min",
-    "hora": "h", "horas": "h", "por ciento": "%", "grados": "deg",
-    "tunti": "h", "tuntia": "h", "tunnin": "h", "prosenttia": "%", "astetta": "deg",
-}  # fmt: skip
 _MORE: Final = re.compile(
     r"\b(?:another|the other|a second|the second|other)\s+(?:\w+\s+)?(?:one|ones|drones?|lwds?|hwds?|uavs?)\b"
     r"|\b(?:otro|el otro|un segundo|el segundo)\s+(?:dron|va|vuela|aterriza|rodea|regresa|vuelve)\b"
+    r"|\b(?:an?|one)\s+(?:[\w-]+\s+){0,2}?(?:drone|lwd|hwd|uav)\s+(?:lands|hovers|flies|goes|looks|waits|stays)\b"
+    r"(?:(?!\b(?:an?|one|first)\b)[^.;])*?\band\s+another\s+(?:at|over|above|near|by|to|in)\b"
     r"|\b(?:the |a )?second\s+(?:flies|goes|on\b|one\b)|\b(?:one|first)\b[^.]*\band (?:the other|another|one)\b",
     re.IGNORECASE,
 )
@@ -73,11 +52,6 @@ LIGHT_HEAVY: Final[Mapping[str, tuple[str, ...]]] = {
             "heavy one", "big drone", "big drones", "raskas drooni", "raskasta droonia", "raskaan droonin",
             "dron pesado", "drones pesados", "uno pesado"),
 }  # fmt: skip
-_CORNER: Final = re.compile(
-    r"\b(?:corners?|angles?|vertex|vertices|tri[aá]ng\w+|esquinas?|[aá]ngulos?|vértices?)\b"
-    r"|(?:degrees?|deg|°|grados)\s+(?:between|apart|(?:to|from) (?:each|one an)other|entre)\b",
-    re.IGNORECASE,
-)
 INTENTS: Final[Mapping[str, str]] = {
     "home": r"\b(?:(?:comes?|flies|fly|goes|go|returns?|gets?|brings?) (?:it |them |both )?(?:back )?home|"
     r"(?:coming|returning|going|flying|heading|heads?) (?:back )?home|return(?:s|ing)? to"
@@ -109,41 +83,6 @@ _SHARED_NOUN: Final = re.compile(
     re.IGNORECASE,
 )
 """`a light and a heavy drone`: the first one is a drone, too."""
-_UNITS: Final = sorted([*UNIT_WORDS, *UNITS], key=len, reverse=True)
-_IN_FULL: Final[Mapping[str, int]] = {
-    **NUMBERS,
-    **{f"{few} hundred": 100 * NUMBERS[few] for few in ("one", "two", "three", "four", "five")},
-    **{
-        f"{ten}{link}{few}": NUMBERS[ten] + NUMBERS[few]
-        for tens, fews, links in (
-            (("twenty", "thirty", "forty", "fifty", "sixty", "seventy", "eighty", "ninety"),
-             ("one", "two", "three", "four", "five", "six", "seven", "eight", "nine"), ("-", " ")),
-            (("treinta", "cuarenta", "cincuenta", "sesenta", "setenta", "ochenta", "noventa"),
-             ("dos", "tres", "cuatro", "cinco", "seis", "siete", "ocho", "nueve"), (" y ",)),
-        )
-        for ten in tens for few in fews for link in links
-    },
-}  # fmt: skip
-"""Numbers of one word, and those of two: `twenty-five`."""
-_OF_LARGER: Final = re.compile(
-    rf"\b(?:{'|'.join(NUMBERS)}|ciento|thousand|mil)(?:\s+(?:and|y)\s+|\s+|-)$", re.IGNORECASE
-)
-"""What stands before the end of a number that is not known in full: `one hundred and`."""
-_NUMBER_WORDS: Final = "|".join(sorted(_IN_FULL, key=len, reverse=True))
-_AMOUNT: Final = re.compile(
-    rf"(?<![\w.,])(\d{{1,3}}(?:,\d{{3}})+(?!\d)|\d{{1,3}}(?:\.\d{{3}})+(?!\d)|\d+(?:[.,]\d+)?|{_NUMBER_WORDS})(?:\s*-\s*|\s*)"
-    rf"({'|'.join(map(re.escape, _UNITS))})(?![\w%])",
-    re.IGNORECASE,
-)
-
-
-@dataclass(frozen=True, slots=True)
-class Amount:
-    """A number with its unit, as a request has it."""
-
-    type: str
-    si: float
-    words: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -168,14 +107,26 @@ class Words:
         """Return the request in the words of who made it."""
         return self.original or self.text
 
+    def alone(self, name: str, text: str = "") -> str:
+        """Return the request, or a text of it, without longer names that hold those of a place: no `lake shore` for `lake`."""
+        text, said = text or self.text, self.places.get(name, name).casefold()
+        longer = {one for one in self.places.values() if said in one.casefold() and len(one) > len(said)}
+        for one in sorted(longer, key=len, reverse=True):
+            text = re.sub(rf"(?<!\w){re.escape(one)}(?!\w)", "·" * len(one), text, flags=re.IGNORECASE)
+        return text
+
+    def spans(self, name: str) -> list[tuple[int, int]]:
+        """Return where a place is named."""
+        said = rf"(?<!\w){re.escape(self.places.get(name, name))}(?!\w)"
+        return [match.span() for match in re.finditer(said, self.alone(name), re.IGNORECASE)]
+
     def speaks_of_more(self) -> bool:
         """Return whether a second machine is spoken of: `while another one ...`."""
         return _MORE.search(self.text) is not None
 
     def amount(self, type_: str, si: float) -> str:
         """Return the words of an amount, or ""."""
-        same = (a.words for a in self.amounts if a.type == type_ and abs(a.si - si) <= 1e-6 * max(1.0, abs(si)))
-        return next(same, "")
+        return next((a.words for a in self.amounts if a.means(type_, si)), "")
 
     def number(self, value: float) -> str:
         """Return the words of a plain number, or ""."""
@@ -219,39 +170,49 @@ def read(request: str, site: Site, catalogue: Catalogue) -> Words:
     if re.search(r"\b(?:the )?base(?: station)?\b", request, re.IGNORECASE):
         places.setdefault("base", "base")
     agents = {name: words for name in site.agents if (words := said(name, request))}
-    counts = _counts(unquoted(bare(request, places.values())), catalogue)
-    return Words(request, tuple(_amounts(request)), places, agents, counts, found.points, original)
+    told = unquoted(bare(request, places.values()))
+    counts = _counts(told, catalogue)
+    counts |= _all_there(told, counts, {site.agents[name].type for name in agents}, site, catalogue)
+    return Words(request, tuple(amounts_of(request)), places, agents, counts, found.points, original)
 
 
-def _amounts(request: str) -> Iterator[Amount]:
-    for match in _AMOUNT.finditer(request):
-        word, unit = match[1].casefold(), match[2].casefold()
-        if not word[0].isdigit() and _OF_LARGER.search(request[: match.start()]):
-            continue
-        number = _number(word, request) if word[0].isdigit() else float(_IN_FULL[word])
-        type_, factor = UNITS[UNIT_WORDS.get(unit, unit)]
-        if type_ == "angle" and number == 90 and _CORNER.search(request):
-            continue  # `a corner of 90 degrees`: a right angle, in other words
-        yield Amount(type_, number * factor, match[0])
+def _all_there(
+    request: str, counts: Mapping[str, int], named: Set[str], site: Site, catalogue: Catalogue
+) -> dict[str, int]:
+    """Return how many machines the site has, of types of which a request wants all: `all light drones`, `the whole fleet`.
+
+    Args:
+        request: in words.
+        counts: what it counts.
+        named: the types of agents that it names.
+        site: its agents.
+        catalogue: their types.
+    """
+    here = Counter(one.type for one in site.agents.values() if not catalogue.types[one.type].human)
+    if "*" in counts or named & here.keys():
+        return {}
+    every = {
+        name: here[name] for name, words in _nouns_of(catalogue).items()
+        if name not in counts and here[name] > 1 and is_every(request, _nouns(words))
+    }  # fmt: skip
+    return every or ({"*": here.total()} if not counts and here.total() > 1 and is_fleet(request) else {})
 
 
-def _number(digits: str, request: str) -> float:
-    """Return a number in digits: `1,000` is a thousand in English, `1.000` in Spanish and Finnish; else both are points."""
-    mark = "," if is_english(request) else "."
-    if re.fullmatch(rf"\d{{1,3}}(?:{re.escape(mark)}\d{{3}})+", digits) or digits.count(",") + digits.count(".") > 1:
-        return float(re.sub(r"[.,]", "", digits))
-    return float(digits.replace(",", "."))
+def _nouns_of(catalogue: Catalogue) -> dict[str, tuple[str, ...]]:
+    """Return what machines of each type are called."""
+    found = {name: words for name, words in LIGHT_HEAVY.items() if name in catalogue.types}
+    for type_ in catalogue.types.values():
+        if not type_.human and type_.label:
+            names = found.get(type_.name, (type_.name, type_.name + "s"))
+            found[type_.name] = (*names, type_.label, type_.label + "s")
+    return found
 
 
 def _counts(request: str, catalogue: Catalogue) -> dict[str, int]:
     """Return how many machines of each type are spoken of, where that is plain."""
     found: dict[str, set[int]] = {}
     request = _SHARED_NOUN.sub(r"\1 drone", request)
-    of_type = {name: words for name, words in LIGHT_HEAVY.items() if name in catalogue.types}
-    for type_ in catalogue.types.values():
-        if not type_.human and type_.label:
-            names = of_type.get(type_.name, (type_.name, type_.name + "s"))
-            of_type[type_.name] = (*names, type_.label, type_.label + "s")
+    of_type = _nouns_of(catalogue)
     told: set[int] = set()
     for name, words in sorted([*of_type.items(), ("*", DRONES)], key=lambda one: one[0] in ("*", "drone")):
         ones, key = 0, "*" if name == "drone" else name
@@ -300,10 +261,10 @@ def _type_of_all(request: str, of_type: Mapping[str, tuple[str, ...]], noun: tup
 
 def _before(request: str, words: Iterable[str]) -> Iterator[tuple[int, int]]:
     """Yield where each number of machines called so stands, and the number; 0 = it counts others besides."""
-    for start, end, word in numbers(request, _nouns(words), _NUMBER_WORDS):
-        if not is_certain(request, start, end) or _OF_LARGER.search(request[:start]):
+    for start, end, word in numbers(request, _nouns(words), NUMBER_WORDS):
+        if not is_certain(request, start, end) or OF_LARGER.search(request[:start]):
             continue
-        yield start, 0 if is_besides(request, start) else int(word) if word.isdigit() else _IN_FULL.get(word, 2)
+        yield start, 0 if is_besides(request, start) else int(word) if word.isdigit() else IN_FULL.get(word, 2)
 
 
 def _nouns(words: Iterable[str]) -> str:

@@ -83,6 +83,8 @@ def test_an_order_to_go_without_the_rules_is_refused_before_a_model_is_asked(req
     "request_",
     [
         "A light drone looks at the camp from 40 m for 30 s; ignore the north field. It comes home.",
+        "A light drone looks at the camp from 40 m for 30 s and comes home. Never switch off the safety checks.",
+        "Do not ignore the fence: a light drone looks at the camp from 40 m for 30 s and comes home.",
         'A light drone looks at the camp from 40 m, tells "switch off the fence", and comes home.',
     ],
 )

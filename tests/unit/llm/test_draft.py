@@ -85,19 +85,21 @@ def test_the_file_says_where_each_value_came_from() -> None:
 
 
 def test_what_is_wrong_is_told_to_a_fresh_try_and_then_with_the_answer_and_the_step() -> None:
-    found, chat = made(LOOK, tree({"do": "FlyTo", "agent": "drone", "to": "camp"}), tree(fly_to("kamp"), home()), GOOD)
+    found, chat = made(
+        LOOK, tree({"do": "FlyTo", "agent": "drone", "to": "camp"}), tree(fly_to("xanadu"), home()), GOOD
+    )
 
     assert (found.kind, len(found.rounds)) == ("task", 3)
     asked, first, second = (one[-1].text for one in chat.asked)
     assert first == f"{asked}\nAn earlier answer was wrong: FlyTo needs 'height' (distance). Do better."
     assert second.startswith("That is not right yet:\n- ")
-    assert "kamp" in second
+    assert "xanadu" in second
     assert [len(one) - len(chat.asked[0]) for one in chat.asked] == [0, 0, 2]
     assert chat.temperatures == [0.0, 0.6, 0.6]
 
 
 def test_at_most_three_repairs_then_the_best_answer_is_shown_as_failed() -> None:
-    bad = [tree(fly_to("kamp"), home(), task=f"Try{n}") for n in range(9)]
+    bad = [tree(fly_to("xanadu"), home(), task=f"Try{n}") for n in range(9)]
     found, chat = made(LOOK, *bad)
 
     assert (found.kind, len(chat.asked), found.is_flyable) == ("failed", 4, False)
@@ -327,7 +329,7 @@ def test_the_full_form_writes_the_same_language() -> None:
 
 
 def test_a_tuned_model_gets_the_brief_prompt_and_is_asked_again_without_a_word_of_its_answer() -> None:
-    chat = Scripted(tree(fly_to("kamp"), home()), GOOD)
+    chat = Scripted(tree(fly_to("xanadu"), home()), GOOD)
     chat.prompt, chat.is_plain = "brief-1", True  # type: ignore[attr-defined]
     found = draft(LOOK, world(), chat)
 

@@ -1,5 +1,6 @@
 """Questions over real HTTP on the loopback: answers, refusals, waiting, stopping, and what becomes of the key."""
 
+import json
 import logging
 import threading
 import time
@@ -290,6 +291,23 @@ def test_the_key_is_sent_and_told_to_nobody_else(
         assert endpoint.headers[-1]["authorization"] == f"Bearer {CANARY}"
     assert "rungs" in said
     assert CANARY not in said + repr(one)
+
+
+def test_a_key_in_an_answer_is_taken_out_of_it() -> None:
+    key = "sk-a/b-0123456789"
+    said = {"plan": f"I know {key}", "answer": {"question": "Where?"}}
+    with FakeEndpoint([json.dumps(said), json.dumps(said).replace("/", "\\/")], key=key, models=[key]) as endpoint:
+        one = chat(endpoint, key=key)
+        for _ in range(2):
+            reply = one.complete(ASKED, SCHEMA, max_tokens=50)
+            assert reply.data == {**said, "plan": "I know ***"}
+            assert "0123456789" not in reply.text
+        assert one.models() == ["***"]
+
+
+def test_a_key_that_is_only_a_word_is_none_to_be_hidden() -> None:
+    with FakeEndpoint(["nobody has none"], key="none") as endpoint:
+        assert chat(endpoint, key="none").complete(ASKED, None, max_tokens=50).text == "nobody has none"
 
 
 def test_a_wrong_key_and_no_key() -> None:

@@ -5,7 +5,8 @@ from typing import Any
 import pytest
 
 from formiga_bt.llm.shaping.formations import can_land_at, lands_below, leg_of, legs_in
-from formiga_bt.llm.shaping.teams import gap_of, lands_only, spaced
+from formiga_bt.llm.shaping.teams import gap_of, spaced
+from formiga_bt.llm.words.landings import lands_only
 from tests.unit.llm.scripted import fly_to, home
 from tests.unit.llm.test_teams import TEAM, TWO, errors, judged, land, words
 

@@ -37,3 +37,13 @@ def test_who_is_wanted_over_a_place_does_not_land_there() -> None:
     assert found.flight is not None
     assert set(found.flight.stands.values()) == {"home"}
     assert "FlyAndLand" not in found.yaml
+
+
+def test_who_brings_something_lands_while_another_one_hovers() -> None:
+    agents = [{"name": "heavy", "type": "hwd"}, {"name": "light", "type": "lwd"}]
+    for deed in ("brings water to the lake shore", "goes to the lake shore"):
+        request = f"A heavy drone {deed} while a light drone watches from 40 m over the lake shore; both come home."
+        watch = {"do": "FlyTo", "agent": "light", "to": "lake_shore", "height": "40 m"}
+        steps = {"parallel": [land("heavy", "lake_shore"), watch]}
+        assert judged(request, steps, home("heavy"), home("light"), agents=agents).mends == ()
+    assert height_over("camp", words("A light drone takes a box over the camp at 35 m.")) == ""

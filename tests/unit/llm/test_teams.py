@@ -110,6 +110,31 @@ def test_a_way_begins_where_the_request_says() -> None:
     assert "zigzag(lake_shore, camp, amplitude, 6)" in found.yaml
 
 
+@pytest.mark.parametrize(
+    "request_",
+    [
+        "A light drone flies straight from the camp to the north field at 30 m, zigzags back with 4 legs of 10 m to each side, "
+        "and comes home.",
+        "A light drone flies from the camp to the north field at 30 m; 4 legs and 10 m to each side bring it to the camp in a "
+        "zigzag, and it comes home.",
+    ],
+)
+def test_a_way_back_is_not_turned_round(request_: str) -> None:
+    back = {"do": "FlyAlong", "agent": "drone", "way": "zigzag(north_field, camp, 10 m, 4)", "height": "30 m"}
+    steps = (fly_to("camp", "30 m"), fly_to("north_field", "30 m"), back, home())
+    found = judged(request_, *steps, agents=[{"name": "drone", "type": "lwd"}])
+
+    assert (errors(found), found.mends) == ([], ())
+    assert "zigzag(north_field, camp, amplitude, 4)" in found.yaml
+
+
+def test_longer_names_are_other_places() -> None:
+    found = words("It looks at the lake shore, then at the lake.")
+
+    assert (found.spans("lake"), found.spans("lake_shore")) == ([(40, 44)], [(16, 26)])
+    assert found.alone("lake") == "It looks at the ··········, then at the lake."
+
+
 def test_a_way_flown_back_to_front_is_told() -> None:
     found = judged(
         "A light drone goes from the camp to the lake shore and comes home.",
@@ -145,6 +170,17 @@ def test_the_order_of_places_is_compared(request_: str, steps: tuple[str, str], 
         ("a pair of light drones looks at the camp", {"lwd": 2}, False),
         ("Two small drones at once", {"lwd": 2}, False),
         ("One light drone looks at the camp for a second and at the other field", {"lwd": 1}, False),
+        ("Both heavy drones land at the camp", {"hwd": 2}, False),
+        ("Both light drones and heavy drones land", {}, False),
+        ("All light drones fly to the camp and come home", {"lwd": 3}, False),
+        ("Every light drone lands at the camp", {"lwd": 3}, False),
+        ("All light drones stay at home", {}, False),
+        ("When all light drones are down, a heavy drone starts", {}, False),
+        ("lwd_1 circles; all light drones then come home", {}, False),
+        ("The whole fleet flies to the camp", {"*": 5}, False),
+        ("Each of the three light drones hovers over the camp", {"lwd": 3}, False),
+        ("A light drone lands at the camp, and another at the east field", {}, True),
+        ("A light drone makes a circle at the camp, and another at the east field", {}, False),
     ],
 )
 def test_how_many_machines_are_spoken_of(request_: str, counts: dict[str, int], more: bool) -> None:

@@ -1,5 +1,6 @@
 """What a small model writes and a program puts as the language has it: `its port` as a place, a ring without its way back."""
 
+import re
 from typing import Any
 
 import pytest
@@ -177,3 +178,33 @@ def test_a_question_whose_answer_nobody_looks_at_goes_on_after_a_yes() -> None:
 
     looked_at = {"if": "reply.answer == 'yes'", "then": [fly_to("camp"), home()]}
     assert judged(request, ask, looked_at, agents=agents).mends == ()
+
+
+WATCHED = [*DRONE, {"name": "watcher", "type": "watcher"}]
+
+
+@pytest.mark.parametrize("kept", [{}, {"save_as": "reply"}])
+def test_whatever_is_answered_it_goes_on(kept: dict[str, str]) -> None:
+    request = (
+        "A light drone looks at the camp, asks the watcher whether it looks fine, and comes home whatever she says."
+    )
+    ask = {"ask": "Does it look fine?", "of": ["watcher"], **kept}
+    found = judged(request, fly_to("camp"), ask, home(), agents=WATCHED)
+
+    assert errors(found) == []
+    assert found.mends == ("it goes on whatever the answer is, as the request says",)
+    assert "expect" not in found.yaml
+    plain = judged(request.replace(" whatever she says", " then"), fly_to("camp"), ask, home(), agents=WATCHED)
+    assert "expect: result.answer == 'yes'" in plain.yaml
+
+
+@pytest.mark.parametrize(
+    ("options", "expected"), [(["none", "few", "many"], ""), (["go", "stop"], "go"), (["wait", "go on"], "wait")]
+)
+def test_an_answer_that_is_no_yes_decides_nothing(options: list[str], expected: str) -> None:
+    request = "A light drone looks at the camp, asks the watcher how many there are, and comes home."
+    ask = {"ask": "How many?", "of": ["watcher"], "options": options}
+    found = judged(request, fly_to("camp"), ask, home(), agents=WATCHED)
+
+    assert errors(found) == []
+    assert re.findall(r"expect: result.answer == '(.*)'", found.yaml) == ([expected] if expected else [])

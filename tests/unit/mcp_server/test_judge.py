@@ -111,3 +111,9 @@ def test_values_that_are_no_texts_are_read_as_literals(ground: Ground) -> None:
     told = fly(ground, task="Circle", params={"points": 4, "center": {"east": "20 m", "north": "20 m"}})
     assert told.status == "SUCCEEDED"
     assert sum(one.action == "GoTo" for one in told.actions) < 12
+
+
+def test_what_a_task_requests_is_flown_with_it(ground: Ground) -> None:
+    told = fly(ground, yaml="formiga: 1\ntask: Mine\nsteps:\n  - request: Circle\n    with: {points: 4}\n")
+    assert (told.ok, told.status) == (True, "SUCCEEDED")
+    assert any(one.action == "LandIn" for one in told.actions)

@@ -14,15 +14,16 @@ from msgspec import structs
 from formiga_bt.errors import FormigaError, UnusableFile
 from formiga_bt.lang.kinds import KINDS
 from formiga_bt.llm.drafts import briefs, drafts_folder, keep, numbers, read_draft
-from formiga_bt.llm.origin import approve
+from formiga_bt.llm.origin import Asker, approve
 from formiga_bt.llm.records import Draft, Origin
 from formiga_bt.mcp_server import catalogue, pages
 from formiga_bt.mcp_server import records as r
 from formiga_bt.mcp_server.ground import Ground, Where, ground_of
 from formiga_bt.mcp_server.judge import Job, done
-from formiga_bt.mcp_server.proposals import MOST_OPEN, draft_of, needed, next_steps, propose
+from formiga_bt.mcp_server.proposals import MOST_OPEN, doubles, draft_of, needed, next_steps, propose
 from formiga_bt.mcp_server.tools import TOOLS, schema_of
 from formiga_bt.safety.approval import approval_digest
+from formiga_bt.safety.drafted import said_in
 from formiga_bt.services.crew import keep as keep_approval
 
 ROOT = Path(__file__).parents[3]
@@ -192,6 +193,37 @@ def test_elsewhere_the_running_engine_reads_its_file(ground: Ground, tmp_path: P
         f"cp -n {tmp_path}/1/task.yaml {tmp_path}/circle.yaml",
         f"formiga run {tmp_path}/circle.yaml -p 'radius=3 m'",
     ]
+
+
+def test_a_file_that_is_there_is_neither_run_nor_replaced(ground: Ground, tmp_path: Path) -> None:
+    kept = propose(tmp_path / "drafts", *proposal())
+    mine = replace(ground, own=tmp_path, tasks={"Circle": tmp_path / "circle.yaml"})
+    (tmp_path / "circle.yaml").write_text("formiga: 1\ntask: Circle\n")
+    (tmp_path / "circle_2.yaml").mkdir()
+    assert next_steps(kept, mine, {}, is_there=False)[1:] == [
+        f"cp -n {kept.folder}/task.yaml {tmp_path}/circle_3.yaml",
+        f"formiga run {tmp_path}/circle_3.yaml",
+    ]
+    assert doubles(kept, mine) == [
+        f"{tmp_path}/circle.yaml has a task Circle too: who keeps both names one of them otherwise"
+    ]
+
+
+def test_a_file_with_the_very_text_is_run(ground: Ground, tmp_path: Path) -> None:
+    kept = propose(tmp_path / "drafts", *proposal())
+    mine = replace(ground, own=tmp_path, tasks={"Circle": tmp_path / "circle.yaml"})
+    (tmp_path / "circle.yaml").write_bytes((kept.folder / "task.yaml").read_bytes())
+    assert next_steps(kept, mine, {}, is_there=False)[-1] == f"formiga run {tmp_path}/circle.yaml"
+    assert doubles(kept, mine) == []
+    assert doubles(kept, replace(ground, own=tmp_path)) == []  # a task of that name ships
+
+
+def test_an_assistant_that_names_people_in_its_text_does_not_hide_who_asked() -> None:
+    crowd = json.dumps({"by": ["aa", *map(str, range(9))], "also": [f"z{n}" for n in range(10)]})
+    text = Asker("mcp:x", ("eve", "root")).marked(f"# drafted {crowd}\nformiga: 1\n")
+    found = said_in(text)
+    assert found is not None
+    assert (found.by[0], found.also[0]) == ("eve", "root")
 
 
 def filled(folder: Path) -> Path:

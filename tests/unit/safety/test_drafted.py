@@ -1,8 +1,10 @@
 """Which tasks a model wrote: the line in their files, and the fingerprint of what they do (safety.drafted, safety.meaning)."""
 
+import json
+
 import pytest
 
-from formiga_bt.safety.drafted import Drafted, drafted, merged, said_in, stamped
+from formiga_bt.safety.drafted import Drafted, drafted, merged, said_in, stamped, unlike_a_stamp, unstamped
 from formiga_bt.safety.meaning import meaning
 from formiga_bt.testing import packaged_world, task_of
 
@@ -92,7 +94,29 @@ def test_the_line_goes_with_the_file() -> None:
     )
     again = stamped(text, drafted(["bob"], "groq llama"))
     assert again.count("# drafted") == 1
-    assert said_in(again) == drafted(["eve", "bob"], "local qwen, groq llama", ["root@desk"])
+    assert said_in(again) == drafted(["bob", "eve"], "groq llama, local qwen", ["root@desk"])
+    assert unstamped(again) == "formiga: 1\n"
+
+
+def test_names_in_a_text_never_take_the_place_of_who_asked() -> None:
+    crowd = [f"n{n}" for n in range(9)]
+    for by in ([*crowd, "root"], ["root", *crowd]):
+        line = json.dumps({"by": by, "also": [f"m{n}" for n in range(10)], "model": "m" * 80})
+        found = said_in(stamped(f"# drafted {line}\nformiga: 1\n", drafted(["eve"], "local qwen", ["root"])))
+        assert found is not None
+        assert found.by[0] == "eve"
+        assert "root" in found.people
+        assert found.model.startswith("local qwen, m")
+
+
+@pytest.mark.parametrize(
+    "words",
+    ['drafted {"by": ["ann"]}', "DRAFTED {", "  drafted{}", "Drafted by ann from the request: x"],
+)
+def test_words_of_others_in_a_comment_are_not_read_as_its_origin(words: str) -> None:
+    assert said_in(f"# {words}\n") is not None
+    assert said_in(f"#   {unlike_a_stamp(words)}\n") is None
+    assert unlike_a_stamp("a drafted plan") == "a drafted plan"
 
 
 @pytest.mark.parametrize(
