@@ -5,9 +5,13 @@ Built by `lang`, printed by `formiga check`, and fed back to a model that wrote 
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Final, Literal
 
 Severity = Literal["error", "warning"]
+
+LONGEST: Final = 200
+"""Letters of a source line that are shown; of a longer one, so many around what is wrong."""
+CUT: Final = "..."
 
 
 @dataclass(frozen=True, slots=True, order=True)
@@ -63,6 +67,16 @@ def errors_first(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
     return sorted(found, key=lambda d: (files.index(d.mark.file), d.severity != "error"))
 
 
+def _cut(line: str, pad: str, width: int) -> tuple[str, str, int]:
+    """Return a source line, what stands before its carets, and how many those are; of a very long line the part around them."""
+    if len(line) <= LONGEST:
+        return line, pad, width
+    begin = max(0, min(len(pad) - LONGEST // 3, len(line) - LONGEST))
+    before, after = (CUT if begin else ""), (CUT if begin + LONGEST < len(line) else "")
+    pad = " " * len(before) + pad[begin:]
+    return f"{before}{line[begin : begin + LONGEST]}{after}", pad, max(1, min(width, len(before) + LONGEST - len(pad)))
+
+
 def render(diagnostic: Diagnostic, sources: Mapping[str, str]) -> str:
     """Return the text of one diagnostic: head line, source line with carets, place in the task, help.
 
@@ -79,7 +93,8 @@ def render(diagnostic: Diagnostic, sources: Mapping[str, str]) -> str:
         end = end or (len(line.rstrip()) + 1 if mark.end_line > mark.line else mark.col + 1)
         pad = "".join("\t" if ch == "\t" else " " for ch in line[: mark.col - 1])
         width = max(1, min(end, len(line) + 1) - mark.col)
-        lines.append(f"{mark.line:>5} | {line.rstrip()}")
+        shown, pad, width = _cut(line.rstrip(), pad, width)
+        lines.append(f"{mark.line:>5} | {shown}")
         lines.append(f"      | {pad}{'^' * width}")
     if diagnostic.within:
         lines.append(f"  in: {diagnostic.within}")

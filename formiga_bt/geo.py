@@ -54,7 +54,7 @@ def horizontal_m(a: Place | Position, b: Place | Position) -> float:
 
 def distance_m(a: Position, b: Position) -> float:
     """Return the straight distance in metres."""
-    return math.sqrt((a.east_m - b.east_m) ** 2 + (a.north_m - b.north_m) ** 2 + (a.up_m - b.up_m) ** 2)
+    return math.hypot(a.east_m - b.east_m, a.north_m - b.north_m, a.up_m - b.up_m)
 
 
 def segment_distance_m(p1: Position, p2: Position, q1: Position, q2: Position) -> float:

@@ -5,6 +5,7 @@
 | `lock` | `flock`ed by the engine of the site; it goes when its process goes, however it ends |
 | `epoch` | a number, one higher at each start; agents refuse orders of a lower one |
 | `marks.json` | engine time and counters: a new start never uses an id or an instant again |
+| `exact` | empty; while it is there the journal has every id that was used, also after a kill or a power cut |
 | `engine.json` | where the engine is: API, agents' endpoint, process |
 | `token` | the word that callers from other machines must know |
 | `approvals.jsonl` | who approved what, and took it back: a line each, never changed |
@@ -22,23 +23,38 @@ import json
 import os
 import re
 import time
-from collections.abc import Mapping
+from collections import deque
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import IO, Any, Final
 
+from formiga_bt.durable import append_line, read_lines, remove_durably, write_durably
 from formiga_bt.errors import SiteError
+
+__all__ = [
+    "APPROVALS", "COUNTERS", "FLIGHTS", "FLYING", "FOLDER", "JOURNAL", "JOURNAL_AT", "RESERVE", "EngineAddress", "SiteFolder",
+    "append_line", "check_free", "find_engines", "find_folders", "is_running", "journal_of", "read_address", "read_lines",
+    "write_durably",
+]  # fmt: skip
 
 FOLDER: Final = ".formiga"
 RESERVE: Final = 100
 """So many ids of each kind are set aside at once; after a crash the rest of them is passed over."""
+LEFT: Final = 50
+"""When no more of them are left, the next ones are set aside: a full disk then leaves ids for stops and ways home."""
+UNTOLD: Final = 10_000
+"""An older version did not note the counters of safety goals: they go on from here."""
+RETRY_S: Final = 1.0
+"""What could not be written is tried again after this."""
 APPROVALS: Final = "approvals.jsonl"
 JOURNAL: Final = "journal.db"
 JOURNAL_AT: Final = "journal.at"
 FLIGHTS: Final = "flights.jsonl"
 FLYING: Final = "flying.json"
-COUNTERS: Final = ("task", "question", "clearance")
-"""The counters that goal ids are made of."""
+EXACT: Final = "exact"
+COUNTERS: Final = ("task", "question", "clearance", "safety")
+"""The counters that ids of goals, and numbers of questions, are made of."""
 TAKE_TRIES: Final = 5
 
 
@@ -67,15 +83,24 @@ class SiteFolder:
     Args:
         beside: the folder of the site file.
         site: the site's name.
+        clock: seconds of a clock that never goes back.
     """
 
-    def __init__(self, beside: Path, site: str) -> None:
+    def __init__(self, beside: Path, site: str, clock: Callable[[], float] = time.monotonic) -> None:
         self.site = site
         self.path = beside.resolve() / FOLDER / site
+        self.was_exact = False
+        """The journal of the last start, which did not end cleanly, has every id that was used."""
+        self.lack = ""
+        """Why something that was noted is not on disk; empty: all of it is."""
+        self._clock = clock
         self._lock: IO[str] | None = None
-        self._reserved: dict[str, int] = {}
-        self._last: dict[str, int] = {}
+        self._reserved = dict.fromkeys(COUNTERS, 0)
+        self._last = dict.fromkeys(COUNTERS, 0)
         self._now_us = 0
+        self._lines: deque[tuple[str, Mapping[str, Any]]] = deque()
+        """What waits to be written: name of the file, record."""
+        self._retry_at = 0.0
 
     def __enter__(self) -> "SiteFolder":
         self.take()
@@ -134,7 +159,7 @@ class SiteFolder:
                     "  help: write a number there that is at least the highest epoch your agents have seen"
                 )
             epoch = int(text) + 1
-            _write_durably(file, f"{epoch}\n")
+            write_durably(file, f"{epoch}\n")
         except (OSError, UnicodeDecodeError) as error:
             raise SiteError(f"cannot use {file}: {error}") from error
         return epoch
@@ -172,45 +197,97 @@ class SiteFolder:
         try:
             data: Any = json.loads(file.read_text(encoding="utf-8")) if file.exists() else {}
             self._now_us = int(data.get("now_us", 0))
-            self._last = {name: int(data.get("counters", {}).get(name, 0)) for name in COUNTERS}
+            told = data.get("counters", {})
+            self._last = {name: int(told.get(name, UNTOLD if told else 0)) for name in COUNTERS}
         except (OSError, ValueError, TypeError, AttributeError) as error:
             raise SiteError(
                 f"cannot read {file}: {error}\n  help: if it is damaged beyond repair, delete it"
             ) from error
         self._reserved = dict(self._last)
+        self.was_exact = (self.path / EXACT).exists()
         return self._now_us, dict(self._last)
 
-    def counted(self, name: str, value: int, now_us: int) -> None:
-        """Note that a counter has this value; must return before an id made of it leaves the process.
+    def reserve(self, counters: Mapping[str, int], now_us: int) -> None:
+        """Set ids aside for a start that goes on from these counters.
 
         Raises:
             SiteError: the file cannot be written.
         """
-        if name not in COUNTERS:
-            return
-        self._last[name] = value
+        self._last = {name: counters.get(name, 0) for name in COUNTERS}
         self._now_us = max(self._now_us, now_us)
-        if value > self._reserved.get(name, 0):
-            self._reserved[name] = value + RESERVE
-            self._save(self._reserved)
+        self._set_aside()
+
+    def counted(self, name: str, value: int, now_us: int) -> None:
+        """Note that a counter has this value, before an id made of it leaves the process; `lack` tells if that failed."""
+        if name in COUNTERS:
+            self._last[name] = value
+            self._now_us = max(self._now_us, now_us)
+            self.write_waiting()
+
+    def add_line(self, name: str, record: Mapping[str, Any]) -> None:
+        """Add a record to a file of JSON lines of this folder; `lack` tells if it must wait."""
+        self._lines.append((name, record))
+        self.write_waiting()
+
+    def write_waiting(self) -> None:
+        """Write what is not on disk yet; after a failure not before a second is over. `lack` tells how it went."""
+        if self.lack and self._clock() < self._retry_at:
+            return
+        try:
+            if self._is_low:
+                self._set_aside()
+            while self._lines:
+                name, record = self._lines[0]
+                append_line(self.path / name, record)
+                self._lines.popleft()
+        except SiteError as error:
+            self.lack, self._retry_at = str(error), self._clock() + RETRY_S
+        else:
+            self.lack = ""
+
+    def note_exact(self, on: bool) -> None:
+        """Note whether the journal has every id from now on. That it has not is noted on a full disk, too."""
+        try:
+            if on:
+                write_durably(self.path / EXACT, "")
+            elif (self.path / EXACT).exists():
+                remove_durably(self.path / EXACT)
+        except SiteError as error:
+            self.lack, self._retry_at = str(error), self._clock() + RETRY_S
 
     def settle(self, now_us: int) -> None:
-        """At a clean end: what was set aside and not used is free again."""
-        self._now_us = max(self._now_us, now_us)
+        """At a clean end: write what waits; what was set aside and not used is free again.
+
+        Raises:
+            SiteError: the files cannot be written.
+        """
+        self._now_us, self._retry_at = max(self._now_us, now_us), 0.0
+        self.write_waiting()
+        if self.lack:
+            raise SiteError(self.lack)
         self._save(self._last)
+        self.note_exact(False)
+
+    @property
+    def _is_low(self) -> bool:
+        """Return whether ids of some kind come to their end."""
+        return any(value > self._reserved[name] - LEFT for name, value in self._last.items() if value)
+
+    def _set_aside(self) -> None:
+        more = {name: n + RESERVE for name, n in self._last.items() if n > self._reserved[name] - LEFT}
+        reserved = {**self._reserved, **more}
+        self._save(reserved)
+        self._reserved = reserved
 
     def _save(self, counters: Mapping[str, int]) -> None:
         text = json.dumps({"now_us": self._now_us, "counters": dict(counters)})
-        try:
-            _write_durably(self.path / "marks.json", text + "\n")
-        except OSError as error:
-            raise SiteError(f"cannot write {self.path / 'marks.json'}: {error.strerror or error}") from error
+        write_durably(self.path / "marks.json", text + "\n")
 
     # -- where the engine is -----------------------------------------------------------------------------------------
     def publish(self, *, epoch: int, url: str, endpoint: str) -> EngineAddress:
         """Write `engine.json`."""
         address = EngineAddress(self.site, os.getpid(), epoch, url, endpoint)
-        _write_durably(self.path / "engine.json", json.dumps(asdict(address), indent=2) + "\n")
+        write_durably(self.path / "engine.json", json.dumps(asdict(address), indent=2) + "\n")
         return address
 
     def token(self) -> str:
@@ -232,84 +309,6 @@ class SiteFolder:
         if len(token) < 16:
             raise SiteError(f"{file} holds no token of at least 16 characters\n  help: delete it; a new one is made")
         return token
-
-
-def append_line(file: Path, record: Mapping[str, Any]) -> None:
-    """Add a record to a file of JSON lines, safely on disk when this returns; what a power cut left half written stays alone.
-
-    Raises:
-        SiteError: the file cannot be written.
-    """
-    try:
-        file.parent.mkdir(parents=True, exist_ok=True)
-        is_new = not file.exists()
-        with file.open("ab+") as lines:
-            torn = lines.tell() > 0 and _last_byte(lines) != b"\n"
-            text = json.dumps(dict(record), ensure_ascii=False)
-            lines.write((b"\n" if torn else b"") + text.encode() + b"\n")
-            lines.flush()
-            os.fsync(lines.fileno())
-        if is_new:
-            _sync_folder(file.parent)
-    except OSError as error:
-        raise SiteError(f"cannot write {file}: {error.strerror or error}") from error
-
-
-def _last_byte(file: IO[bytes]) -> bytes:
-    file.seek(-1, os.SEEK_END)
-    return file.read(1)
-
-
-def read_lines(file: Path) -> list[dict[str, Any]]:
-    """Return the records of a file of JSON lines, those that a power cut cut short left out; none, if there is no file.
-
-    Raises:
-        SiteError: the file is there but cannot be read.
-    """
-    try:
-        texts = file.read_bytes().splitlines() if file.exists() else []
-    except OSError as error:
-        raise SiteError(f"cannot read {file}: {error.strerror or error}") from error
-    found = []
-    for text in texts:
-        try:
-            record = json.loads(text)
-        except ValueError:
-            continue
-        if isinstance(record, dict):
-            found.append(record)
-    return found
-
-
-def write_durably(file: Path, text: str) -> None:
-    """Replace a file so that after a power cut it is either the old or the new one.
-
-    Raises:
-        SiteError: it cannot be written.
-    """
-    try:
-        _write_durably(file, text)
-    except OSError as error:
-        raise SiteError(f"cannot write {file}: {error.strerror or error}") from error
-
-
-def _write_durably(file: Path, text: str) -> None:
-    """Replace a file so that after a power cut it is either the old or the new one."""
-    beside = file.with_name(f".{file.name}.new")
-    with beside.open("w", encoding="utf-8") as new:
-        new.write(text)
-        new.flush()
-        os.fsync(new.fileno())
-    beside.replace(file)
-    _sync_folder(file.parent)
-
-
-def _sync_folder(path: Path) -> None:
-    folder = os.open(path, os.O_RDONLY)
-    try:
-        os.fsync(folder)
-    finally:
-        os.close(folder)
 
 
 def read_address(folder: Path) -> EngineAddress | None:

@@ -60,14 +60,25 @@ def parse_quantity(text: str) -> tuple[str, float] | None:
         text: for example `15 s`, `15s`, `-3.5 km`, `30 %`.
 
     Returns:
-        The type's name and the value in its SI unit, or None if the text is not a number with a known unit.
+        The type's name and the value in its SI unit, or None if the text is not a number with a known unit, or exceeds
+        `LARGEST` (`too_large` tells which).
     """
+    read = _read(text)
+    return read if read is not None and abs(read[1]) <= LARGEST else None
+
+
+def too_large(text: str, type_name: str) -> bool:
+    """Return whether a text is a quantity of this type that exceeds `LARGEST`."""
+    read = _read(text)
+    return read is not None and read[0] == type_name and abs(read[1]) > LARGEST
+
+
+def _read(text: str) -> tuple[str, float] | None:
     found = _QUANTITY.fullmatch(text.strip())
     if found is None:
         return None
     type_name, factor = UNITS[found[2]]
-    value = to_si(float(found[1]), factor)
-    return (type_name, value) if abs(value) <= LARGEST else None
+    return type_name, to_si(float(found[1]), factor)
 
 
 def to_si(number: float, factor: float) -> float:

@@ -101,3 +101,5 @@ class CaseFile:
     site: Site
     catalogue: Catalogue
     cases: tuple[Case, ...]
+    requested: tuple[Task, ...] = ()
+    """The tasks that the task requests, and those that they request: they are played too, but not judged."""

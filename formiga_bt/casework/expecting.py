@@ -1,20 +1,20 @@
 """Reads what a case expects."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import cast, get_args
 
-from formiga_bt.casework.cases import GAP, Expect, Standing
+from formiga_bt.casework.cases import GAP, Expect, GoalRule, Standing
+from formiga_bt.casework.codes import read_code
 from formiga_bt.casework.options import EXPECT
-from formiga_bt.casework.rules import all_roles, read_order
+from formiga_bt.casework.rules import all_roles, all_steps, read_order
 from formiga_bt.lang.document import Entry, Listing
-from formiga_bt.lang.model import Task
+from formiga_bt.lang.model import Fail, Task
 from formiga_bt.lang.reading import (
     did_you_mean,
     quoted_list,
     read_keys,
     read_listing,
     read_mapping,
-    read_name,
     read_text,
     read_word,
     read_words,
@@ -23,21 +23,23 @@ from formiga_bt.lang.reading import (
 from formiga_bt.lang.scenario.book import Book
 
 
-def read_expect(book: Book, task: Task) -> Expect | None:
-    """Return what a case expects, or None if it does not say it."""
+def read_expect(book: Book, task: Task, goals: Sequence[GoalRule] = ()) -> Expect | None:
+    """Return what a case expects, or None if it does not say it; `goals` are its rules for goals."""
     entry = book.keys.get("expect")
     mapping = read_mapping(entry.value, book.problems, "expect") if entry is not None else None
     if mapping is None:
         return None
     keys = read_keys(mapping, EXPECT, book.problems, "expect")
-    code = read_name(keys["code"].value, book.problems, "code") if "code" in keys else None
+    code = read_text(keys["code"].value, book.problems, "code") if "code" in keys else None
     status = book.word(keys, "status", EXPECT[0].values, "succeeded")
     if code is not None and status == "succeeded":
         book.problems.add("E008", keys["code"].key.mark, "a task that succeeds has no code", "say status: failed")
     return Expect(
         mapping.mark,
         status,  # type: ignore[arg-type]  # one of its words
-        code.text if code is not None else None,
+        read_code(code, [*_own_words(task), *(rule.code for rule in goals)], book.problems)
+        if code is not None
+        else None,
         _actions(book, task, keys),
         _end_state(book, task, keys),
         book.duration(keys, "max_time", 0.0) if "max_time" in keys else None,
@@ -45,6 +47,10 @@ def read_expect(book: Book, task: Task) -> Expect | None:
         _notices(book, keys),
         book.whole(keys, "crashes", 0, least=0),
     )
+
+
+def _own_words(task: Task) -> list[str]:
+    return [step.code for step in all_steps(task) if isinstance(step, Fail) and step.code]
 
 
 def _actions(book: Book, task: Task, keys: Mapping[str, Entry]) -> tuple[str, ...] | None:

@@ -5,6 +5,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from formiga_bt.casework.cases import GAP, Case, Standing
+from formiga_bt.casework.codes import is_code
 from formiga_bt.casework.running import Came, Sent
 from formiga_bt.diagnostics import Mark
 from formiga_bt.engine.records import AgentRecord
@@ -53,7 +54,7 @@ def _end(case: Case, came: Came) -> Iterator[Differs]:
     why = f" ({task.code}{f': {task.reason}' if task.reason else ''}{place(came.failed_at)})" if task.code else ""
     if status != expect.status:
         yield Differs("status", expect.status, f"{status}{why}")
-    elif expect.code is not None and task.code not in (expect.code, f"failed:{expect.code}"):
+    elif expect.code is not None and not is_code(expect.code, task.code):
         yield Differs("code", expect.code, f"{task.code or 'none'}{why}")
     if expect.max_time_s is not None and came.duration_s > expect.max_time_s:
         yield Differs("max_time", _time(expect.max_time_s), _time(came.duration_s))

@@ -34,6 +34,7 @@ from formiga_bt.lang.reading import (
     read_text,
     shorten,
 )
+from formiga_bt.lang.requested import with_requested
 from formiga_bt.lang.scenario import own_tasks
 from formiga_bt.lang.scenario.book import Book
 from formiga_bt.lang.scenario.entries import ScenarioOrder
@@ -109,7 +110,8 @@ class _Reader:
             return None
         with self.problems.within(task.name):
             cases = self._cases(keys, task, site)
-        return CaseFile(self._file, task, site, self._catalogue, tuple(cases))
+        _, *requested = with_requested(task, lambda path: self._load(path, site))
+        return CaseFile(self._file, task, site, self._catalogue, tuple(cases), tuple(requested))
 
     def _check_version(self, keys: Mapping[str, Entry]) -> None:
         at = read_text(keys["formiga_test"].value, self.problems, "formiga_test") if "formiga_test" in keys else None
@@ -134,8 +136,10 @@ class _Reader:
     def _task(self, keys: Mapping[str, Entry], site: Site) -> Task | None:
         at = read_text(keys["task"].value, self.problems, "task") if "task" in keys else None
         path = self._look_up(at, at.text, "task file", "*.yaml") if at is not None else None
-        if path is None:
-            return None
+        return self._load(path, site) if path is not None else None
+
+    def _load(self, path: Path, site: Site) -> Task | None:
+        """Return a task of the site, or None if it has errors, which were reported."""
         loaded = load_task(path, catalogue=self._catalogue, site=site)
         self.problems.extend(problem for problem in loaded.diagnostics if problem.severity == "error")
         self.sources.update(loaded.sources)
@@ -178,7 +182,7 @@ class _Reader:
             answers, goals = read_rules(book, task)
             faults = sorted(read_faults(book), key=lambda fault: fault.at)
             orders = sorted([*read_orders(book, [task.name]), *_abort(book, task)], key=lambda order: order.at)
-            expect = read_expect(book, task)
+            expect = read_expect(book, task, goals)
         if name is None or expect is None:
             return None
         return Case(name.text, name.mark, params, tuple(agents), expect, answers, goals, tuple(faults), tuple(orders))

@@ -72,7 +72,7 @@ def play(cases: CaseFile, case: Case, coverage: Coverage | None = None) -> Came:
         coverage: told what was reached.
     """
     scenario = Scenario(
-        "case", cases.site, cases.catalogue, {cases.task.name: cases.task}, case.agents,
+        "case", cases.site, cases.catalogue, {task.name: task for task in (cases.task, *cases.requested)}, case.agents,
         (ScenarioTask(0, cases.task.name, case.params),), case.faults, case.orders, file=cases.file,
     )  # fmt: skip
     run = VirtualRun(scenario)

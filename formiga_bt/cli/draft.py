@@ -4,9 +4,11 @@ Nothing runs without a person.
 """
 
 import json
+import os
 import re
 import sys
 import time
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -17,7 +19,7 @@ from formiga_bt.cli.inputs import UnusableFile, is_demo, readable, site_file, wr
 from formiga_bt.cli.visible import visible
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Iterator
 
     from formiga_bt.lang.model import Task
     from formiga_bt.llm.drafts import Kept
@@ -64,7 +66,8 @@ def command(
 
     from formiga_bt.llm.client import open_chat
     from formiga_bt.llm.draft import Options, draft
-    from formiga_bt.llm.drafts import drafts_folder, numbers, read_draft
+    from formiga_bt.llm.drafts import TASK, drafts_folder, numbers, read_draft
+    from formiga_bt.llm.following import following
     from formiga_bt.llm.origin import kept_with_origin
     from formiga_bt.llm.world import world_of
 
@@ -80,21 +83,19 @@ def command(
     there = numbers(folder) if go_on else []
     if go_on and not there:
         raise UnusableFile(f"there is no draft in {folder} to go on with")
-    previous = read_draft(folder, there[-1]).draft if there else None
-    chosen, before = _form(form), None
-    if previous is not None and not previous.rounds:  # an assistant's proposal: a task without an answer of a model
-        from formiga_bt.llm.editing import as_answer
-
-        _, answer, chosen = as_answer(previous.yaml, world)
-        before = (previous.request, answer)
+    _can_be_written(out, force=force)
+    asked, chosen, before = request, _form(form), None
+    if there:
+        last = read_draft(folder, there[-1])
+        after = following(last.draft, request, world, chosen, _shown(last.folder / TASK))
+        asked, before, chosen = after.request, after.before, after.form
     if edit is not None:
         before, chosen = _edited(edit, world, chosen)
     options = Options(form=chosen or "short", candidates=candidates, rounds=rounds)
-    is_change = previous is not None or before is not None
-    chat = open_chat(provider, model, base_url=base_url, adapter=adapter, is_change=is_change)
+    chat = open_chat(provider, model, base_url=base_url, adapter=adapter, is_change=before is not None)
     progress = _Progress(quiet=as_json)
     try:
-        made = draft(request, world, chat, options=options, previous=previous, edit=before, on_progress=progress.show)
+        made = draft(asked, world, chat, options=options, edit=before, on_progress=progress.show)
     finally:
         progress.clear()
         chat.close()
@@ -103,7 +104,8 @@ def command(
     made = replace(made, yaml=kept.draft.yaml)
     task = _task(made, world)
     if out is not None and task is not None and made.is_flyable:
-        written(made.yaml, out, force=force)
+        with _naming(kept):
+            written(made.yaml, out, force=force)
     if as_json:
         typer.echo(json.dumps(visible(_as_json(made, kept.folder)), indent=2, ensure_ascii=False))
     else:
@@ -134,15 +136,42 @@ def _edited(
 ) -> tuple[tuple[str, str], Literal["short", "full"] | None]:
     """Return a task file as what was asked before and answered, and the form of the answer."""
     from formiga_bt.lang.loader import load_task
-    from formiga_bt.llm.editing import as_answer
+    from formiga_bt.llm.following import shown
 
     loaded = load_task(readable(path), catalogue=world.catalogue, site=world.site)
     if loaded.task is None:
         raise UnusableFile(f"{path} has errors\n  help: formiga check {path}")
-    purpose, answer, form = as_answer(path.read_text(encoding="utf-8"), world)
-    if chosen == "short" and form == "full":
-        raise UnusableFile(f"{path} has what the short form cannot say\n  help: --form full")
+    purpose, answer, form = shown(path.read_text(encoding="utf-8"), world, chosen, str(path))
     return (purpose, answer), form
+
+
+def _can_be_written(out: Path | None, *, force: bool) -> None:
+    """Refuse a file that could not be written, before a model is asked.
+
+    Raises:
+        UnusableFile: it is there and may not be replaced, or its folder cannot be written.
+    """
+    if out is None:
+        return
+    if out.exists() and not force:
+        raise UnusableFile(f"{out} exists; to replace it say --force")
+    if out.is_dir():
+        raise UnusableFile(f"cannot write {out}: it is a folder")
+    if not out.exists() and not out.parent.is_dir():
+        raise UnusableFile(f"cannot write {out}: there is no folder {out.parent}")
+    if not os.access(out if out.exists() else out.parent, os.W_OK):
+        raise UnusableFile(f"cannot write {out}: Permission denied")
+
+
+@contextmanager
+def _naming(kept: "Kept") -> "Iterator[None]":
+    """Say of a file that cannot be written where the draft is, so that nobody asks a model again."""
+    from formiga_bt.llm.drafts import TASK
+
+    try:
+        yield
+    except UnusableFile as error:
+        raise UnusableFile(f"{error}\n  help: the draft is kept: {_shown(kept.folder / TASK)}") from error
 
 
 class _Progress:
@@ -254,7 +283,8 @@ def _run(
     if world.site.mode == "real":
         from formiga_bt.safety.approval import others_than
 
-        _keep_file(made, file, out)
+        with _naming(kept):
+            _keep_file(made, file, out)
         approver = next(iter(others_than([by, user()], world.site.people.get("approvers", ()))), "NAME")
         typer.echo(f"{world.site.name} is a real site: an approver who did not ask for it reads {file} and approves it")
         show_next(f"formiga load {file}, then: formiga approve {file} --by {approver}, then: formiga run {file}")
@@ -263,7 +293,8 @@ def _run(
     if typed.strip() != task.name:
         typer.echo("not started")
         raise typer.Exit(1)
-    _keep_file(made, file, out)
+    with _naming(kept):
+        _keep_file(made, file, out)
     client = connect(site)
     bundle = load_file(client, file, by=by, site=site)[
         "bundle"
@@ -277,9 +308,16 @@ def _run(
 
 def _keep_file(made: "Draft", file: Path, out: Path | None) -> None:
     """Write the task's file, unless it is there as it is; another text under that name is not replaced."""
-    if out is None and not (file.exists() and file.read_text(encoding="utf-8") == made.yaml):
+    if out is not None:
+        return
+    with suppress(OSError, UnicodeDecodeError):  # what is there and cannot be read is another text
+        if file.read_text(encoding="utf-8") == made.yaml:
+            return
+    try:
         file.parent.mkdir(exist_ok=True)
-        written(made.yaml, file, force=False)
+    except OSError as error:
+        raise UnusableFile(f"cannot write {file}: {file.parent}: {error.strerror or error}") from error
+    written(made.yaml, file, force=False)
 
 
 def _task_file(name: str, site: Path | None) -> Path:

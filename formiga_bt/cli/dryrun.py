@@ -80,13 +80,14 @@ def command(
     given = read_params(param or [])
     filled = of_profile(profile, task, given)
     values = _bound(task, given | filled, the_site, f"; {profile} said {', '.join(filled)}" if filled else "")
+    from formiga_bt.lang.requested import with_requested
     from formiga_bt.rehearsal import Rehearsal, fleet_of, simulated
     from formiga_bt.show.runlog import RunLog
 
     answers = _answers(pairs(answer or []), the_site, world.catalogue)
     scripts = {who: [{"match": "*", "options": said}] for who, said in answers.items()}
     specs = fleet_of(the_site, world.catalogue, scripts=scripts)
-    tasks = with_requested(task, world)
+    tasks = with_requested(task, lambda path: _checked(path, world)[0])
     rehearsal = Rehearsal(simulated(the_site), world.catalogue, tasks, specs)
     rehearsal.run_for(1.0)
     task_id = rehearsal.submit(task.name, values)
@@ -178,18 +179,6 @@ def _refusals(verdicts: "Sequence[Verdict]") -> list[str]:
     return [f"{v.role}: {v.agent} {v.code} {v.detail}".rstrip() for v in telling or open_roles]
 
 
-def with_requested(task: "Task", world: World) -> "list[Task]":
-    """Return a task and all that it requests, and what those request."""
-    found = {task.name: task}
-    queue = [task]
-    while queue:
-        for name, file in queue.pop(0).requests.items():
-            if name not in found:
-                found[name], _ = _checked(Path(file), world)
-                queue.append(found[name])
-    return list(found.values())
-
-
 def _checked(file: Path, world: World) -> "tuple[Task, Site]":
     if world.site is None:
         raise TreeError("the site file has errors", world.diagnostics)
@@ -220,6 +209,7 @@ def _report(rehearsal: "Rehearsal", log: "RunLog", task_id: str, answers: dict[s
         "status": task.status,
         "code": task.code,
         "reason": task.reason,
+        "cleanup": list(task.notes),
         "duration_s": round(((task.ended_at or rehearsal.now) - zero) / 1e6, 1),
         "actions": [
             {
@@ -267,6 +257,7 @@ def _text(report: dict[str, Any]) -> str:
     ]
     closing = [
         verdict,
+        *(f"  while it cleaned up: {note}" for note in report["cleanup"]),
         *(flew if battery else []),
         *(f"  not granted: {line}" for line in report["refused"]),
         *(f"not answered as told: no question offered {said}" for said in report["never_offered"]),

@@ -5,6 +5,7 @@ from typing import Annotated, Any
 import typer
 
 from formiga_bt.cli.client import JsonOption, SiteOption, TokenFileOption, UrlOption, connect, print_json, show_next
+from formiga_bt.show.why.unanswered import then
 
 
 def command(
@@ -45,7 +46,7 @@ def in_words(question: dict[str, Any]) -> str:
     who = ", ".join(question["asked"]) or "nobody"
     here = "" if question["here"] else ", with their own apps"
     lapses = question["lapses_in_s"]
-    end = "" if lapses is None else f"; lapses in {lapses:.0f} s"
-    then = f", then: {question['if_no_answer']}" if question["if_no_answer"] and lapses is not None else ""
-    lines.append(f"    asked: {who}{here}; for {question['task']}, since {question['waiting_s']:.0f} s{end}{then}")
+    after = then(question["kind"], question["if_no_answer"])
+    end = "" if lapses is None else f"; lapses in {lapses:.0f} s{after}"
+    lines.append(f"    asked: {who}{here}; for {question['task']}, since {question['waiting_s']:.0f} s{end}")
     return "\n".join(lines)

@@ -1,11 +1,14 @@
 """`formiga load`: have a running engine read new and changed task files."""
 
+import sys
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any, Final
 
 import typer
 
+from formiga_bt.cli.calling import Client
 from formiga_bt.cli.client import (
+    ApiError,
     JsonOption,
     SiteOption,
     TokenFileOption,
@@ -15,8 +18,12 @@ from formiga_bt.cli.client import (
     show_next,
     user,
 )
-from formiga_bt.cli.inputs import task_files
+from formiga_bt.cli.inputs import UnusableFile, task_files
 from formiga_bt.cli.loading import load_file
+
+EXIT_NO: Final = 1
+OF_NO_FILE: Final = (401, 403)
+"""Statuses of answers that the next file would get too."""
 
 
 def command(
@@ -30,14 +37,44 @@ def command(
     """Have the running engine read task files: new requests get them as they are now. Starts nothing.
 
     The engine checks each with its own catalogue and site. A task that runs goes on with the version it has. A file that is
-    served as it is changes nothing. On a site in mode real a new version flies only once it is approved.
+    served as it is changes nothing. On a site in mode real a new version flies only once it is approved. One that is refused
+    keeps no other from being read.
     """
     client = connect(site, url, token_file)
-    answers = [load_file(client, file, by=by or user(), site=site, quiet=as_json) for file in task_files(files)]
+    tasks = task_files(files)
+    if len(tasks) == 1 and not as_json:
+        answers = [load_file(client, tasks[0], by=by or user(), site=site)]
+    else:
+        answers = [_loaded(client, file, by=by or user(), site=site, quiet=as_json) for file in tasks]
+    refused = [answer for answer in answers if answer["what"] == "refused"]
     if as_json:
         print_json(answers)
-        return
+    else:
+        _tell(answers, refused)
+    if refused:
+        raise typer.Exit(EXIT_NO)
+
+
+def _loaded(client: Client, file: Path, *, by: str, site: Path | None, quiet: bool) -> dict[str, Any]:
+    """Return what an engine said of a file; of one that is refused, why: that is told at once."""
+    try:
+        return load_file(client, file, by=by, site=site, quiet=quiet)
+    except (ApiError, UnusableFile) as error:
+        if isinstance(error, ApiError) and (error.status in OF_NO_FILE or error.status >= 500):
+            raise
+        print(f"formiga: {error}\n", file=sys.stderr)
+        code = error.code if isinstance(error, ApiError) else "unusable_file"
+        return {"file": str(file), "what": "refused", "code": code, "text": str(error)}
+
+
+def _tell(answers: list[dict[str, Any]], refused: list[dict[str, Any]]) -> None:
     for answer in answers:
         if answer["what"] == "same":
             typer.echo(answer["text"], err=True)
-    show_next(f"formiga run {answers[-1]['task']}", "formiga tasks --library")
+    if refused:
+        verb = "is" if len(refused) == 1 else "are"
+        names = ", ".join(answer["file"] for answer in refused)
+        typer.echo(f"{len(refused)} of {len(answers)} files {verb} not served as now written: {names}", err=True)
+    taken = [answer for answer in answers if answer["what"] != "refused"]
+    if taken:
+        show_next(f"formiga run {taken[-1]['task']}", "formiga tasks --library")

@@ -6,17 +6,20 @@ Called by `formiga load`, `formiga run FILE` and `formiga draft --run`.
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 import typer
 
-from formiga_bt.cli.calling import Client
+from formiga_bt.cli.calling import ApiError, Client
 from formiga_bt.cli.inputs import UnusableFile, readable
 from formiga_bt.packaged import folder
 
 if TYPE_CHECKING:
     from formiga_bt.safety.drafted import Drafted
     from formiga_bt.services.drafted import Known
+
+BODY_LIMIT: Final = 1_000_000
+"""As `services.door` has it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,12 +60,28 @@ def load_file(client: Client, path: Path, *, by: str, site: Path | None = None, 
     answer: dict[str, Any] = {}
     for bundle in bundles_of(path, site_root(client, site)):
         said = {"drafted": written(bundle.drafted)} if bundle.drafted is not None else {}
-        answer = client.post("/v1/library", {"file": bundle.file, "texts": bundle.texts, "by": by, **said})
+        answer = _send(client, bundle, {"file": bundle.file, "texts": bundle.texts, "by": by, **said})
         if not quiet and answer["what"] != "same":
             for text in answer["warnings"]:
                 typer.echo(f"warning: {text}\n", err=True)
             typer.echo(answer["text"], err=True)
     return answer
+
+
+def _send(client: Client, bundle: Bundle, body: dict[str, Any]) -> Any:
+    try:
+        return client.post("/v1/library", body)
+    except ApiError as error:
+        if error.code != "too_large":
+            raise
+        most = f"an engine takes at most {BODY_LIMIT:,} bytes at once"
+        what = "the file is" if len(bundle.texts) == 1 else "the file and what it imports are"
+        raise ApiError(
+            error.code,
+            f"{bundle.file}: {what} too large: {most}",
+            "split it into smaller tasks that import less, or leave out what no task needs",
+            error.status,
+        ) from error
 
 
 def site_root(client: Client, site: Path | None) -> Path:

@@ -53,8 +53,9 @@ WAIT_US: Micros = 900_000_000
 """Default of a role's `wait`."""
 
 _read = attrgetter(
-    "type", "order", "human", "actions", "refused", "pool", "liveness", "control", "task", "goal", "word", "landed",
-    "battery", "position", "quarantine", "taken", "checks", "home", "layer_m", "wind", "payload_kg", "limits",
+    "type", "order", "human", "actions", "refused", "refused_at_rest", "pool", "liveness", "control", "task", "goal",
+    "word", "landed", "battery", "position", "quarantine", "taken", "checks", "home", "layer_m", "wind", "payload_kg",
+    "limits",
 )  # fmt: skip
 """What a candidate is made from."""
 
@@ -321,7 +322,7 @@ class Allocation:
             order=a.order,
             human=a.human,
             actions=a.actions,
-            refused=a.refused,
+            refused=a.refused or a.refused_at_rest,
             pool=a.pool,
             liveness=a.liveness,
             control=a.control,

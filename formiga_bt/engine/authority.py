@@ -11,7 +11,7 @@ Three questions, each with its own code:
 System tasks (recover, orders) are asked none of them: a machine in the air always comes home.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import Final
 
 from formiga_bt.engine import changes as ch
@@ -158,15 +158,20 @@ class Authority:
                 )
         return ""
 
-    def came_back(self, *, long: bool) -> None:
-        """The engine was away: nobody is on duty any more after a long time, and approvals are by those who may give them."""
+    def came_back(self, *, long: bool, taken_back: Collection[str] = ()) -> None:
+        """The engine was away: nobody is on duty any more after a long time, and approvals are by those who may give them.
+
+        Args:
+            long: the engine was away for long.
+            taken_back: digests of approvals that stand no more.
+        """
         core = self._core
         if long:
             for pilot in list(core.state.duty):
                 core.emit(ch.DutyPut(pilot, None))
         approvers = core.site.people.get(APPROVERS, ())
         for digest, approval in list(core.state.approvals.items()):
-            if approval.by not in approvers:
+            if approval.by not in approvers or digest in taken_back:
                 core.emit(ch.ApprovalPut(digest, None))
 
     # -- grants ----------------------------------------------------------------------------------------------------

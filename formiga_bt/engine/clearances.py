@@ -10,6 +10,7 @@ where the machine stands or hovers.
 from collections.abc import Iterable
 
 from formiga_bt.clock import SECOND, micros
+from formiga_bt.energy import CALM, hover_pct
 from formiga_bt.engine import changes as ch
 from formiga_bt.engine.core import EVERYTHING, Core
 from formiga_bt.engine.holds import hold, unhold
@@ -21,6 +22,7 @@ from formiga_bt.geo import Place, Position, horizontal_m
 from formiga_bt.lang import model
 from formiga_bt.lang.walk import children
 from formiga_bt.nodes.run import AskOrder
+from formiga_bt.safety.charge import way_home
 from formiga_bt.safety.gate import CLEARED_M, is_cleared
 from formiga_bt.transport.messages import Clearance
 
@@ -28,6 +30,8 @@ ANSWER_US = 300 * SECOND
 AGAIN_US = 30 * SECOND
 ESCALATE_US = 60 * SECOND
 MARGIN_S = 180.0
+LONGEST_S = 86_400.0
+"""What hardly drains waits no longer than that, either."""
 OPTIONS = ("clear", "wait", "refuse")
 
 
@@ -96,12 +100,17 @@ class Clearances:
         """Return how long a machine may wait where it is: 5 min on the ground, until reserve and 3 min in the air."""
         if agent.landed == "grounded":
             return ANSWER_US
-        limits = self._core.agent_type(agent).limits
-        drain = limits.get("hover_drain_pct_s", 0.0)
-        if not drain or agent.battery is None:
+        core = self._core
+        power = core.power(agent)
+        if power is None or agent.battery is None:
             return ANSWER_US
-        left_s = (agent.battery - limits.get("reserve_pct", 25.0)) / drain - MARGIN_S
-        return max(0, micros(left_s))
+        home, charge = core.site.ports.get(agent.home), agent.battery
+        if agent.position is not None:
+            wind, load = agent.wind or CALM, agent.payload_kg
+            place = home.at if home is not None else None
+            charge -= way_home(place, agent.layer_m, power, wind, load, core.airspace)(agent.position, False)
+        left_s = (charge - core.rules(agent, agent.task).reserve_pct) / hover_pct(1.0, power, agent.payload_kg)
+        return micros(max(0.0, min(left_s - MARGIN_S, LONGEST_S)))
 
     def _ask(self, agent_id: str) -> None:
         core = self._core

@@ -83,7 +83,7 @@ class Command:
                 for agent in self._orders.machines_of(task):
                     self._orders.stop(agent, stop, by, "task", strict=False)
         else:
-            for agent in [a for a in core.state.agents.values() if not a.human and not a.refused]:
+            for agent in [a for a in core.state.agents.values() if not a.human]:
                 self._orders.stop(agent, stop, by, "all", strict=False)
 
     # -- continue ------------------------------------------------------------------------------------------------
@@ -200,6 +200,8 @@ class Command:
     def _clear(self, agent: AgentRecord) -> None:
         if agent.pool != "QUARANTINED":
             raise TaskError("not_quarantined", f"{agent.id} is not quarantined")
+        if agent.refused:
+            raise TaskError("not_admitted", f"{agent.id} is not admitted: {agent.refused}")
         if agent.liveness != "ALIVE":
             text = f"{agent.id} cannot be reached; it comes back by itself when it can"
             away = f"; if you have taken it away: formiga agents removed {agent.id}" if agent.liveness == "LOST" else ""

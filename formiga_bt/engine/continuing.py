@@ -72,6 +72,13 @@ def _stays_low(name: str, agent: AgentRecord, top: float) -> str:
     return f"{name} of {agent.id} was broken off {up:.0f} m up, and it has no action that climbs on to {top:.0f} m"
 
 
+def came_down(state: EngineState, agent: AgentRecord) -> bool:
+    """Return whether a machine came down while the engine was away, in mid-task: its next step may need it in the air."""
+    task = state.tasks.get(agent.task)
+    found = task.found.get(agent.id) if task is not None and task.section == "steps" else None
+    return found is not None and found.flew and agent.landed == "grounded"
+
+
 def way_on(state: EngineState, task: str, machines: Iterable[AgentRecord], action: Lookup) -> str:
     """Return the command by which a person lets a HELD task go on; `formiga why` where none would be taken now."""
     for agent in machines:
@@ -82,6 +89,8 @@ def way_on(state: EngineState, task: str, machines: Iterable[AgentRecord], actio
             return f"formiga restart {task} or formiga abort {task}"
         if problem is not None or agent.control != "engine":
             return f"formiga why {task}"
+        if came_down(state, agent):
+            return f"formiga restart {task} or formiga abort {task}"
     return f"formiga continue {task}"
 
 

@@ -13,6 +13,7 @@ from msgspec.structs import replace
 
 from formiga_bt.blackboard import Blackboard
 from formiga_bt.clock import Micros
+from formiga_bt.diagnostics import Mark
 from formiga_bt.energy import Power, power_of
 from formiga_bt.engine import changes as ch
 from formiga_bt.engine.index import DeadlineHeap, Index, Instants
@@ -247,8 +248,8 @@ class Core:
         return found
 
     def agent_type(self, agent: AgentRecord) -> AgentType:
-        """Return the catalogue's entry for an agent."""
-        return self.catalogue.types[agent.type]
+        """Return the catalogue's entry for an agent; of one that is in it no more, a type that can do nothing."""
+        return self.catalogue.types.get(agent.type) or AgentType(agent.type, Mark("", 0, 0))
 
     def action(self, name: str) -> ActionSpec:
         """Return the catalogue's entry for an action."""

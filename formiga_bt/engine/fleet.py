@@ -10,9 +10,13 @@ lost.
 """
 
 import math
+from typing import Final
+
+from msgspec.structs import replace
 
 from formiga_bt.clock import SECOND
 from formiga_bt.engine import changes as ch
+from formiga_bt.engine.admission import COMES_BACK, Admission
 from formiga_bt.engine.core import Core
 from formiga_bt.engine.holds import hold
 from formiga_bt.engine.inputs import Alarm, CancelGoal, Notify, QueryGoal
@@ -30,6 +34,10 @@ BAD_LIMIT = 5
 REMOVED = "removed"
 """Why a machine is quarantined that was lost, and that a person took away: it comes back by `clear` only."""
 
+REAL_SILENCE: Final = 2
+"""So many times `suspect_after` a machine was silent, it was no slow reporter (simulated ones report each 5 s): its next
+silence is looked for at once. After a shorter one the look for `lost_after` comes first."""
+
 TELEPORT_FREE_M = 30.0
 """A jump smaller than this is never called a teleport: fixes get better and worse."""
 
@@ -45,89 +53,32 @@ class Fleet:
 
     def __init__(self, core: Core) -> None:
         self._core = core
+        self._admission = Admission(core, self)
 
     # -- presence ------------------------------------------------------------------------------------------------
     def on_seen(self, card: AgentCard, wall: int) -> None:
-        """An agent announced itself: admit it, or take it back."""
+        """An agent announced itself: admit it, or take it back. Each card is judged, not its first one only."""
         core = self._core
         old = core.state.agents.get(card.id)
         if old is None:
-            self._admit(card, wall)
+            self._admission.admit(card, wall)
         else:
             if old.boot_id and old.boot_id != card.boot_id:
                 self._rebooted(old, card.boot_id)
+            self._admission.judge_anew(card)
             core.put_agent(
                 card.id,
                 present=True,
-                actions=self._known(card),
+                actions=self._admission.known(card),
                 on_link_loss=card.on_link_loss,
                 limits=dict(card.limits),
                 heard_wall=wall or old.heard_wall,
             )
-        self._mark_alive(card.id, wall)
-
-    def _admit(self, card: AgentCard, wall: int) -> None:
-        core = self._core
-        kind = core.catalogue.types.get(card.type)
-        listed = core.site.agents.get(card.id)
-        refused, home = "", ""
-        if kind is None:
-            refused = "unknown_type"
-        elif card.datum != "local":
-            refused = "datum"
-        elif listed is None and core.site.mode == "real":
-            refused = "unlisted"
-        elif not kind.human:
-            home = listed.home if listed else self._free_port()
-            refused = "" if home else "no_port"
-        agent = AgentRecord(
-            id=card.id,
-            type=card.type,
-            human=kind.human if kind else card.human,
-            shared=kind.shared if kind else False,
-            actions=self._known(card),
-            on_link_loss="" if card.human else card.on_link_loss,
-            limits=dict(card.limits),
-            present=True,
-            liveness="ALIVE",
-            home=home,
-            boot_id=card.boot_id,
-            heard_at=core.now,
-            heard_wall=wall,
-            refused=refused,
-            order=core.count("agent"),
-            control="engine" if kind and kind.human else "unknown",
-        )
-        core.emit(ch.AgentPut(agent))
-        if refused:
-            core.effect(Alarm("not_admitted", f"{card.id} ({card.type}) is not admitted: {refused}", "", card.id))
+        self._mark_alive(card.id, wall, old.heard_wall if old is not None else wall)
 
     def read_anew(self) -> None:
         """The engine was started anew: who is admitted, and each machine's port, are as the site file says now."""
-        core = self._core
-        for agent in list(core.state.agents.values()):
-            kind, listed = core.catalogue.types.get(agent.type), core.site.agents.get(agent.id)
-            refused, home = "", ""
-            if kind is None:
-                refused = "unknown_type"
-            elif agent.refused == "datum":
-                refused = "datum"
-            elif listed is None and core.site.mode == "real":
-                refused = "unlisted"
-            elif not kind.human:
-                kept = agent.home if agent.home in core.site.ports else ""
-                others = [one.home for one in core.site.agents.values()]
-                home = listed.home if listed else (kept if kept not in others else self._free_port())
-                refused = "" if home else "no_port"
-            core.put_agent(agent.id, refused=refused, home=home)
-
-    def _known(self, card: AgentCard) -> tuple[str, ...]:
-        kind = self._core.catalogue.types.get(card.type)
-        return tuple(a for a in card.actions if kind is None or a in kind.actions)
-
-    def _free_port(self) -> str:
-        taken = {a.home for a in self._core.state.agents.values()} | {a.home for a in self._core.site.agents.values()}
-        return next((name for name in self._core.site.ports if name not in taken), "")
+        self._admission.read_anew()
 
     def on_gone(self, agent_id: str) -> None:
         """The presence token vanished: SUSPECT at once, LOST after `lost_after`."""
@@ -149,8 +100,13 @@ class Fleet:
         """
         core = self._core
         agent = core.state.agents.get(status.id)
-        if agent is None or agent.refused in ("unknown_type", "datum", "unlisted"):
+        if agent is None or agent.refused in ("unknown_type", "other_type", "unlisted"):
             return
+        if agent.refused == "datum":
+            if agent.pool != "QUARANTINED":
+                return
+            # What it says of heights is none of ours.
+            status = replace(status, position=agent.position, initial_deployment=None)
         if agent.boot_id and status.boot_id and status.boot_id != agent.boot_id:
             if status.stamp < agent.stamp:
                 return  # of its former process, and late
@@ -186,7 +142,7 @@ class Fleet:
             heard_wall=wall or agent.heard_wall,
             bad=0,
         )
-        self._mark_alive(agent.id, wall)
+        self._mark_alive(agent.id, wall, agent.heard_wall)
         self._take_back(agent.id)
         if agent.quarantine == REMOVED and status.landed == "airborne":
             text = f"{agent.id} is in the air, although a person said that it was removed"
@@ -208,6 +164,7 @@ class Fleet:
             self._find_lost_result(status)
         if agent.pool in ("STANDBY", "PARKED_AWAY") and not agent.task:
             self._rest(agent.id)
+        self._admission.let_go(agent.id)
         self.tasks.poke_allocator()
 
     @staticmethod
@@ -234,7 +191,7 @@ class Fleet:
             return "status holds a number that is not finite"
         if not 0.0 <= status.battery <= 100.0:
             return f"battery {status.battery} is no percentage"
-        if at is not None and agent.position is not None and not agent.human and status.boot_id == agent.boot_id:
+        if at is not None and agent.position is not None and not agent.human and agent.seq >= 0:  # of this process
             jump = distance_m(at, agent.position)
             if jump <= TELEPORT_FREE_M:
                 return ""
@@ -276,7 +233,7 @@ class Fleet:
         return port is not None and agent.position is not None and horizontal_m(port.at, agent.position) <= AT_PORT_M
 
     # -- liveness ------------------------------------------------------------------------------------------------
-    def _mark_alive(self, agent_id: str, wall: int) -> None:
+    def _mark_alive(self, agent_id: str, wall: int, heard: int) -> None:
         core = self._core
         agent = core.state.agents[agent_id]
         if not agent.present:
@@ -289,7 +246,11 @@ class Fleet:
         if agent.human:
             self.people.invalidate(agent_id)
         kind = core.catalogue.types.get(agent.type)  # None: not admitted
-        if kind is not None and wall and f"live|{agent_id}" not in core.state.wall:
+        if kind is None or not wall:
+            return
+        looks_in = core.state.wall.get(f"live|{agent_id}", math.inf)
+        was_silent = wall - heard > REAL_SILENCE * kind.suspect_after_us
+        if looks_in == math.inf or (was_silent and looks_in > kind.suspect_after_us):  # it was set up to `lost_after`
             core.set_wall(f"live|{agent_id}", kind.suspect_after_us)
 
     def _take_back(self, agent_id: str) -> None:
@@ -297,9 +258,9 @@ class Fleet:
         # One that a person must look at first (abandoned, recover_failed, cancel_unconfirmed) comes back by `clear` only.
         agent = self._core.state.agents[agent_id]
         # One that was removed does too, unless it flies after all.
-        if agent.pool != "QUARANTINED" or agent.liveness != "ALIVE":
+        if agent.pool != "QUARANTINED" or agent.liveness != "ALIVE" or agent.refused:
             return
-        if agent.quarantine in ("lost", "bad_status") or (agent.quarantine == REMOVED and agent.landed == "airborne"):
+        if agent.quarantine in COMES_BACK or (agent.quarantine == REMOVED and agent.landed == "airborne"):
             self.begin_return(agent_id)
 
     def on_unreachable(self, agent_id: str) -> None:
@@ -429,7 +390,9 @@ class Fleet:
         first, _, rest = goal_id.partition("/")
         counter = {"safety": "safety", "clear": "clearance"}.get(first, "task")
         number = (first.rpartition("-") if counter == "task" else rest.partition("~")[0].rpartition("/"))[2]
-        if number.isdecimal() and core.state.counters.get(counter, 0) < int(number) < MOST_ID:
+        if not number.isdecimal() or len(number) > len(str(MOST_ID)):
+            return
+        if core.state.counters.get(counter, 0) < int(number) < MOST_ID:
             core.emit(ch.CounterSet(counter, int(number)))
 
     def _cancel_foreign(self, agent_id: str, goal_id: str) -> None:

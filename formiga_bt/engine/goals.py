@@ -33,6 +33,7 @@ from formiga_bt.engine.records import BUSY, GO_ON, STOPPED, GoalRecord
 from formiga_bt.geo import Place, Position
 from formiga_bt.lang.types import Type
 from formiga_bt.nodes.run import Failure, GoalOrder
+from formiga_bt.transport.bounds import MOST, MOST_INT, MOST_RESULT, are_within, fault_of
 from formiga_bt.transport.messages import TERMINAL, GoalEvent
 
 RESEND_US = 2 * SECOND
@@ -236,7 +237,7 @@ class Goals:
                 core.put_agent(goal.agent, landed=spec.effect)
             try:
                 result = read_result(spec.result, event.result)
-            except (msgspec.ValidationError, KeyError, TypeError) as error:
+            except (KeyError, TypeError, ValueError, OverflowError) as error:
                 self._fleet.on_bad(goal.agent, f"result of {goal.action} cannot be read: {error}")
                 self.end(goal.id, "failed", "bad_result", str(error))
                 return
@@ -383,29 +384,42 @@ class Goals:
 
 
 def read_result(types: "dict[str, Type] | Any", raw: dict[str, Any]) -> dict[str, Any]:
-    """Return a result's fields as runtime values of the catalogue's types; unknown fields are left out."""
+    """Return a result's fields as runtime values of the catalogue's types; unknown fields are left out.
+
+    Raises:
+        KeyError, TypeError, ValueError: a field is of another type, or a number of it out of bounds.
+    """
     return {name: _read(kind, raw[name]) for name, kind in types.items() if name in raw}
 
 
 def _read(kind: Type, raw: Any) -> Any:
     match kind.name:
         case "place":
-            return Place(float(raw["east_m"]), float(raw["north_m"]))
+            return Place(_number(raw["east_m"], MOST), _number(raw["north_m"], MOST))
         case "position":
-            return Position(float(raw["east_m"]), float(raw["north_m"]), float(raw["up_m"]))
+            return Position(_number(raw["east_m"], MOST), _number(raw["north_m"], MOST), _number(raw["up_m"], MOST))
         case "bool":
             return msgspec.convert(raw, bool)
         case "int" | "time":
-            return msgspec.convert(raw, int)
+            return _number(raw, MOST_INT, int)
         case "text" | "enum":
             return msgspec.convert(raw, str)
         case "list":
             assert kind.item is not None
-            return tuple(_read(kind.item, item) for item in raw)
+            return tuple(_read(kind.item, item) for item in msgspec.convert(raw, list))
         case "any" | "record":
+            if fault := fault_of(raw):
+                raise ValueError(fault)
             return raw
         case _:
-            return msgspec.convert(raw, float)
+            return _number(raw, MOST_RESULT)
+
+
+def _number(raw: Any, most: float, kind: type[float] = float) -> Any:
+    number = msgspec.convert(raw, kind)
+    if not are_within((number,), most):
+        raise ValueError(f"{number!r} is out of bounds")
+    return number
 
 
 def _is_past(event: GoalEvent) -> bool:

@@ -4,8 +4,6 @@ As many are kept as `KEPT_EVENTS` says. Once more than that were forgotten that 
 An event that the agent's type does not have, or whose fields cannot be read, counts as a bad message.
 """
 
-import msgspec
-
 from formiga_bt.engine import changes as ch
 from formiga_bt.engine.core import Core
 from formiga_bt.engine.fleet import Fleet
@@ -37,7 +35,7 @@ class Happenings:
             return
         try:
             fields = read_result(types, event.fields)
-        except (msgspec.ValidationError, KeyError, TypeError, ValueError) as error:
+        except (KeyError, TypeError, ValueError, OverflowError) as error:
             self._fleet.on_bad(agent.id, f"event {event.event} cannot be read: {error}")
             return
         if missing := [name for name in types if name not in fields]:

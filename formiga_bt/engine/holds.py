@@ -26,7 +26,8 @@ def unhold(core: Core, task_id: str, cause: str) -> None:
     if task is None or cause not in task.held:
         return
     stood = clock_stands(task)
-    task = core.put_task(task_id, held=tuple(c for c in task.held if c != cause))
+    found = {} if cause == "resume" else task.found
+    task = core.put_task(task_id, held=tuple(c for c in task.held if c != cause), found=found)
     if stood and not clock_stands(task):
         since = core.now if task.stood_since is None else task.stood_since
         core.put_task(task_id, stood_us=task.stood_us + core.now - since, stood_since=None)

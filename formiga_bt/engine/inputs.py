@@ -197,6 +197,8 @@ class Resumed(Struct, frozen=True, tag=True, kw_only=True):
     """Tasks that stopped the engine each time it resumed them: not rebuilt any more."""
     again: "tuple[CancelGoal | Notify | Alarm, ...]" = ()
     """Effects of the last commit: they may not have left."""
+    taken_back: tuple[str, ...] = ()
+    """Digests of approvals that were taken back, and the journal does not know it."""
 
 
 class JournalState(Struct, frozen=True, tag=True):

@@ -55,7 +55,7 @@ class Lockdowns:
 
     def _press(self, agent: AgentRecord, lockdown: Lockdown, *, changed: bool = False) -> None:
         core = self._core
-        if agent.human or agent.refused or self._orders.refusal(agent, lockdown.how) is not None:
+        if agent.human or self._orders.refusal(agent, lockdown.how) is not None:
             return
         if agent.landed == "grounded" and not self._orders.is_busy(agent.id):
             return

@@ -27,6 +27,7 @@ from formiga_bt.engine.holds import hold, unhold
 from formiga_bt.engine.inputs import Alarm
 from formiga_bt.engine.ports import ClearancePort
 from formiga_bt.engine.records import AgentRecord, GoalRecord, StandingOrder, Stop, TaskRecord
+from formiga_bt.engine.recovery import NO_PORT
 from formiga_bt.engine.tasks import Tasks
 from formiga_bt.errors import TaskError
 from formiga_bt.geo import horizontal_m
@@ -92,7 +93,9 @@ class Orders:
 
     def refusal(self, agent: AgentRecord, stop: str) -> tuple[str, str] | None:
         """Return (code, text) of why a machine cannot be ordered now, or None."""
-        if agent.refused:
+        # One that was ours is quarantined: what needs no place and no height still reaches it.
+        may = agent.pool == "QUARANTINED" and stop in ("hold", "cut")
+        if agent.refused and not may:
             return "not_admitted", f"{agent.id} is not admitted: {agent.refused}"
         if agent.liveness == "LOST":
             return (
@@ -210,8 +213,15 @@ class Orders:
         target = goal.fields.get(spec.moves_to)
         return spec.lands and target is not None and horizontal_m(target, port.at) <= AT_PORT_M
 
+    def has_no_port(self, agent: AgentRecord) -> bool:
+        """Return whether a machine has no home to come to (the site file lost it), and can land where it is."""
+        return agent.home not in self._core.site.ports and self._core.agent_type(agent).land is not None
+
     def _start(self, agent: AgentRecord, order: StandingOrder) -> None:
         kind = self._core.agent_type(agent)
+        if order.stop == "return" and agent.landed != "grounded" and self.has_no_port(agent):
+            self.no_way_home(agent.id, NO_PORT)
+            return
         way = kind.land if order.stop == "land" else kind.fetch if agent.landed == "grounded" else kind.recover
         if way is None:
             self.put(replace(order, state="failed"))

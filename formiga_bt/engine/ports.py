@@ -189,6 +189,10 @@ class OrderPort(Protocol):
         """A machine has stopped after a person said continue."""
         ...
 
+    def has_no_port(self, agent: AgentRecord) -> bool:
+        """Return whether a machine has no home to come to, and can land where it is."""
+        ...
+
     def no_way_home(self, agent_id: str, why: str) -> None:
         """No legal leg leads home."""
         ...

@@ -29,7 +29,7 @@ from formiga_bt.engine.fleet import Fleet
 from formiga_bt.engine.goals import RESEND_US, Goals
 from formiga_bt.engine.holds import hold
 from formiga_bt.engine.keeping import JOURNAL, LEVELS
-from formiga_bt.engine.records import AgentRecord, Before, Resuming, TaskRecord
+from formiga_bt.engine.records import AgentRecord, Before, Found, Resuming, TaskRecord
 from formiga_bt.engine.rescue import Rescue
 from formiga_bt.geo import horizontal_m
 from formiga_bt.nodes.memory import NODE_STATE_VERSION
@@ -89,7 +89,7 @@ class Reconcile:
         for effect in given.again:
             if not isinstance(effect, inp.CancelGoal):
                 core.effect(effect)
-        self._authority.came_back(long=self._is_long)
+        self._authority.came_back(long=self._is_long, taken_back=given.taken_back)
         self._give_up(given)
         if self._is_long:
             self._hold_all()
@@ -198,7 +198,7 @@ class Reconcile:
         for goal in self._core.index.goals_of(agent_id):
             if goal.in_flight and not goal.cancel_asked and goal.section == "steps":
                 self._goals.interrupt(goal.id, "in_doubt")
-                self._hold(agent, f"{agent_id} was started anew while the engine was away")
+                self._hold(agent, Found("was started anew"))
 
     def after_input(self, given: inp.Input) -> None:
         """Look at what an input has changed, before trees see it."""
@@ -257,7 +257,7 @@ class Reconcile:
         self._core.stale.add(agent.id)
         change = "" if gone else self._change(agent, was)
         if change:
-            self._hold(agent, f"{agent.id} {change} while the engine was away")
+            self._hold(agent, Found(change, flew="airborne" in was.landed and "grounded" not in was.landed))
 
     def _change(self, agent: AgentRecord, was: Before) -> str:
         if agent.control != was.control:
@@ -270,14 +270,17 @@ class Reconcile:
             return "was moved to another place"
         return "was moved" if horizontal_m(agent.position, was.position) > MOVED_M else ""
 
-    def _hold(self, agent: AgentRecord, text: str) -> None:
+    def _hold(self, agent: AgentRecord, found: Found) -> None:
         core = self._core
         task = core.state.tasks.get(agent.task)
-        if task is not None and self._may_hold(task) and MARKS not in task.held:
-            hold(core, task.id, MARKS)
-            core.effect(
-                inp.Alarm("held_by_resume", f"{text}; {task.id} waits: {self._way_on(task)}", task.id, agent.id)
-            )
+        if task is None or not self._may_hold(task):
+            return
+        told = MARKS in task.held
+        hold(core, task.id, MARKS)
+        task = core.put_task(task.id, found={**task.found, agent.id: found})
+        if not told:
+            text = f"{agent.id} {found.change} while the engine was away; {task.id} waits: {self._way_on(task)}"
+            core.effect(inp.Alarm("held_by_resume", text, task.id, agent.id))
 
     def _way_on(self, task: TaskRecord) -> str:
         core = self._core

@@ -172,6 +172,15 @@ class Version(Struct, frozen=True):
     bundle: str
 
 
+class Found(Struct, frozen=True):
+    """How a machine was found that is not as it was left when the engine went away."""
+
+    change: str
+    """In words, after its id: `landed`."""
+    flew: bool = False
+    """It was in the air, and did nothing that lands."""
+
+
 class TaskRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
     """A task. `section` is the part that runs; `outcome` is decided when the steps end and never changes after."""
 
@@ -211,6 +220,8 @@ class TaskRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
     abort_now: bool = False
     held: tuple[str, ...] = ()
     """Causes of HELD: operator, clearance:<agent>, take-over:<agent>, lockdown, resume."""
+    found: dict[str, Found] = {}
+    """While HELD (resume): its agents that were not as the engine had left them."""
     events_from: int = 0
     """`Happening.order` of the last event before its admission."""
     events_taken: dict[str, int] = {}
@@ -331,7 +342,9 @@ class AgentRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
     quarantine: str = ""
     """Why it is quarantined."""
     refused: str = ""
-    """Why this agent is not admitted (no_port, datum, unlisted), or empty."""
+    """Why this agent is not admitted (`engine.admission`), or empty."""
+    refused_at_rest: str = ""
+    """Why it will not be, once it rests and nothing holds it: until then it can be stopped, and gets no new task."""
     told_late: str = ""
     """The question of which a person was last told that the answer came too late."""
     order: int = 0

@@ -4,7 +4,7 @@ It has no time-out, but an alarm each minute beyond its estimate; a failed one i
 QUARANTINED with the alarm `agent_needs_help`. A machine lost meanwhile is postponed: it comes back by itself (`fleet`).
 """
 
-from typing import Any, Literal
+from typing import Any, Final, Literal
 
 from msgspec.structs import replace
 
@@ -23,6 +23,7 @@ from formiga_bt.safety.envelope import safe_landing_spot
 
 Way = Literal["recover", "fetch", "land"]
 
+NO_PORT: Final = "no_port: no port of the site is its own any more"
 TRIES = 3
 PAUSES_US = (2 * SECOND, 5 * SECOND)
 """Between tries: a radio or an autopilot that is busy needs a moment."""
@@ -118,6 +119,10 @@ class Recovery:
     def _try_again(self, task_id: str, agent_id: str) -> None:
         """Bring home who is to be released; a way home that ended well but not on the ground counts as one that failed."""
         last = next((r for r in self._core.task(task_id).recovering if r.agent == agent_id), None)
+        if self._tasks.orders.has_no_port(self._core.state.agents[agent_id]) and self._ordered(
+            self._core.task(task_id), agent_id
+        ):
+            return  # it lands where it is
         if last is None or last.tries < TRIES:
             self._try(task_id, agent_id, last.attempt + 1 if last is not None else 1)
         else:
@@ -134,6 +139,11 @@ class Recovery:
         subtree = self._subtree(agent_id, way)
         section = f"recover:{agent_id}#{attempt}"
         first = next((r.first for r in core.task(task_id).recovering if r.agent == agent_id), 1)
+        if way == "recover" and self._tasks.orders.has_no_port(agent):
+            self._set(task_id, Recovering(agent_id, attempt, "failed", way=way, first=first))
+            if not self._ordered(core.task(task_id), agent_id):
+                self._tasks.orders.no_way_home(agent_id, NO_PORT)
+            return
         self._set(task_id, Recovering(agent_id, attempt, "running", way=way, first=first))
         values: dict[str, Any] = {}
         for name, param in subtree.params.items():

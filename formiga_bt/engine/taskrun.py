@@ -17,7 +17,7 @@ from formiga_bt.engine.state import event_key
 from formiga_bt.engine.tidying import WORD, Tidies
 from formiga_bt.engine.treerun import CompiledTrees, TaskTrees, TreesFactory
 from formiga_bt.engine.watching import watch_keys
-from formiga_bt.lang.model import Env, Expr, Role
+from formiga_bt.lang.model import MOST_VISITS, Env, Expr, Role
 from formiga_bt.nodes.memory import Mem
 from formiga_bt.nodes.run import (
     AROUND,
@@ -32,10 +32,6 @@ from formiga_bt.nodes.run import (
     TaskOrder,
     TidyOrder,
 )
-
-BUDGET = 10_000
-"""Nodes that a task may visit in one input."""
-
 
 NO_VALUES: Final[Mapping[str, Any]] = MappingProxyType({})
 
@@ -101,9 +97,9 @@ class TaskRun:
         if self._spent_seq != self._core.state.seq:
             self._spent_seq, self._spent = self._core.state.seq, 0
         self._spent += 1
-        if self._spent > BUDGET:
+        if self._spent > MOST_VISITS:
             self._spent = 0  # what cleans up after this runs in the same step, with a budget of its own
-            raise Runaway(f"more than {BUDGET} nodes visited for one input")
+            raise Runaway(f"more than {MOST_VISITS} nodes visited for one input")
 
     def env(self, scope: str, error: Failure | None = None, extra: Mapping[str, Any] | None = None) -> TaskEnv:
         """Return the names of a scope."""

@@ -242,7 +242,7 @@ class Tasks:
         core = self._core
         anew = why != "preempted" or core.model(core.task(task_id)).if_preempted == "restart"
         core.put_task(task_id, again=why if anew else "", abort_reason=why)
-        self._decide(task_id, "CANCELED", "aborted" if why == "restart" else why, reason)
+        self._decide(task_id, "CANCELED", "restarted" if why == "restart" else why, reason)
         if not core.task(task_id).stopping:
             self.stop(task_id, "steps")
         self.orders.tidy_goes_on(task_id)
@@ -518,8 +518,9 @@ class Tasks:
             self.poke_allocator()
             return
         core.put_task(
-            task_id, status=task.outcome, section="done", ended_at=core.now, held=(), paused={}, roles={}, drain=()
-        )
+            task_id,
+            status=task.outcome, section="done", ended_at=core.now, held=(), found={}, paused={}, roles={}, drain=(),
+        )  # fmt: skip
         self.children.ended(core.task(task_id))
         core.emit(ch.TaskForget(task_id))
         self._leave(task_id)

@@ -7,15 +7,17 @@ process, a file lock beside the SQLite file, or a session lock in PostgreSQL.
 import fcntl
 import hashlib
 import sqlite3
+import threading
 from collections.abc import Callable, Mapping
 from itertools import chain
 from pathlib import Path
 from typing import IO, Any, Final, Literal
+from weakref import WeakKeyDictionary
 
 import sqlalchemy as sa
 from sqlalchemy import Connection, Engine
 from sqlalchemy.engine import URL, make_url
-from sqlalchemy.exc import ArgumentError, DBAPIError, SQLAlchemyError
+from sqlalchemy.exc import ArgumentError, DBAPIError, OperationalError, SQLAlchemyError
 
 from formiga_bt.errors import JournalError
 from formiga_bt.journal import schema
@@ -26,8 +28,17 @@ Durability = Literal["full", "normal"]
 """`full`: a commit survives a power cut. `normal`: it survives the end of the process; a power cut may take the last ones."""
 WRITES: Final = "formiga_writes"
 BUSY_S: Final = 10.0
+"""So long a database that is kept busy is waited for."""
+HURRY_S: Final = 0.2
+"""So long by an engine that flies, on SQLite: meanwhile it does nothing else, heartbeats and stops included."""
+OWN_S: Final = 2.0
+"""So long if it is kept busy by this process, which lets go of it; and a server that says nothing, by an engine that flies."""
 ROWS: Final = 32
 """So many rows go into a statement."""
+SERVER: Final = {
+    "connect_timeout": 2, "tcp_user_timeout": 2000, "keepalives_idle": 2, "keepalives_interval": 1, "keepalives_count": 2,
+}  # fmt: skip
+"""A PostgreSQL server that went away is noticed soon: an engine that waits for it does nothing else."""
 SQLITE_HEAD: Final = b"SQLite format 3\x00"
 
 
@@ -106,7 +117,9 @@ class Database:
     def _engine(self) -> Engine:
         try:
             if not self.is_sqlite:
-                engine = sa.create_engine(self.url, pool_pre_ping=True)
+                # What the URL says itself counts.
+                told = {name: value for name, value in SERVER.items() if name not in self.url.query}
+                engine = sa.create_engine(self.url, pool_pre_ping=True, connect_args=told)
                 sa.event.listen(engine, "connect", self._on_connect_postgres)
                 return engine
             options: dict[str, Any] = {"timeout": BUSY_S, "check_same_thread": False}
@@ -132,6 +145,15 @@ class Database:
         connection.isolation_level = None  # transactions begin where we say so
         for pragma in (f"synchronous = {self.durability.upper()}", "foreign_keys = ON", "temp_store = MEMORY"):
             connection.execute(f"PRAGMA {pragma}")
+
+    def hurry(self, connection: Connection, *, on: bool = True) -> None:
+        """Let what a connection does next give up soon if it must wait for others, or be patient again."""
+        if self.is_sqlite:
+            raw: Any = connection.connection.dbapi_connection
+            raw.execute(f"PRAGMA busy_timeout = {round((HURRY_S if on else BUSY_S) * 1000)}")
+        else:
+            connection.exec_driver_sql(f"SET statement_timeout = {round(OWN_S * 1000) if on else 0}")
+            connection.commit()
 
     # -- opening -----------------------------------------------------------------------------------------------------
     def prepare(self) -> None:
@@ -242,20 +264,58 @@ def _begin(connection: Connection) -> None:
 
 
 class writing:  # noqa: N801 - it is used as a statement
-    """Run what is inside as one transaction that writes."""
+    """Run what is inside as one transaction that writes.
 
-    def __init__(self, connection: Connection) -> None:
+    Args:
+        connection: of the database.
+        own_s: if a thread of this process is just writing there, it is waited for so long.
+    """
+
+    def __init__(self, connection: Connection, own_s: float = 0.0) -> None:
         self._connection = connection.execution_options(**{WRITES: True})
+        self._turn = _turn_of(connection.engine)
+        self._own_s = own_s
+        self._has_turn = False
 
     def __enter__(self) -> Connection:
-        self._connection.begin()
+        try:
+            self._connection.begin()
+        except OperationalError:
+            if not (self._own_s and self._turn.locked() and self._turn.acquire(timeout=self._own_s)):
+                raise
+            self._turn.release()
+            self._connection.begin()
+        self._has_turn = self._turn.acquire(blocking=False)
         return self._connection
 
     def __exit__(self, kind: Any, *_: object) -> None:
-        if kind is None:
-            self._connection.commit()
-        else:
+        try:
+            if kind is None:
+                self._connection.commit()
+            else:
+                self.rollback()
+        finally:
+            self._let_go()
+
+    def rollback(self) -> None:
+        """Leave everything as it was."""
+        try:
             self._connection.rollback()
+        finally:
+            self._let_go()
+
+    def _let_go(self) -> None:
+        if self._has_turn:
+            self._has_turn = False
+            self._turn.release()
+
+
+_TURNS: "WeakKeyDictionary[Engine, threading.Lock]" = WeakKeyDictionary()
+
+
+def _turn_of(engine: Engine) -> threading.Lock:
+    """Return what is held while this process writes into a database."""
+    return _TURNS.setdefault(engine, threading.Lock())
 
 
 class Prepared:

@@ -143,13 +143,13 @@ def _forget_points(journal: Journal, before: Micros) -> int:
 
 
 def _give_room_back(journal: Journal) -> None:
-    with mapped(journal.where), journal.database.engine.connect() as connection:
-        raw: Any = connection.connection.dbapi_connection
-        while raw.execute("PRAGMA freelist_count").fetchone()[0] > 0:
+    free, before = 1, -1
+    while free and free != before:
+        with mapped(journal.where), journal.database.engine.connect() as plain, writing(plain) as connection:
+            raw: Any = connection.connection.dbapi_connection
             before = raw.execute("PRAGMA freelist_count").fetchone()[0]
             raw.execute("PRAGMA incremental_vacuum(500)").fetchall()
-            if raw.execute("PRAGMA freelist_count").fetchone()[0] >= before:
-                return
+            free = raw.execute("PRAGMA freelist_count").fetchone()[0]
 
 
 class Housekeeper:

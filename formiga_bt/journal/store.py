@@ -25,7 +25,7 @@ from formiga_bt.engine.inputs import Step
 from formiga_bt.engine.state import EngineState
 from formiga_bt.errors import JournalError, SiteError
 from formiga_bt.journal import codec, schema
-from formiga_bt.journal.database import Database, Durability, Prepared, mapped, told, writing
+from formiga_bt.journal.database import OWN_S, Database, Durability, Prepared, mapped, told, writing
 from formiga_bt.journal.reading import Readable
 from formiga_bt.journal.records import SITE_FILES, BundleRow, Gap, Kept, Row, Start
 from formiga_bt.journal.thin import Block, pack
@@ -68,6 +68,7 @@ class Journal(Readable):
         """Called when a snapshot is written and not yet committed; tests kill the engine there."""
         self._release: Callable[[], None] | None = None
         self._write: Connection | None = None
+        self._hurries = False
         self._hot = _Hot(self.database)
 
     def __enter__(self) -> "Journal":
@@ -162,7 +163,16 @@ class Journal(Readable):
                 # The session ended, and its lock with it. A server that has not noticed may still hold it for that session,
                 # so who has the lock decides nothing here; whose epoch it is does, in each commit.
                 self._release = self.database.lock(self.site, self._write)
+            if self._hurries:
+                self.database.hurry(self._write)
         return self._write
+
+    def hurry(self, *, on: bool = True) -> None:
+        """Let who writes give up soon where others must be waited for, as an engine that flies must; or be patient again."""
+        self._hurries = on
+        if self._write is not None and not self._write.closed and not self._write.invalidated:
+            with suppress(SQLAlchemyError):  # it is gone; the next one is told
+                self.database.hurry(self._write, on=on)
 
     # -- writing: what -----------------------------------------------------------------------------------------------
     def begin(
@@ -372,7 +382,7 @@ class _Transaction:
 
     def __enter__(self) -> Connection:
         try:
-            self._writing = writing(self._journal._writer())
+            self._writing = writing(self._journal._writer(), OWN_S)
             connection = self._writing.__enter__()
             number, epoch, hot = self._journal.number, self._journal.epoch, self._journal._hot
             mine = {"the_site": number, "the_epoch": epoch, **self._values}
@@ -406,6 +416,6 @@ class _Transaction:
     def _undo(self) -> None:
         try:
             if self._writing is not None:
-                self._writing._connection.rollback()
+                self._writing.rollback()
         except SQLAlchemyError:
             pass  # the connection is gone, and with it what was not committed

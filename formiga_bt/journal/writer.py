@@ -28,6 +28,9 @@ SLOW_S: Final = 0.5
 CALM_S: Final = 10.0
 """Without a slow commit for so long it is no longer slow."""
 RETRY_S: Final = 1.0
+MOST_RETRY_S: Final = 10.0
+RESTS: Final = 4
+"""After an attempt that failed, the engine goes on for so many times as long as that took."""
 MEND_S: Final = 60.0
 """Between two attempts to write snapshots again after a fault."""
 BACKLOG_BYTES: Final = 64 * 1024 * 1024
@@ -96,6 +99,7 @@ class Writer:
         """
         state = self._state()
         self.journal.begin(without_ended(state), self._wall(), versions, at)
+        self.journal.hurry()
         if self._beside:
             self._thinner.on_point = lambda agent, point: self._items.append((agent, point))
             self._shadow = Shadow(self.journal, copy_of(state), self._cadence)
@@ -163,6 +167,7 @@ class Writer:
         """Note a clean end; what cannot be written any more is left."""
         if self._shadow is not None:
             self._shadow.stop()
+        self.journal.hurry(on=False)
         try:
             if self._gap is None:
                 self.journal.append(self._rows, self._thinner.blocks(0, all_=True))
@@ -234,7 +239,8 @@ class Writer:
         return JournalState(level, text)
 
     def _failed(self, error: Unwritable) -> Outcome:
-        self._retry_at = self._began + RETRY_S
+        now = self._clock()
+        self._retry_at = now + min(MOST_RETRY_S, max(RETRY_S, RESTS * (now - self._began)))
         self._bound()
         return Outcome(False, self._turn("full", str(error).replace("\n  help: ", "; ")))
 

@@ -19,7 +19,7 @@ from formiga_bt.lang.expressions import Scope, compile_value
 from formiga_bt.lang.fence import leaves
 from formiga_bt.lang.ground import ground_up_m
 from formiga_bt.lang.model import EvalError, Expr, Param, Site, Task, UnknownState, Unset
-from formiga_bt.lang.types import DURATION, AgentRef, Type, Value
+from formiga_bt.lang.types import DURATION, PERCENT, AgentRef, Type, Value
 
 _LAT_LNG: Final = re.compile(r"\s*(-?\d+(?:\.\d+)?)\s*,\s*(-?\d+(?:\.\d+)?)\s*")
 
@@ -219,9 +219,20 @@ def _read(param: Param, text: str, file: str, site: Site, now: Micros | None) ->
     return value, [*_out_of_range(param, value, site, file, text, now), *outside(param, value, site, node.mark)]
 
 
-def below_zero(param: Param, value: Any) -> bool:
-    """Return whether a value is a duration below zero; the `min` of a param may say that it can be."""
-    return param.type == DURATION and param.min is None and isinstance(value, int | float) and value < 0
+def impossible(param: Param, value: Any) -> str:
+    """Return why no value of its type is so, or ""; the `min` and `max` of a param may say that it can be."""
+    if not isinstance(value, int | float):
+        return ""
+    return never(param.type, value, least=param.min is None, most=param.max is None)
+
+
+def never(of: Type, value: float, *, least: bool = True, most: bool = True) -> str:
+    """Return what a duration or a percent is, if a value cannot be one: below zero, or (`most`) above 100 %."""
+    if of == DURATION and least and value < 0:
+        return "is a duration, it cannot be below 0 s"
+    if of == PERCENT and ((least and value < 0) or (most and value > 100)):
+        return "is a percent, it lies between 0 % and 100 %"
+    return ""
 
 
 def outside(param: Param, value: Any, site: Site, mark: Mark) -> list[Diagnostic]:
@@ -234,8 +245,9 @@ def outside(param: Param, value: Any, site: Site, mark: Mark) -> list[Diagnostic
 
 
 def _out_of_range(param: Param, value: Any, site: Site, file: str, raw: str, now: Micros | None) -> list[Diagnostic]:
-    if below_zero(param, value):
-        text = f"'{param.name}' is a duration, it cannot be below 0 s"
+    wrong = impossible(param, value)
+    if wrong:
+        text = f"'{param.name}' {wrong}"
         return [Diagnostic("E062", Mark(file, 1, 1, 1, len(raw) + 1), text)]
     for bound, word, beyond in ((param.min, "least", -1), (param.max, "most", 1)):
         if bound is None or not isinstance(value, int | float):

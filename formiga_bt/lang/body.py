@@ -12,6 +12,7 @@ from operator import is_
 from typing import Any, Final
 
 from formiga_bt.diagnostics import Diagnostic, Fix, Mark
+from formiga_bt.lang.binding import never
 from formiga_bt.lang.document import Node, Scalar
 from formiga_bt.lang.expr.helpers import STANDARD
 from formiga_bt.lang.expr.interpolation import holes
@@ -22,7 +23,7 @@ from formiga_bt.lang.outside import warn_outside
 from formiga_bt.lang.own_names import BUILT_IN
 from formiga_bt.lang.reading import Problems, did_you_mean
 from formiga_bt.lang.synonyms import nearest, surely
-from formiga_bt.lang.types import AGENT, ANY, DURATION, TEXT, Type
+from formiga_bt.lang.types import AGENT, ANY, DURATION, PERCENT, TEXT, Type
 from formiga_bt.lang.world import Resolver, World
 from formiga_bt.lang.written import saves, scalars
 from formiga_bt.units import format_number
@@ -155,7 +156,7 @@ class Body:
     def scope(self) -> Scope:
         """Return the scope of this point; the same one as long as nothing is defined or saved."""
         here = [*self.names, *self.names.values(), *self.flow.saved, *self.flow.saved.values()]
-        here += [self.flow.sure, self.optional, *self.extra, *self.extra.values(), *self.agents]
+        here += [self.flow.sure, self.optional, *self.extra, *self.extra.values(), *self.agents, self.lengths]
         if self._seen is None or len(here) != len(self._seen[0]) or not all(map(is_, here, self._seen[0])):
             self._seen = (here, self._scope())  # the very same things: equal ones may differ in what equality ignores
         return self._seen[1]
@@ -173,6 +174,7 @@ class Body:
             roles=frozenset(self.agents),
             maybe_unset=unset,
             site=self.world.site,
+            counts={**self.lengths, **{name: count for name, count in self.lists.items() if count}},
         )
 
     def tell(self, mark: Mark) -> None:
@@ -203,9 +205,10 @@ class Body:
         return self.not_negative(self.value(node, DURATION, what), what)
 
     def not_negative(self, expr: Expr, what: str) -> Expr:
-        """Report E062 for a constant duration below zero."""
-        if expr.is_const and expr.type == DURATION and expr.const < 0:
-            self.problems.add("E062", expr.mark, f"'{what}' is a duration, it cannot be below 0 s")
+        """Report E062 for a constant duration below zero, and for a percent that is none."""
+        wrong = never(expr.type, expr.const) if expr.is_const and expr.type in (DURATION, PERCENT) else ""
+        if wrong:
+            self.problems.add("E062", expr.mark, f"'{what}' {wrong}")
         return expr
 
     def text(self, node: Node, what: str) -> Expr:

@@ -136,7 +136,12 @@ class _Writer:
             return False
         if path and (path[-1] in _STEPS or (path[-1] == "-" and path[-2:-1] and path[-2] in _STEPS)):
             return False
-        if "cases" in path[-2:] or _has_steps(node) or _has_gap(node):
+        if (
+            "cases" in path[-2:]
+            or (path[-1:] == ("-",) and "cases" in path[-3:-1])
+            or _has_steps(node)
+            or _has_gap(node)
+        ):
             return False
         if _has_holes(node) and not any(key in _DECLARED for key in path):
             return False

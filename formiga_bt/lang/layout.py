@@ -158,7 +158,7 @@ def _attach(layout: Layout, taken: dict[int, list[tuple[int, int]]]) -> None:
             _split(gap, follows, every[position])
             gap = []
         if col:
-            owner = every[position] if begins else _ending(every[:position], number)
+            owner = every[position] if begins else _ending(every[:position], number, layout.lines)
             if owner is not None and not owner.trailing:
                 owner.trailing, owner.trailing_col = line[col - 1 :].rstrip(), col
             else:
@@ -171,19 +171,33 @@ def _attach(layout: Layout, taken: dict[int, list[tuple[int, int]]]) -> None:
         layout.first = [text for text, _ in gap if text]
 
 
-def _ending(before: list[Element], line: int) -> Element | None:
-    """Return the outermost element that ends on a line and began on an earlier one."""
-    return next((one for one in before if one.line < line == one.node.mark.end_line), None)
+def _ending(before: list[Element], line: int, lines: list[str]) -> Element | None:
+    """Return the outermost element that began on an earlier line and whose scalar, or `]` or `}`, ends on this one.
+
+    A collection in block style ends with its last line only where the file does; what stands there is not about all of it.
+    """
+    return next((one for one in before if one.line < line == one.node.mark.end_line and _is_written(one, lines)), None)
+
+
+def _is_written(one: Element, lines: list[str]) -> bool:
+    """Return whether an element's value is a scalar, or stands in `[ ]` or `{ }`."""
+    mark = one.node.mark
+    return isinstance(one.node, Scalar) or lines[mark.line - 1][mark.col - 1 : mark.col] in ("{", "[")
 
 
 def _split(gap: list[tuple[str, int]], follows: Element | None, next_: Element | None) -> None:
-    """Give the lines of a gap to the elements before it, as far as they are indented like them, and to the next one."""
+    """Give the lines of a gap to the elements before it, as far as they are indented like them, and to the next one.
+
+    A comment that is indented deeper than one above it goes where that one went: they keep their order.
+    """
     rest = 0
     floor = next_.col if next_ is not None else 0
     if follows is not None and (next_ is None or next_.parent is not follows):
+        inmost = follows
         for index, (text, col) in enumerate(gap):
-            owner = next((one for one in follows.open if one.col <= col), None) if text and col > floor else None
+            owner = next((one for one in inmost.open if one.col <= col), None) if text and col > floor else None
             if owner is not None:
+                inmost = owner
                 owner.after += [said for said, _ in gap[rest : index + 1]]
                 rest = index + 1
     if next_ is not None:

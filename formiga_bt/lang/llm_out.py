@@ -1,5 +1,6 @@
 """Task files to their JSON form (`llm_form`): for examples that a model is shown, and for tests."""
 
+from collections.abc import Mapping
 from typing import Any
 
 from formiga_bt.lang.document import Listing, Mapping_, Node, Scalar, parse
@@ -14,9 +15,13 @@ def from_yaml(text: str, catalogue: Catalogue) -> dict[str, Any]:
     Args:
         text: of the file.
         catalogue: whose actions it uses.
+
+    Raises:
+        ValueError: the file has errors, and this form has no words for them.
     """
     node, _ = parse(text, "task.yaml")
-    assert isinstance(node, Mapping_)
+    if not isinstance(node, Mapping_):
+        raise ValueError("a task is a mapping")
     reader = _Reader(catalogue)
     return reader.options(node, TASK)
 
@@ -29,7 +34,7 @@ class _Reader:
 
     def options(self, node: Mapping_, options: tuple[Option, ...]) -> dict[str, Any]:
         known = {option.name: option for option in options}
-        return {e.key.text: self.option(e.key.text, e.value, known[e.key.text]) for e in node.entries}
+        return {e.key.text: self.option(e.key.text, e.value, _known(known, e.key.text)) for e in node.entries}
 
     def option(self, key: str, node: Node, option: Option) -> Any:
         form = option.form
@@ -57,20 +62,24 @@ class _Reader:
             return self.options(node, options)
         if isinstance(node, Mapping_):
             return {"type": {e.key.text: e.value.text for e in node.entries if isinstance(e.value, Scalar)}}
-        assert isinstance(node, Scalar)
+        if not isinstance(node, Scalar):
+            raise ValueError("a list where a name or a mapping is due")
         return {"type": node.text}
 
     def steps(self, node: Node) -> list[dict[str, Any]]:
-        assert isinstance(node, Listing)
+        if not isinstance(node, Listing):
+            raise ValueError("steps are a list")
         return [self.step(item) for item in node.items if isinstance(item, Mapping_)]
 
     def step(self, node: Mapping_) -> dict[str, Any]:
         words = [entry.key.text for entry in node.entries]
         options = {name for word in words if word in KINDS for name in (o.name for o in KINDS[word].options)}
-        kind = next(word for word in words if word in KINDS and word not in options)
+        kind = next((word for word in words if word in KINDS and word not in options), "")
+        if not kind:
+            raise ValueError(f"a step of no kind: {', '.join(words)}")
         this = Option(kind, KINDS[kind].form, "", KINDS[kind].type)
         known = {option.name: option for option in (*MODIFIERS, this, *KINDS[kind].options)}
-        found = {e.key.text: self.option(e.key.text, e.value, known[e.key.text]) for e in node.entries}
+        found = {e.key.text: self.option(e.key.text, e.value, _known(known, e.key.text)) for e in node.entries}
         if kind != "do":
             return {kind: found.pop(kind), **found}
         role, _, action = str(found.pop("do")).partition(".")
@@ -87,6 +96,12 @@ class _Reader:
         if node.quoted or node.block or "${" in node.text:
             return {"text": node.text}
         return {"lit": node.text}
+
+
+def _known(options: Mapping[str, Option], key: str) -> Option:
+    if key not in options:
+        raise ValueError(f"'{key}' is no key here")
+    return options[key]
 
 
 def _json_of(node: Scalar, form: str, option: Option) -> Any:

@@ -1,12 +1,15 @@
 """Types as authors write them, and the params of tasks, subtrees and actions."""
 
+import json
+import re
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Final
 
 from formiga_bt.diagnostics import Diagnostic, Mark
 from formiga_bt.lang.aliases import check_params
-from formiga_bt.lang.binding import below_zero
-from formiga_bt.lang.document import Entry, Mapping_, Node, Scalar
+from formiga_bt.lang.binding import impossible
+from formiga_bt.lang.document import Entry, Listing, Mapping_, Node, Scalar
 from formiga_bt.lang.expr.scope import BUILT_INS, OUTSIDE
 from formiga_bt.lang.expressions import Scope, compile_value
 from formiga_bt.lang.kinds import PARAM
@@ -156,7 +159,21 @@ def _bound(keys: dict[str, Entry], key: str, of: Type, world: World, problems: P
     problems.extend(_as_default(d) for d in found)
     if key == "default" and not found:
         warn_outside(expr, keys[key].value, world.site, problems)
-    return expr
+    node = keys[key].value
+    return expr if isinstance(node, Scalar) else replace(expr, source=_written(node))  # what forms and drawings show
+
+
+def _written(node: Node) -> str:
+    """Return a value on one line, as an author could write it; only a text that must be has quotes."""
+    if isinstance(node, Listing):
+        return f"[{', '.join(map(_written, node.items))}]"
+    if isinstance(node, Mapping_):
+        return f"{{{', '.join(f'{one.key.text}: {_written(one.value)}' for one in node.entries)}}}"
+    return (
+        node.text
+        if re.fullmatch(r"[^\s,:{}\[\]\"'](?:[^,:{}\[\]\"']*\S)?", node.text)
+        else json.dumps(node.text, ensure_ascii=False)
+    )
 
 
 def _as_default(diagnostic: Diagnostic) -> Diagnostic:
@@ -168,8 +185,9 @@ def _as_default(diagnostic: Diagnostic) -> Diagnostic:
 
 def _check_range(param: Param, problems: Problems) -> None:
     low, high, default = (_number(expr) for expr in (param.min, param.max, param.default))
-    if below_zero(param, default) and param.default is not None:
-        problems.add("E061", param.default.mark, f"'{param.name}' is a duration, it cannot be below 0 s")
+    wrong = impossible(param, default)
+    if wrong and param.default is not None:
+        problems.add("E061", param.default.mark, f"'{param.name}' {wrong}")
     elif low is not None and high is not None and low > high and param.min is not None:
         problems.add("E061", param.min.mark, f"min of '{param.name}' is above its max", "exchange them")
     elif param.default is not None and default is not None:

@@ -15,7 +15,7 @@ from formiga_bt.lang.colons import in_text
 from formiga_bt.lang.document import Entry, Listing, Mapping_, Node, Scalar
 from formiga_bt.lang.kinds import Option
 from formiga_bt.lang.synonyms import ADVICE, BY_HAND, KEY_SYNONYMS, is_sure, key_for, nearest, surely
-from formiga_bt.units import LIKELY, parse_quantity
+from formiga_bt.units import LIKELY, parse_quantity, too_large
 
 IDENTIFIER: Final = re.compile(r"[A-Za-z][A-Za-z0-9_]*\Z")
 
@@ -196,6 +196,9 @@ def read_quantity(node: Node, problems: Problems, what: str, kind: str) -> float
     found = parse_quantity(scalar.text)
     if found is not None and found[0] == kind:
         return float(found[1])
+    if too_large(scalar.text, kind):
+        problems.add("E013", scalar.mark, f"{shorten(scalar.text)} is too large", "at most 2**53 in SI units")
+        return None
     try:
         float(scalar.text)
     except ValueError:

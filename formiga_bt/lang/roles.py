@@ -9,7 +9,7 @@ from formiga_bt.diagnostics import Mark
 from formiga_bt.lang.body import Body
 from formiga_bt.lang.document import Entry, Mapping_, Node, Scalar
 from formiga_bt.lang.expr.members import type_read
-from formiga_bt.lang.expressions import compile_value
+from formiga_bt.lang.expressions import compile_value, plain_name
 from formiga_bt.lang.flow import Named
 from formiga_bt.lang.kinds import COUNT, ROLE
 from formiga_bt.lang.model import Expr, Role, Room, Some
@@ -26,7 +26,7 @@ from formiga_bt.lang.reading import (
     what_is,
 )
 from formiga_bt.lang.steps.over_lists import length_of
-from formiga_bt.lang.types import ANY, DURATION, PERCENT, PLACE, Type, list_of
+from formiga_bt.lang.types import ANY, DURATION, PERCENT, PLACE, AgentRef, Type, Value, list_of
 from formiga_bt.lang.written import scalars
 
 _WORD: Final = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
@@ -148,8 +148,32 @@ def read_roles(body: Body, node: Node) -> dict[str, Role]:
         if value is not None:
             with body.problems.within(entry.key.text):
                 role = _read_role(body, entry.key, value)
+                _check_same_id(body, role, found)
             found[role.name] = role
     return found
+
+
+def _check_same_id(body: Body, role: Role, others: Mapping[str, Role]) -> None:
+    """Report E025 for a role that must be the very machine that another one is: all of them are granted together."""
+    this = _this_one(body, role)
+    for other in others.values():
+        if this is not None and this == _this_one(body, other):
+            assert role.id is not None
+            what = f"'{role.name}' and '{other.name}' cannot both be {role.id.source.strip()}: a machine has one role"
+            help_ = f"use '{other.name}' in its place, or take the id out"
+            body.problems.add("E025", role.id.mark, what, help_)
+            return
+
+
+def _this_one(body: Body, role: Role) -> Value | None:
+    """Return which machine a role names, or the param that says it; None if that is open, or if roles may share it."""
+    types = body.world.catalogue.types
+    if role.id is None or any(types[name].shared for name in role.types):
+        return None
+    if role.id.is_const:
+        return role.id.const if isinstance(role.id.const, AgentRef) else None
+    name = plain_name(role.id)
+    return name if name and name not in body.optional else None
 
 
 def _declare(body: Body, entries: tuple[Entry, ...]) -> None:

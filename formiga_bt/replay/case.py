@@ -5,6 +5,7 @@ import re
 from collections.abc import Callable, Collection, Iterator, Mapping
 from typing import Any, Final
 
+from formiga_bt.casework.codes import written_code
 from formiga_bt.casework.judging import standing
 from formiga_bt.clock import SECOND, Micros
 from formiga_bt.engine.inputs import Abort, LockdownOrder, Operator
@@ -25,7 +26,7 @@ LOOSE: Final = ("after", "clearances", "actions", "notices", "answers_asked", "e
 """What of a case may be left out or made easier if it does not come again in simulation; of clearances, when all were given."""
 CLEARANCE: Final = " is about to "
 """In the text of each question of the engine itself, between the machine and what it does."""
-_NAME: Final = re.compile(r"[A-Za-z_]\w*")
+_NAME: Final = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 
 
 def text_of(
@@ -253,8 +254,8 @@ def _orders(story: Story, site: Site) -> Iterator[dict[str, str]]:
 def _expect(story: Story, loose: Collection[str]) -> Iterator[str]:
     task = story.task
     yield f"status: {task.status.lower()}"
-    code = task.code.removeprefix("failed:")
-    if task.status != "SUCCEEDED" and _NAME.fullmatch(code):
+    code = written_code(task.code)
+    if task.status != "SUCCEEDED" and code:
         yield f"code: {code}"
     if "actions" not in loose:
         yield f"actions: [{', '.join(f'{one.who}.{one.action}' for one in story.sent)}]{_why('goals sent, ways home too')}"

@@ -1,6 +1,6 @@
 """Does the charge do? The most that a goal takes, the way home included, against what is left over the reserve.
 
-Called by `envelope` only; the formulae are in `energy`.
+Called by `envelope`, and for how long a machine may wait in the air; the formulae are in `energy`.
 """
 
 import math
@@ -31,7 +31,7 @@ def charge_at_gate(flight: GateFlight, area: Area | None, ground: Airspace, rule
 def _need_pct(flight: GateFlight, power: Power, area: Area | None, ground: Airspace) -> float:
     """Return the most charge that is gone, at any point of the flight, once the machine has come home from there."""
     wind, payload, speed = flight.wind or CALM, flight.payload_kg, flight.speed_m_s
-    home = _way_home(flight.home, flight.layer_m, power, wind, payload, ground)
+    home = way_home(flight.home, flight.layer_m, power, wind, payload, ground)
     spent, most, end = 0.0, 0.0, flight.here
     landing = flight.lands_at is not None
     if end is not None and not landing:
@@ -56,7 +56,7 @@ def charge_in_flight(state: FlightState, ground: Airspace, rules: Rules) -> Brea
     if power is None or here is None:
         return None
     wind, payload = state.wind or CALM, state.payload_kg
-    home = _way_home(state.home, state.layer_m, power, wind, payload, ground)
+    home = way_home(state.home, state.layer_m, power, wind, payload, ground)
     if state.lands_at is None:
         need, going = home(here, False), "to come home from here"
     else:
@@ -66,9 +66,10 @@ def charge_in_flight(state: FlightState, ground: Airspace, rules: Rules) -> Brea
     return _charge(need, going, state.battery, state.wind, power, rules)
 
 
-def _way_home(
+def way_home(
     place: Place | None, layer_m: float | None, power: Power, wind: Wind, payload_kg: float, ground: Airspace
 ) -> Callable[[Position, bool], float]:
+    """Return what tells the charge for the way home from a position, standing there or not: as `energy.home_pct`."""
     layer = layer_m if layer_m is not None else ground.highest_layer_m
 
     def pct(here: Position, grounded: bool) -> float:

@@ -4,6 +4,7 @@ Approvals are kept in the site's runtime folder, one line each time a person giv
 outage of an engine with a journal; after a longer one (`resume_hold_after`) nobody is on duty until they say so.
 """
 
+from collections.abc import Iterable
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Protocol
@@ -56,23 +57,44 @@ def standing(folder: Path) -> list[Given]:
     return list(found.values())
 
 
+def taken_back(folder: Path, approvals: Iterable[str]) -> tuple[str, ...]:
+    """Return those of the approvals (digests) of a journal that were taken back, as the runtime folder tells.
+
+    They are if the file's last word of them is that. It alone knows of those that were taken back while no engine ran, or right
+    before one was killed.
+
+    Raises:
+        SiteError: the file cannot be read.
+    """
+    last = {str(line.get("digest", "")): line for line in read_lines(folder / APPROVALS)}
+    return tuple(digest for digest in approvals if last.get(digest, {}).get("revoke"))
+
+
 def keep(folder: Path, *, digest: str, task: str, by: str, at: Micros, revoke: bool = False) -> None:
     """Add a line about an approval; it is on disk when this returns.
 
     Raises:
         SiteError: the file cannot be written.
     """
+    append_line(folder / APPROVALS, line_of(digest=digest, task=task, by=by, at=at, revoke=revoke))
+
+
+def line_of(*, digest: str, task: str, by: str, at: Micros, revoke: bool = False) -> dict[str, Any]:
+    """Return the line about an approval."""
     line: dict[str, Any] = {"digest": digest, "task": task, "by": by, "at_us": at, "at": utc(at)}
-    append_line(folder / APPROVALS, {**line, "revoke": True} if revoke else line)
+    return {**line, "revoke": True} if revoke else line
 
 
-def keep_step(folder: Path, step: Step) -> None:
-    """Keep what a step did to approvals; those that were restored are kept already."""
+def lines_of(step: Step) -> list[dict[str, Any]]:
+    """Return the lines about what a step did to approvals; those that were restored have theirs already."""
     given = step.input
-    if isinstance(given, Approve) and not given.at:
-        for change in step.changes:
-            if isinstance(change, ch.ApprovalPut):
-                keep(folder, digest=given.digest, task=given.task, by=given.by, at=step.at, revoke=given.revoke)
+    if not isinstance(given, Approve) or given.at:
+        return []
+    return [
+        line_of(digest=given.digest, task=given.task, by=given.by, at=step.at, revoke=given.revoke)
+        for change in step.changes
+        if isinstance(change, ch.ApprovalPut)
+    ]
 
 
 def restore(folder: Path, driver: Driver) -> None:

@@ -4,6 +4,7 @@ Start and end are in one order: what others rely on comes first and goes last. E
 as they would if the process were killed.
 """
 
+import logging
 import os
 import threading
 import time
@@ -11,18 +12,21 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from msgspec.structs import replace
+
 from formiga_bt import __version__
 from formiga_bt.engine import changes as ch
 from formiga_bt.engine.drivers.failpoints import Failpoint
 from formiga_bt.engine.drivers.realtime import Listener, RealtimeDriver, stop_words
 from formiga_bt.engine.engine import Engine
-from formiga_bt.engine.inputs import Abort, Step
+from formiga_bt.engine.inputs import Abort, Resumed, Step
 from formiga_bt.engine.library import Bundles
 from formiga_bt.engine.resume import copy_of
-from formiga_bt.errors import FormigaError, TaskError
+from formiga_bt.errors import FormigaError, SiteError, TaskError
 from formiga_bt.lang.model import Catalogue, Site, Task
 from formiga_bt.services import api, crew, server, shown
 from formiga_bt.services import models as m
+from formiga_bt.services.answering import Answering
 from formiga_bt.services.bundles import BundleStore
 from formiga_bt.services.collector import uncollected
 from formiga_bt.services.door import is_loopback
@@ -41,13 +45,15 @@ from formiga_bt.services.standing import lockdown_out, wall_us
 from formiga_bt.services.view import View
 from formiga_bt.show.folded import FoldedSource
 from formiga_bt.show.source import Source
-from formiga_bt.site_folder import SiteFolder
+from formiga_bt.site_folder import APPROVALS, SiteFolder
 from formiga_bt.transport.base import AgentTransport
 from formiga_bt.transport.desk import DeskTransport
 from formiga_bt.transport.zenoh import ZenohTransport
 
 if TYPE_CHECKING:
     from formiga_bt.replay.machine import TimeMachine
+
+log = logging.getLogger("formiga.host")
 
 
 class EngineHost:
@@ -151,6 +157,7 @@ class EngineHost:
         self.view = View(self.epoch, state=copy_of(back.state) if back is not None else None)
         flights = FlightLog(self._folder.path, self.site)
         state = self.journaling.first_state(now_us, counters) if back is None else back.state
+        self._folder.reserve(state.counters, state.now)
         engine = Engine(
             self.site, self._catalogue, self._tasks, state=state, resumes=back is not None,
             without=back.without if back is not None else (), look=back.blame.look if back is not None else None,
@@ -167,15 +174,17 @@ class EngineHost:
                 self.view.feed_step, flights.feed_step, *([back.blame.take] if back is not None else []), *self._listeners,
             ],
             persist=self.journaling if fails is None else fails.persist(self.journaling, lambda: engine.state),
-            first=back.first(self.epoch, engine.unbuilt) if back is not None else None,
+            first=self._first(back, engine) if back is not None else None,
             start_at=back.begins_at if back is not None else 0,
         )  # fmt: skip
         if fails is not None and self.journaling.journal is not None:
             self.journaling.journal.in_snapshot = lambda: fails.passing("in_snapshot")
         self.journaling.begin(lambda: engine.state, self.driver.now)
         self.journaling.keep_read(served, self._texts)
+        self._answering = Answering(self._desk, lambda: self.driver.kept_seq)
+        self.driver.listeners.append(self._answering.feed_step)
         self.orders = Orders(
-            self.driver, self.view, self._desk, self.site, self._tasks, self._catalogue,
+            self.driver, self.view, self._desk, self.site, self._tasks, self._catalogue, answering=self._answering,
             refused=self.refused, trees=self._trees,
         )  # fmt: skip
         self.loading = Loading(
@@ -217,6 +226,10 @@ class EngineHost:
         self._server.start()
         self.address = self._folder.publish(epoch=self.epoch, url=self._server.url, endpoint=self.endpoint)
 
+    def _first(self, back: Comeback, engine: Engine) -> Resumed:
+        revoked = crew.taken_back(self._folder.path, back.state.approvals)
+        return replace(back.first(self.epoch, engine.unbuilt), taken_back=revoked)
+
     def _restore_tasks(self) -> None:
         """Serve what was loaded into the engine before, besides the task files of this start."""
         store = BundleStore(self._folder.path)
@@ -233,13 +246,15 @@ class EngineHost:
         return TimeMachine(self.journaling.word, self.site.name)
 
     def _keep(self, step: Step) -> None:
-        crew.keep_step(self._folder.path, step)
+        for line in crew.lines_of(step):
+            self._folder.add_line(APPROVALS, line)
         for change in step.changes:
             if isinstance(change, ch.CounterSet):
                 self._folder.counted(change.name, change.value, step.at)
 
     def _stop_driver(self) -> None:
         self.driver.stop()
+        self._answering.close()
         self.error = self.driver.error
         if hasattr(self, "pulse"):
             self.pulse.stop()
@@ -247,7 +262,10 @@ class EngineHost:
         is_bug = self.error is not None and not isinstance(self.error, FormigaError)
         if is_bug and self._back is not None and core.state.resume is not None and core.at_work:
             self._back.blame.count(core.at_work)
-        self._folder.settle(self.driver.now())
+        try:
+            self._folder.settle(self.driver.now())
+        except SiteError as error:  # what was set aside is passed over then
+            log.warning("the runtime folder was left as it was: %s", error)
         self.journaling.end()
 
     def _stop_server(self) -> None:

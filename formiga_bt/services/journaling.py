@@ -12,13 +12,13 @@ from msgspec import Struct
 
 from formiga_bt.clock import Micros
 from formiga_bt.engine.drivers.persist import DURABLE, Outcome
-from formiga_bt.engine.inputs import Step
+from formiga_bt.engine.inputs import JournalState, Step
 from formiga_bt.engine.library import Bundles
 from formiga_bt.engine.state import EngineState
 from formiga_bt.errors import SiteError
 from formiga_bt.lang.model import Catalogue, Site, Task
 from formiga_bt.services.bundles import Stored
-from formiga_bt.site_folder import JOURNAL, SiteFolder, journal_of
+from formiga_bt.site_folder import JOURNAL, RESERVE, SiteFolder, journal_of
 
 if TYPE_CHECKING:
     from formiga_bt.journal.database import Durability
@@ -45,7 +45,7 @@ class Journaling:
         folder: the runtime folder, taken.
         site: its name.
         at: which journal; None = none.
-        also: called with each step before it is kept.
+        also: called with each step before it is kept; what it wants to be kept it hands to the folder.
     """
 
     def __init__(self, folder: SiteFolder, site: str, at: JournalAt | None, also: Callable[[Step], None]) -> None:
@@ -53,6 +53,7 @@ class Journaling:
         self.journal: Journal | None = None
         self._writer: Writer | None = None
         self._housekeeper: Housekeeper | None = None
+        self._stands = self._told = JournalState("ok")
 
     @property
     def text(self) -> str:
@@ -124,10 +125,18 @@ class Journaling:
         if found is None:
             return None
         found.state.now = max(found.state.now, now)
-        if not found.sign.kept or (self._at is not None and self._at.durability != "full"):
-            for name, value in counters.items():  # ids may have been used that the journal does not know
+        if not (found.sign.kept and self._is_exact(found.state.counters, counters)):
+            for name, value in counters.items():
                 found.state.counters[name] = max(found.state.counters.get(name, 0), value)
         return found
+
+    def _is_exact(self, known: Mapping[str, int], aside: Mapping[str, int]) -> bool:
+        """Return whether the journal knows every id that was used: it was never full, lost nothing, and is no older copy."""
+        assert self.journal is not None
+        last = self.journal.starts()[-1:]
+        is_last = bool(last) and last[0].epoch == self.journal.epoch - 1
+        is_near = all(known.get(name, 0) >= value - RESERVE for name, value in aside.items())
+        return self._folder.was_exact and is_last and is_near
 
     def begin(self, state: Callable[[], EngineState], now: Callable[[], Micros]) -> None:
         """Note the start.
@@ -136,6 +145,7 @@ class Journaling:
             state: the engine's, read in the driver's thread.
             now: engine time.
         """
+        self._folder.note_exact(self.journal is not None and self.journal.database.durability == "full")
         if self.journal is None:
             return
         from formiga_bt.journal.keep import Housekeeper
@@ -150,14 +160,12 @@ class Journaling:
 
     def keep(self, steps: Sequence[Step]) -> Outcome:
         """Keep steps; see `Persist.keep`."""
-        for step in steps:
-            self._also(step)
-        return DURABLE if self._writer is None else self._writer.keep(steps)
+        self._note(steps)
+        return self._with_folder(DURABLE if self._writer is None else self._writer.keep(steps))
 
     def start(self, steps: Sequence[Step]) -> bool:
         """Write steps; see `PersistAhead.start`."""
-        for step in steps:
-            self._also(step)
+        self._note(steps)
         return self._writer is not None and self._writer.start(steps)
 
     def commit(self) -> None:
@@ -167,7 +175,24 @@ class Journaling:
 
     def finish(self) -> Outcome:
         """Return what became of them; see `PersistAhead.finish`."""
-        return DURABLE if self._writer is None else self._writer.finish()
+        return self._with_folder(DURABLE if self._writer is None else self._writer.finish())
+
+    def _note(self, steps: Sequence[Step]) -> None:
+        self._folder.write_waiting()
+        for step in steps:
+            self._also(step)
+
+    def _with_folder(self, kept: Outcome) -> Outcome:
+        """Return what became of steps, their marks and approvals in the runtime folder included: that may be full, too."""
+        self._stands = stands = kept.news or self._stands
+        lack = self._folder.lack
+        if not kept.durable and self._told.state != "full":
+            self._folder.note_exact(False)
+        if lack and stands.state != "full":
+            stands = JournalState("full", lack)
+        news = stands if stands.state != self._told.state else None
+        self._told = stands
+        return Outcome(kept.durable and not lack, news)
 
     # -- files -------------------------------------------------------------------------------------------------------
     def keep_files(self, name: str, bundle: str, file: str, texts: Mapping[str, str], *, loaded: bool = False) -> None:

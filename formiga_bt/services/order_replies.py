@@ -45,7 +45,8 @@ def sorted_out(
     ordered, skipped = [], []
     for agent in agents:
         order = state.orders.get(agent.id)
-        if order is not None and agent.liveness == "SUSPECT" and order.state == "open" and order.stop == stop:
+        fresh = order is not None and (order.state == "open" or not same_order(before.get(agent.id), order))
+        if order is not None and agent.liveness == "SUSPECT" and fresh and order.stop == stop:
             skipped.append(passed_over(state, agent, "suspect", doing(state, order, now, wall_us()), "formiga agents"))
         elif order is not None and (order.stop == stop or not same_order(before.get(agent.id), order)):
             other = "" if order.stop == stop else f"; `{stop}` became `{order.stop}`: it has too little charge to hover"

@@ -27,6 +27,7 @@ from formiga_bt.lang.binding import bind_params
 from formiga_bt.lang.model import Catalogue, Site
 from formiga_bt.services import models as out
 from formiga_bt.services import shown
+from formiga_bt.services.answering import Answering
 from formiga_bt.services.not_served import NotServed, of_name, unread_in
 from formiga_bt.services.refused import Refused
 from formiga_bt.services.standing import lockdown_out, wall_us
@@ -73,6 +74,7 @@ class Orders:
         view: its read-only copy.
         desk: the people of this process.
         site, tasks, catalogue: what the engine was made of.
+        answering: takes answers of these people.
         refused: task files that are not served.
     """
 
@@ -84,6 +86,7 @@ class Orders:
         site: Site,
         tasks: Bundles,
         catalogue: Catalogue,
+        answering: Answering,
         refused: Sequence[NotServed] = (),
         trees: Path | None = None,
     ) -> None:
@@ -93,6 +96,7 @@ class Orders:
         self._driver = driver
         self._view = view
         self._desk = desk
+        self._answering = answering
         self._site = site
         self._tasks = tasks
         self._frame = Frame(site.lat, site.lng, site.ground_msl_m)
@@ -354,10 +358,11 @@ class Orders:
             return out.InboxOut(questions=[shown.question_out(state, q, now, self.desk_people) for q in questions])
 
     def answer(self, number: str, option: str, by: str = "") -> str:
-        """Answer a question for a person who works at this desk; return a text that says so.
+        """Answer a question for a person who works at this desk; once the engine has it, return a text that says so.
 
         Raises:
-            Refused: closed or unknown, no such option, somebody else answers it, or several people here could.
+            Refused: closed or unknown, no such option, somebody else answers it, several people here could, or the engine
+                did not take it in time.
         """
         question = self._question(number)
         here = [person for person in question.asked if person in self.desk_people]
@@ -383,11 +388,9 @@ class Orders:
                 f"{question.number} is not shown to {waiting[0]} yet",
                 f"answer {before} first" if before else "try again in a moment",
             )
-        problem = self._desk.answer(open_.goal_id, option)
-        if problem:
-            code, _, text = problem.partition(": ")
-            raise Refused(code, text)
-        return f"{question.number} is answered: {option} by {waiting[0]}"
+        reply = self._answering.answer(open_, option)
+        self._view.catch_up()
+        return with_keeping(f"{question.number} is answered: {option} by {waiting[0]}", reply)
 
     def _question(self, number: str) -> Question:
         with self._view.reading() as state:

@@ -46,7 +46,7 @@ def task_out(state: EngineState, task: TaskRecord, now: Micros) -> out.TaskOut:
         parent=task.parent,
         children=list(task.children),
         run=task.run,
-        outcome=task.outcome,
+        outcome="" if task.again else task.outcome,
         code=task.code,
         reason=task.reason,
         roles={role: list(agents) for role, agents in task.roles.items()},

@@ -254,6 +254,9 @@ class Stops:
         with self._view.reading() as state:
             record = state.agents.get(agent)
             task = record.task if record is not None else ""
+            stopped = any(
+                g.agent == agent and g.state == "interrupted" and g.section != "recover" for g in state.goals.values()
+            )
         reply = self._ask(Operator(f"handback_{how}", agent, by))  # type: ignore[arg-type]
         self._view.catch_up()
         with self._view.reading() as state:
@@ -264,10 +267,13 @@ class Stops:
             follow = ["formiga agents", "formiga tasks"]
             if found is not None and held:
                 follow = ways_on(state, found, self._catalogue)
+            if found is not None and how == "end" and not stopped and found.section == "steps":
+                end = f"formiga abort {task}"  # who says --end wants no more of it
+                follow = [end, *(way for way in follow if held and way != end)]
         then = {
             "continue": f"{task} goes on" if task else "it has no task",
             "return": f"it flies to its port, then {task} waits for your word" if task else "it flies to its port",
-            "end": "its interrupted step fails (taken_over)" if task else "it has no task",
+            "end": _ends(found, stopped=stopped) if found is not None else "it has no task",
         }[how]
         if how == "continue" and task and (order is not None or held):
             what = f"the order `{order.stop}` stands on it" if order is not None else "it is held otherwise"
@@ -309,6 +315,14 @@ class Stops:
         return out.PreflightOut(
             agent=agent, ok=ready, required=self._site.preflight, airborne=airborne, checks=checks, text=text
         )
+
+
+def _ends(task: TaskRecord, *, stopped: bool) -> str:
+    """Return what `handback --end` does to a task; `stopped`: a step of it was interrupted."""
+    then = f"{task.id} waits for your word" if task.held else f"{task.id} goes on"
+    if stopped:
+        return "its interrupted step fails (taken_over)" + (f", and {then}" if task.held else "")
+    return f"no step of {task.id} was interrupted, so none fails: {then}"
 
 
 def _kept(answer: out.OrderReply, reply: str) -> out.OrderReply:

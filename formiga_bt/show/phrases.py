@@ -33,7 +33,7 @@ def param_label(param: Param) -> tuple[Span, ...]:
     """Return a param with its type, default and limits."""
     text = f": {param.type}"
     if param.default:
-        text += f" = {source(param.default)}"
+        text += " = " + (source(param.default) or '""')
     limits = [f"{word} {source(e)}" for word, e in (("min", param.min), ("max", param.max)) if e]
     if param.optional:
         limits.append("optional")

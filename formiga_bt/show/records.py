@@ -81,7 +81,7 @@ def agent_fact(state: EngineState, agent: AgentRecord, now: Micros, wall: Micros
         taken=agent.taken,
         breach=agent.breach.removeprefix("!"),
         quarantine=agent.quarantine,
-        refused=agent.refused,
+        refused=agent.refused or agent.refused_at_rest,
         word=agent.word,
     )
 

@@ -1,7 +1,8 @@
-"""JSON in and out, with the checks every wire needs: size, shape, and that an agent speaks of itself only.
+"""JSON in and out, with the checks every wire needs: size, shape, bounds, and that an agent speaks of itself only.
 
 Why here: what one wire refuses all wires must refuse. Called by the transports and by the agents' links. Nothing here
-raises anything but `WireError`, whatever an agent sends (NaN and infinity are no JSON and fail the decoding).
+raises anything but `WireError`, whatever an agent sends (NaN and infinity are no JSON and fail the decoding), and nothing
+that passes is more than the engine and its journal can reckon with (`bounds`).
 
 A request is answered by `serve_request` at the agent and read by `read_reply` at the engine.
 """
@@ -15,6 +16,7 @@ from msgspec import Struct
 from formiga_bt.errors import TransportError
 from formiga_bt.geo import Position
 from formiga_bt.transport.agent_side import AgentSide
+from formiga_bt.transport.bounds import ID_LIMIT, MOST, MOST_INT, are_within, fault_of
 from formiga_bt.transport.messages import (
     AgentCard,
     AgentEvent,
@@ -108,7 +110,7 @@ def check_card(agent: str, card: AgentCard) -> AgentCard:
     """Return the card if it is this agent's and usable.
 
     Raises:
-        WireError: it is another's, has no boot_id, or a limit is no finite number.
+        WireError: it is another's, has no boot_id, or a limit is no finite number, or beyond `MOST`.
     """
     if card.id != agent:
         raise WireError(f"a card of {card.id!r} came from {agent!r}")
@@ -116,6 +118,8 @@ def check_card(agent: str, card: AgentCard) -> AgentCard:
         raise WireError("a card without boot_id")
     if not all(math.isfinite(limit) for limit in card.limits.values()):
         raise WireError("a card with a limit that is no finite number")
+    if not are_within(card.limits.values()):
+        raise WireError(f"a card with a limit beyond {MOST:g}")
     return card
 
 
@@ -123,8 +127,8 @@ def check_status(agent: str, status: AgentStatus) -> AgentStatus:
     """Return the status if it is this agent's and all its numbers are finite.
 
     Raises:
-        WireError: it is another agent's, holds NaN or infinity (possible without JSON in between), half a wind, more than
-            `CHECKS_LIMIT` preflight checks, or one without a name or twice.
+        WireError: it is another agent's, holds NaN or infinity (possible without JSON in between) or a number that is out of
+            bounds, half a wind, more than `CHECKS_LIMIT` preflight checks, or one without a name or twice.
     """
     if status.id != agent:
         raise WireError(f"a status of {status.id!r} came from {agent!r}")
@@ -134,6 +138,10 @@ def check_status(agent: str, status: AgentStatus) -> AgentStatus:
         numbers += _numbers(point)
     if not all(math.isfinite(number) for number in numbers):
         raise WireError("a status with a number that is not finite")
+    if not are_within(numbers):
+        raise WireError(f"a status with a number beyond {MOST:g}")
+    if not are_within((status.seq, status.stamp, status.age_us, status.beat), MOST_INT):
+        raise WireError("a status with a whole number beyond 2**61")
     if (status.wind_east_m_s is None) != (status.wind_north_m_s is None):
         raise WireError("a status with half a wind: east and north, or neither")
     names = [check.check for check in status.checks]
@@ -146,10 +154,18 @@ def check_event(agent: str, event: GoalEvent) -> GoalEvent:
     """Return the event if it, and the status it carries, are this agent's.
 
     Raises:
-        WireError: it is another agent's, or its status is bad.
+        WireError: it is another agent's, its id is too long, its count or a value in its result out of bounds, or its status
+            bad.
     """
     if event.agent != agent:
         raise WireError(f"an event of {event.agent!r} came from {agent!r}")
+    _check_goal_id(event.goal_id)
+    if not are_within((event.n,), MOST_INT):
+        raise WireError("an event with a whole number beyond 2**61")
+    if not all(math.isfinite(number) for number in (event.progress or 0.0, event.eta_s or 0.0)):
+        raise WireError("an event with a number that is not finite")
+    if event.result:
+        _check_values("an event whose result holds", event.result)
     if event.status is not None:
         check_status(agent, event.status)
     return event
@@ -159,12 +175,15 @@ def check_agent_event(agent: str, event: AgentEvent) -> AgentEvent:
     """Return an event of an agent's own if it is this agent's and told apart from its others.
 
     Raises:
-        WireError: it is another agent's, or has no name, boot_id or number.
+        WireError: it is another agent's, has no name, boot_id or number, or a number out of bounds.
     """
     if event.agent != agent:
         raise WireError(f"an event of {event.agent!r} came from {agent!r}")
     if not event.event or not event.boot_id or event.n < 1:
         raise WireError("an event without name, boot_id or n")
+    if not are_within((event.n, event.stamp), MOST_INT):
+        raise WireError("an event with a whole number beyond 2**61")
+    _check_values("an event whose fields hold", event.fields)
     return event
 
 
@@ -178,6 +197,18 @@ def check_request(request: GoalRequest) -> GoalRequest:
     if silence_s is not None and not 0.0 < silence_s < math.inf:
         raise WireError(f"a goal with link_silence_s {silence_s!r}: seconds above 0, or null")
     return request
+
+
+def _check_goal_id(goal_id: str) -> None:
+    size = len(goal_id.encode())
+    if size > ID_LIMIT:
+        raise WireError(f"a goal id of {size} bytes; the most is {ID_LIMIT}")
+
+
+def _check_values(what: str, values: dict[str, Any]) -> None:
+    fault = fault_of(values)
+    if fault:
+        raise WireError(f"{what} {fault}")
 
 
 def _numbers(point: Position | None) -> list[float]:

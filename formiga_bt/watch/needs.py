@@ -8,6 +8,7 @@ from collections.abc import Callable, Sequence
 from functools import partial
 
 from formiga_bt.show.facts import AgentFact, LineFact, Now, QuestionFact, TaskFact
+from formiga_bt.show.why.unanswered import then
 from formiga_bt.watch.orders import HANDBACKS, Order
 from formiga_bt.watch.text import Glyphs, Line, Piece, Row, Rows, Tone, clean, left, line, span, wrap
 
@@ -83,8 +84,7 @@ def question_lines(question: QuestionFact, at: int, width: int, glyphs: Glyphs) 
     options = [f"{number} {clean(option)}" for number, option in enumerate(question.options, 1)]
     lines += [line(" " * INDENT, Piece(part, "warn")) for part in _spread(options, max(10, width - INDENT))]
     if question.lapses_at is not None:
-        then = f", then: {clean(question.if_no_answer)}" if question.if_no_answer else ""
-        text = f"lapses in {left(question.lapses_at, at)}{then}"
+        text = f"lapses in {left(question.lapses_at, at)}{then(question.kind, clean(question.if_no_answer))}"
         lines += [line(" " * INDENT, Piece(part, "dim")) for part in wrap(text, max(10, width - INDENT))]
     return lines
 

@@ -395,6 +395,50 @@ class TestMachines:
         settled(flown)
         assert "take-over:lwd_1" in task(flown, id_).held
 
+    @pytest.mark.parametrize("long", [False, True], ids=["short", "long"])
+    def test_one_that_came_home_by_itself_between_two_goals_is_told_and_its_task_begins_anew(self, long: bool) -> None:
+        flown, id_ = begin(WAITS_UP_THERE)
+        drone = flown.flight.engine.state.agents
+        assert flown.flight.run_until(lambda: drone["lwd_1"].landed == "airborne" and not drone["lwd_1"].goal)
+        flown.flight.run_for(2)
+        flown.die()
+        flown.away(60)  # its link is silent: it comes home by itself, and lands
+        for _ in range(2):
+            flown.flight.driver._publish_clock()  # its link is there again, and the drone the engine's
+            flown.away(1)
+        flown.resume(away_s=0, since=flown.flight.now - (60_000_000 if long else 18_000_000))
+        settled(flown)
+
+        ways = f"formiga restart {id_} or formiga abort {id_}"
+        landed = f"lwd_1 landed while the engine was away; {id_} waits: {ways}"
+        assert task(flown, id_).held == ("resume",)
+        assert (landed in flown.alarms()) is not long  # after a long outage all wait, and `why` tells it of each
+        assert why(flown, id_)[0] == (
+            "HELD: it was interrupted by an outage; a person must say that it may go on;"
+            " lwd_1 landed while the engine was away, and its next step may need lwd_1 in the air",
+            f"formiga restart {id_} | formiga abort {id_}",
+        )
+
+        flown.flight.ask(inp.Operator("restart", id_, "watcher_1"))
+
+        assert task(flown, id_).found == {}
+        assert ends(flown, id_).run == 2
+
+
+WAITS_UP_THERE = """\
+imports: [lib/flying.yaml]
+agents:
+  drone: {type: lwd, id: lwd_1}
+steps:
+  - do: drone.TakeOff
+    with: {altitude: 20 m}
+  - wait: 90 s
+  - do: drone.GoTo
+    with: {to: {east: 60 m, north: 300 m, height: 60 m}}
+  - call: ReturnHome
+    with: {drone: "${drone}"}
+"""
+
 
 def test_an_order_that_is_too_old_is_not_sent_again() -> None:
     flown, id_ = begin(LONG_LEG.replace("    retry: {attempts: 2}\n", ""))
@@ -621,7 +665,8 @@ class TestWhy:
         settled(flown)
         told = why(flown, id_)
         assert told[0] == (
-            "HELD: it was interrupted by an outage; a person must say that it may go on",
+            "HELD: it was interrupted by an outage; a person must say that it may go on;"
+            " lwd_1 was started anew while the engine was away",
             f"formiga continue {id_} | formiga abort {id_}",
         )
         assert (

@@ -1,5 +1,6 @@
 """`formiga fmt` on all that ships, on drawn trees, on nonsense: no meaning changes, no comment is lost, once is enough."""
 
+import re
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
 from pathlib import Path
@@ -21,6 +22,7 @@ ROOT = Path(__file__).parents[2]
 SHIPPED = sorted([*(ROOT / "trees").rglob("*.yaml"), *(ROOT / "actions").glob("*.yaml")])
 MUSEUM = sorted((ROOT / "tests" / "lang_errors").rglob("*.yaml"))
 CATALOGUE = load_catalogue([ROOT / "actions" / "base.yaml"])[0]
+OURS = re.compile(r"# (?:over|at) \d+$", re.MULTILINE)
 ALL = [path.read_text(encoding="utf-8") for path in (*SHIPPED, *MUSEUM)]
 
 
@@ -110,11 +112,37 @@ def test_a_mutated_text_with_comments_keeps_its_words_and_comments(text: str, se
         if dice.random() < 0.1:
             lines.append(" " * dice.randint(0, 8) + f"# over {number}" if dice.random() < 0.7 else "")
         lines.append(line + f" # at {number}" if dice.random() < 0.1 else line)
-    done = formatted("\n".join(lines))
+    source = "\n".join(lines)
+    done = formatted(source)
     assert done is None or formatted(done) == done
+    assert done is None or OURS.findall(done) == OURS.findall(source), "they keep their order"
 
 
 def test_a_comment_deeper_than_a_mapping_in_braces_is_kept() -> None:
     done = formatted("task: Slip\nparams:\n  b: {type: enum}\n      # over\n  c: text\n")
 
     assert done == "task: Slip\nparams:\n  b:\n    type: enum\n    # over\n  c: text\n"
+
+
+def test_comments_below_the_last_item_keep_their_order() -> None:
+    head = "steps:\n  - notify: a\n"
+    done = formatted(
+        f"{head}# one\n  # two\n    # three\n# four\nfinally:\n  - notify: b\n    # five\n  # six\n# seven\n"
+    )
+
+    assert done == f"{head}  # one\n  # two\n  # three\n# four\nfinally:\n  - notify: b\n    # five\n  # six\n# seven\n"
+
+
+@pytest.mark.parametrize("end", ["", "\n", "\n# below\n"])
+def test_a_comment_behind_a_long_text_that_ends_the_file_stays_there(end: str) -> None:
+    done = formatted(f"task: C\nsteps:\n  - notify: a\n  - check: a >\n      1 m   # why{end}")
+
+    assert done == f"task: C\nsteps:\n  - notify: a\n  - check: a > 1 m  # why\n{end.lstrip()}"
+
+
+def test_steps_of_every_case_are_written_out() -> None:
+    done = formatted("steps:\n  - switch: b\n    cases:\n      1: [{notify: one}]\n    default: [{notify: other}]\n")
+
+    assert done == (
+        "steps:\n  - switch: b\n    cases:\n      1:\n        - notify: one\n    default:\n      - notify: other\n"
+    )

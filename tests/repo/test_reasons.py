@@ -12,7 +12,9 @@ PATTERNS = (
     r'\bAlarm\("([a-z_]+)"',
     r'\.alarm\("([a-z_]+)"',
     r'_fail\(view, "([a-z_]+)"',
-    r'return "([a-z_]+)", (?:agent|missing|role|"|f")',
+    r'return "([a-z_]+)", (?:agent|missing|role|"|f"|home)',
+    r'\brefused = "([a-z_]+)"',
+    r'return "" if [^\n]* else "([a-z_]+)", home',
 )
 
 

@@ -143,6 +143,33 @@ def test_tabs_keep_the_carets_below_the_word() -> None:
     assert text.splitlines()[2] == "      | \t^"
 
 
+@pytest.mark.parametrize(
+    ("col", "end", "starts", "ends"),
+    [
+        (3, 6, "ab" + "BAD", "x..."),
+        (10_000, 10_003, "...", "x..."),
+        (19_998, 20_001, "...x", "BAD"),
+        (10_000, 20_001, "...", "x..."),
+    ],
+    ids=["at the start", "in the middle", "at the end", "all that follows"],
+)
+def test_of_a_very_long_line_the_part_around_what_is_wrong_is_shown(col: int, end: int, starts: str, ends: str) -> None:
+    line = ("ab" + "x" * 20_000)[: col - 1] + "BAD" + "x" * 20_000
+    text = render(Diagnostic("E001", Mark("a", 1, col, 1, end), "m"), {"a": line[:20_000]})
+    shown, carets = (one[8:] for one in text.splitlines()[1:])
+    assert shown.startswith(starts)
+    assert shown.endswith(ends)
+    assert len(shown) <= 200 + 2 * len("...")
+    assert shown[carets.index("^") :].startswith("BAD")
+    assert len(carets) == carets.rindex("^") + 1 <= len(shown)
+    assert carets.count("^") == min(end - col, 200 - (carets.index("^") - 3))
+
+
+def test_a_place_after_the_end_of_a_very_long_line_has_its_caret() -> None:
+    text = render(Diagnostic("E001", Mark("a", 1, 20_500), "m"), {"a": "x" * 20_000})
+    assert text.splitlines()[2].count("^") == 1
+
+
 def test_diagnostics_are_ordered_and_told_once() -> None:
     late, early = problem(line=9), problem(line=1)
 

@@ -3,12 +3,24 @@
 import os
 import subprocess
 import sys
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import pytest
 
+from formiga_bt import site_folder
 from formiga_bt.errors import SiteError
-from formiga_bt.site_folder import RESERVE, SiteFolder, find_engines, is_running, read_address
+from formiga_bt.site_folder import (
+    LEFT,
+    RESERVE,
+    UNTOLD,
+    SiteFolder,
+    find_engines,
+    is_running,
+    read_address,
+    read_lines,
+)
 
 
 def test_a_second_engine_on_the_site_is_told_who_has_it(tmp_path: Path) -> None:
@@ -52,13 +64,13 @@ def test_a_damaged_epoch_is_never_guessed(tmp_path: Path, text: str) -> None:
 
 def test_counters_go_on_after_a_clean_end(tmp_path: Path) -> None:
     with SiteFolder(tmp_path, "meadow") as folder:
-        assert folder.marks() == (0, {"task": 0, "question": 0, "clearance": 0})
+        assert folder.marks() == (0, {"task": 0, "question": 0, "clearance": 0, "safety": 0})
         folder.counted("task", 1, 500)
         folder.counted("deadline", 9, 600)
         folder.settle(700)
         folder.settle(650)
     with SiteFolder(tmp_path, "meadow") as folder:
-        assert folder.marks() == (700, {"task": 1, "question": 0, "clearance": 0})
+        assert folder.marks() == (700, {"task": 1, "question": 0, "clearance": 0, "safety": 0})
 
 
 def test_after_a_crash_the_rest_of_what_was_set_aside_is_passed_over(tmp_path: Path) -> None:
@@ -68,6 +80,112 @@ def test_after_a_crash_the_rest_of_what_was_set_aside_is_passed_over(tmp_path: P
             folder.counted("task", number, number)
     with SiteFolder(tmp_path, "meadow") as folder:
         assert folder.marks()[1]["task"] > RESERVE + 2
+
+
+def test_ids_of_safety_goals_never_come_twice(tmp_path: Path) -> None:
+    with SiteFolder(tmp_path, "meadow") as folder:
+        folder.marks()
+        folder.counted("safety", 7, 500)
+    with SiteFolder(tmp_path, "meadow") as folder:
+        assert folder.marks()[1]["safety"] >= 7
+        (folder.path / "marks.json").write_text('{"now_us": 9, "counters": {"task": 3}}', encoding="utf-8")
+        assert folder.marks()[1]["safety"] == UNTOLD, "an older version noted none"
+
+
+class Full:
+    """A disk that is full, or has room again; its clock is turned by hand."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.room, self.tries, self.clock = True, 0, 100.0
+        for name in ("write_durably", "append_line"):
+            monkeypatch.setattr(site_folder, name, partial(self._write, getattr(site_folder, name)))
+
+    def _write(self, write: Callable[..., None], file: Path, what: object) -> None:
+        self.tries += 1
+        if not self.room:
+            raise SiteError(f"cannot write {file.name}: No space left on device")
+        write(file, what)
+
+    def now(self) -> float:
+        return self.clock
+
+
+@pytest.fixture
+def disk(monkeypatch: pytest.MonkeyPatch) -> Full:
+    return Full(monkeypatch)
+
+
+def test_on_a_full_disk_ids_are_left_and_what_must_be_kept_waits(tmp_path: Path, disk: Full) -> None:
+    with SiteFolder(tmp_path, "meadow", disk.now) as folder:
+        folder.reserve(folder.marks()[1], 0)
+        disk.room = False
+        for number in range(1, RESERVE - LEFT + 1):
+            folder.counted("task", number, number)
+        assert (folder.lack, disk.tries) == ("", 1), "nothing had to be written"
+        folder.counted("task", RESERVE - LEFT + 1, 60)
+        folder.add_line("approvals.jsonl", {"n": 1})
+        folder.add_line("approvals.jsonl", {"n": 2})
+        assert (folder.lack, disk.tries) == ("cannot write marks.json: No space left on device", 2)
+        disk.clock += 1.0
+        folder.write_waiting()
+        assert disk.tries == 3, "tried again each second"
+        disk.room = True
+        folder.write_waiting()
+        assert (folder.lack != "", disk.tries) == (True, 3)
+        disk.clock += 1.0
+        folder.write_waiting()
+        assert folder.lack == ""
+        assert read_lines(folder.path / "approvals.jsonl") == [{"n": 1}, {"n": 2}]
+    with SiteFolder(tmp_path, "meadow") as folder:
+        assert folder.marks()[1]["task"] == RESERVE - LEFT + 1 + RESERVE
+
+
+def test_a_start_that_knows_the_ids_better_goes_on_from_its_own(tmp_path: Path) -> None:
+    for number in (1, 2, 3):  # each is killed, and its journal has all that it did
+        with SiteFolder(tmp_path, "meadow") as folder:
+            folder.marks()
+            folder.reserve({"task": number, "alloc_at": 9}, number)
+            folder.counted("task", number + 1, number)
+    with SiteFolder(tmp_path, "meadow") as folder:
+        assert folder.marks()[1]["task"] == 1 + RESERVE, "not once more at each start"
+        folder.reserve({"task": 4}, 9)
+        folder.settle(10)
+        assert folder.marks()[1]["task"] == 4
+
+
+def test_that_the_journal_has_every_id_is_noted_until_it_has_not(tmp_path: Path, disk: Full) -> None:
+    def was_exact() -> bool:
+        with SiteFolder(tmp_path, "meadow") as folder:
+            folder.marks()
+            return folder.was_exact
+
+    assert not was_exact()
+    with SiteFolder(tmp_path, "meadow", disk.now) as folder:
+        folder.note_exact(True)
+    assert was_exact()
+    with SiteFolder(tmp_path, "meadow", disk.now) as folder:
+        disk.room = False
+        folder.note_exact(False)
+        assert folder.lack == ""
+    assert not was_exact()
+    with SiteFolder(tmp_path, "meadow", disk.now) as folder:
+        disk.room = True
+        folder.note_exact(True)
+        folder.settle(5)
+    assert not was_exact(), "after a clean end the marks are"
+
+
+def test_what_waits_is_written_at_the_end(tmp_path: Path, disk: Full) -> None:
+    with SiteFolder(tmp_path, "meadow", disk.now) as folder:
+        disk.room = False
+        folder.counted("task", 1, 10)
+        folder.add_line("approvals.jsonl", {"n": 1})
+        with pytest.raises(SiteError, match=r"^cannot write marks.json: No space left on device$"):
+            folder.settle(20)
+        disk.room = True
+        folder.settle(30)
+        assert read_lines(folder.path / "approvals.jsonl") == [{"n": 1}]
+        assert folder.marks() == (30, {"task": 1, "question": 0, "clearance": 0, "safety": 0})
 
 
 @pytest.mark.parametrize("text", ["[]", "{", '{"counters": {"task": "x"}}', '{"counters": 3}'])

@@ -48,6 +48,8 @@ class Roster(list[Candidate]):
             self.append(agent)
             self._strangers.clear()
         else:
+            if self[place].type != agent.type:
+                self._strangers.clear()
             self[place] = agent
 
     def begin(self) -> None:

@@ -106,6 +106,8 @@ class RealtimeDriver:
         self._ahead: Ahead[Batch] | None = Ahead(persist) if isinstance(persist, PersistAhead) else None
         self._batch: Batch = []
         self._batch_from: Micros = 0
+        self.kept_seq = self._released_seq = engine.state.seq
+        """The last step that is on disk; may be read from any thread."""
         self._unanswered: list[tuple[Future[str], str]] = []
         """Callers whose steps wait in memory for the disk, with their replies."""
         self._try_again_at: Micros | None = None
@@ -384,7 +386,10 @@ class RealtimeDriver:
     def _release(self, batch: Batch, kept: Outcome) -> None:
         """Let the effects of a batch leave, and answer who waits."""
         self._try_again_at = None if kept.durable else self._wall_now() + SECOND
+        if batch:
+            self._released_seq = batch[-1][0].seq
         if kept.durable:
+            self.kept_seq = self._released_seq
             for late, reply in self._unanswered:
                 late.set_result(reply)
             self._unanswered.clear()

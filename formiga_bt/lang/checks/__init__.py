@@ -1,8 +1,9 @@
 """The static checks of a whole task, on its model: what no single step or name shows by itself. `whole` is the door.
 
 What is wrong with one step or one name is reported where that is read (`steps`, `roles`, ...); here is what needs
-the steps around it. `flight`, `flying`, `sky`, `machines` and `agreeing` follow who is in the air; `sense` and what it calls
-ask whether a task does what its author means; each other module is one check, with its codes at the head of the file.
+the steps around it. `flight`, `flying`, `sky`, `machines`, `renaming` and `agreeing` follow who is in the air; `sense` and
+what it calls ask whether a task does what its author means; each other module is one check, with its codes at the head of
+the file.
 
 To add a check:
 

@@ -1,35 +1,99 @@
 """Conditions that agree: those of a task that are read at several steps and cannot change between them.
 
 What is done `when: twice` at one step and undone `when: twice` at a later one leaves nothing behind on any path, though each of
-the two alone does. `flight` therefore follows a task once for each way in which such conditions can turn out.
+the two alone does. `flight` therefore follows a task once for each way in which such conditions can turn out. Of many, each is
+told apart only between the first and the last step that reads it (`Split`), so that their number does not matter.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from itertools import product
 from typing import Final
 
-from formiga_bt.lang.model import Expr, For, If, Loop, Set, Step, Task
+from formiga_bt.lang.checks.bodies import parts
+from formiga_bt.lang.model import Expr, Fallback, For, If, Loop, Parallel, Set, Step, Task
 from formiga_bt.lang.walk import bare, children
 
 Assumed = Mapping[int, bool]
 """`id` of a condition of the task -> how it turns out."""
 
-_MOST: Final = 5
+MOST: Final = 5
+"""So many are told apart at once."""
+
+_Group = list[tuple[Expr, bool]]
+"""Conditions that agree, and how each has to turn out for the first word of them to hold."""
 
 
-def ways(task: Task) -> Iterator[Assumed]:
-    """Iterate over the ways in which conditions that agree can turn out; none if there are no such conditions."""
-    conditions = list(_conditions((*task.steps, *task.on_failure, *task.on_abort, *task.finally_)))
+@dataclass(frozen=True, slots=True)
+class Split:
+    """Where in a list of steps conditions that agree are told apart: from one step to another, both included."""
+
+    first: int
+    last: int
+    ways: tuple[Assumed, Assumed]
+
+
+Splits = Mapping[int, list[Split]]
+"""`id` of a list of steps -> what is told apart in it."""
+
+
+def ways(task: Task) -> tuple[list[Assumed], Splits]:
+    """Return the ways in which conditions that agree can turn out in a whole task, and those told apart in parts of it.
+
+    Both are empty if there are no such conditions.
+    """
+    sections = (task.steps, task.on_failure, task.on_abort, task.finally_)
     lasting = {"base", "site", *task.params, *(task.vars.keys() - _assigned(task)), *_saved_once(task.steps)}
-    groups: dict[str, list[tuple[Expr, bool]]] = {}
-    for cond in conditions:
+    groups: dict[str, _Group] = {}
+    for cond in _conditions([step for section in sections for step in section]):
         if cond.reads and all(read.name in lasting and not read.field for read in cond.reads):
             word, holds = _plain(bare(cond))
             groups.setdefault(word, []).append((cond, holds))
-    agreeing = [conds for word, conds in groups.items() if len(conds) > 1 and _is_lasting(word, task)][:_MOST]
-    for turned in product((True, False), repeat=len(agreeing)) if agreeing else ():
-        pairs = zip(agreeing, turned, strict=True)
+    agreeing = [conds for word, conds in groups.items() if len(conds) > 1 and _is_lasting(word, task)]
+    splits: dict[int, list[Split]] = {}
+    whole: list[_Group] = []
+    for conds in agreeing:
+        own = frozenset(id(cond) for cond, _ in conds)
+        mine = [section for section in sections if _uses(section, own)]
+        if len(agreeing) <= MOST or len(mine) > 1:
+            whole.append(conds)
+        else:
+            steps, first, last = _narrowest(mine[0], own)
+            both = ({id(cond): holds == true for cond, holds in conds} for true in (True, False))
+            splits.setdefault(id(steps), []).append(Split(first, last, (next(both), next(both))))
+    return list(_of_all(whole[:MOST])) if agreeing else [], splits
+
+
+def _of_all(groups: Sequence[_Group]) -> Iterator[Assumed]:
+    for turned in product((True, False), repeat=len(groups)):
+        pairs = zip(groups, turned, strict=True)
         yield {id(cond): holds == true for conds, true in pairs for cond, holds in conds}
+
+
+def _uses(steps: Iterable[Step], own: frozenset[int]) -> bool:
+    return any(id(cond) in own for cond in _conditions(steps))
+
+
+def _narrowest(steps: tuple[Step, ...], own: frozenset[int]) -> tuple[tuple[Step, ...], int, int]:
+    """Return the innermost list of steps that has all of some conditions, and its first and last step that read one.
+
+    A loop and what is tried again are taken as a whole: what agrees in one round agrees in the next one too.
+    """
+    using = [index for index, step in enumerate(steps) if _uses((step,), own)]
+    inner = _inside(steps[using[0]], own) if len(using) == 1 else None
+    return _narrowest(inner, own) if inner is not None else (steps, using[0], using[-1])
+
+
+def _inside(step: Step, own: frozenset[int]) -> tuple[Step, ...] | None:
+    """Return the list inside a step that has all of some conditions, None if there is no such one."""
+    here = [cond for cond in (step.when, step.cond if isinstance(step, If) else None) if cond is not None]
+    if step.retry is not None or isinstance(step, Loop | For) or any(id(cond) in own for cond in here):
+        return None
+    if isinstance(step, Parallel | Fallback):
+        mine = [child for child in step.steps if _uses((child,), own)]
+        return _inside(mine[0], own) if len(mine) == 1 else None
+    bodies = [body for body in parts(step) if _uses(body, own)]
+    return bodies[0] if len(bodies) == 1 else None
 
 
 def _plain(source: str) -> tuple[str, bool]:
@@ -45,7 +109,7 @@ def _is_lasting(word: str, task: Task) -> bool:
     return "is_set(" not in word or any(f"is_set({name})" in word for name in task.params)
 
 
-def _conditions(steps: Sequence[Step]) -> Iterator[Expr]:
+def _conditions(steps: Iterable[Step]) -> Iterator[Expr]:
     for step in steps:
         if step.when is not None:
             yield step.when

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from formiga_bt.diagnostics import Mark
-from formiga_bt.lang.checks.agreeing import Assumed
+from formiga_bt.lang.checks.agreeing import Assumed, Splits
 from formiga_bt.lang.checks.sky import (
     Air,
     Ends,
@@ -56,10 +56,16 @@ class Doing:
         """Roles of which nothing is known, so that nothing is reported."""
         self.assumed: Assumed = {}
         """How conditions of the task turn out."""
+        self.splits: Splits = {}
+        """Where conditions that agree are told apart."""
         self.owners: dict[str, set[str]] = {}
         """Loop names -> the roles whose list they go over."""
         self.breaks: list[Sky | None] = []
         """For each loop around: where its `break_if`s leave it."""
+        self.doubled: set[Mark] = set()
+        """Calls that pass one machine twice, of which that was told."""
+        self.again: set[str] = set()
+        """Loop names whose list has a machine twice, so that the next round may begin as the last one ended."""
         self.rounds: dict[tuple[object, ...], tuple[Sky | None, Ends]] = {}
         self.calls: dict[tuple[object, ...], Ends] = {}
         """What was followed before, by place and states: how it ended."""
@@ -146,11 +152,17 @@ class Doing:
         why, is_ = states.get(other), f"it is {other}"
         if why is None and not here.lenient:
             why, is_ = states.get("unknown"), f"it may be {other}"
-        if why is None:
+        if why is None or (here.sure and states.keys() != {other}):
             return
-        path = f" {why.path}" if why.path else ""
+        if here.both and here.call in self.doubled:
+            return
+        if here.both and here.call is not None:  # one mistake: what follows from it is not told
+            self.doubled.add(here.call)
+        path = f" {why.path}" if why.path and not here.sure else ""
+        path += f": {here.both}" if here.both else ""
+        path += " when the steps succeeded" if here.sure else ""
         action = spec.name if here.call is None else f"{here.called}, which begins with {spec.name},"
-        if here.call is not None and step.seg != "steps[0]":
+        if here.call is not None and step.mark != here.first:
             action = f"{spec.name} in {here.called} ({line_of(step.mark, here)})"
         what = f"{action} needs '{role}' {want}, but {is_} here{path}"
         hint = f"do: {role}.TakeOff first" if want == "airborne" else f"land it first, or add when: not {role}.airborne"

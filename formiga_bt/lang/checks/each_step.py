@@ -1,10 +1,14 @@
 """What each step must hold, whatever the others do: retries, time-outs, ignored failures, loops that wait, tidying up.
 
-E042, E046, E065, W049 and W069. Called by `whole`.
+E042 (`spinning`), E046, E065, E074 of an order that asks, W049 and W069. Called by `whole`.
 """
+
+from typing import Final
 
 from formiga_bt.lang.checks.contention import check_contention
 from formiga_bt.lang.checks.deadlock import check_blocks
+from formiga_bt.lang.checks.same_machine import check_same_machine
+from formiga_bt.lang.checks.spinning import check_spin
 from formiga_bt.lang.model import (
     ActionSpec,
     Ask,
@@ -18,21 +22,22 @@ from formiga_bt.lang.model import (
     If,
     Loop,
     Parallel,
-    Release,
     Request,
     Sequence,
     Step,
     Subtree,
     Switch,
-    Wait,
     WaitFor,
     WaitUntil,
     WithAgents,
 )
-from formiga_bt.lang.reading import Problems
+from formiga_bt.lang.reading import Problems, shorten
 from formiga_bt.lang.types import agent_type
 from formiga_bt.lang.walk import children, orders, requests_inside, roles_inside
 from formiga_bt.units import format_quantity
+
+_QUESTION: Final = "Confirm"
+"""The action that `ask` stands for."""
 
 
 def can_succeed(step: Step) -> bool:
@@ -63,21 +68,6 @@ def _all_can(steps: tuple[Step, ...]) -> bool:
     return all(can_succeed(step) or step.when is not None for step in steps)
 
 
-def waits(step: Step) -> bool:
-    """Return whether some path through a step takes time."""
-    match step:
-        case Do() | Ask() | WaitUntil() | Release() | WithAgents() | Request():
-            return True
-        case Wait():
-            return not step.duration.is_const or bool(step.duration.const)
-        case Call():
-            return any(waits(child) for child in step.subtree.steps)
-        case Loop() if step.every is not None:
-            return True
-        case _:
-            return any(waits(child) for child in children(step))
-
-
 class StepChecks:
     """Checks of each step of one task and of its subtrees."""
 
@@ -93,6 +83,8 @@ class StepChecks:
         with self.problems.outermost(subtree.name, "steps"):
             self.check(subtree.steps, bounded=False)
             check_contention(subtree.steps, types, self.catalogue, self.problems)
+            roles = roles_inside(subtree.steps)
+            check_same_machine(subtree.steps, roles, subtree.params.values(), self.catalogue, self.problems)
             check_blocks(subtree.steps, self.catalogue, self.problems)
 
     def check(self, steps: tuple[Step, ...], *, bounded: bool, cleanup: bool = False) -> None:
@@ -132,27 +124,36 @@ class StepChecks:
         if step.retry is not None:
             self._check_retry(step)
         if isinstance(step, Do):
+            self._check_options(step)
             self._check_typical(step, step.timeout, "timeout")
             if step.retry is not None:
                 self._check_typical(step, step.retry.attempt_timeout, "attempt_timeout")
-        if isinstance(step, Ask | WaitUntil | WaitFor) and step.timeout is None and not bounded:
+        asks = isinstance(step, Ask) or (isinstance(step, Do) and step.action == _QUESTION)
+        if (asks or isinstance(step, WaitUntil | WaitFor)) and step.timeout is None and not bounded:
             attempt = step.retry.attempt_timeout if step.retry is not None else None
             if attempt is None:
-                what = "nobody may ever answer" if isinstance(step, Ask) else "this may never become true"
+                what = "nobody may ever answer" if asks else "this may never become true"
                 what = "this may never happen" if isinstance(step, WaitFor) else what
                 self.problems.add("W049", step.mark, f"{what}: add timeout:", "such as: timeout: 10 min")
-        if isinstance(step, Loop) and not any(waits(child) for child in step.steps):
-            self._check_spin(step)
+        if isinstance(step, Loop):
+            check_spin(step, self.problems)
         if step.ignore_failure:
             self._check_ignored(step)
         if isinstance(step, Fallback):
             self._check_fallback(step)
 
-    def _check_spin(self, step: Loop) -> None:
-        """Report E042 for a loop without end or count in which nothing takes time."""
-        if step.steps and step.times is None and step.max is None and step.every is None:
-            help_ = "add every: 15 s, or wait for something in it"
-            self.problems.add("E042", step.mark, "this loop never waits", help_)
+    def _check_options(self, step: Do) -> None:
+        """Report E074 for a question that is put by `do`."""
+        options = step.fields.get("options") if step.action == _QUESTION else None
+        if options is None or not isinstance(options.const, tuple):
+            return
+        twice = next((one for index, one in enumerate(options.const) if one in options.const[:index]), None)
+        if twice is not None:
+            what = f"the option '{shorten(str(twice))}' is given twice"
+            self.problems.add("E074", options.mark, what, "remove one")
+        elif len(options.const) < 2:
+            what = "a question needs at least two options"
+            self.problems.add("E074", options.mark, what, "such as: options: [yes, no]")
 
     def _check_retry(self, step: Step) -> None:
         assert step.retry is not None

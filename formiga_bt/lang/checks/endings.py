@@ -37,17 +37,17 @@ def _loops(steps: tuple[Step, ...], problems: Problems) -> None:
             continue
         with problems.within(step.title):
             endless = isinstance(step, Loop) and step.forever and step.until is None and step.max is None
-            if endless and step.timeout is not None and not _is_left(children(step)):
+            if endless and step.timeout is not None and not is_left(children(step)):
                 what = "only its timeout ends this loop, and that is a failure"
                 help_ = f"break_if or until; repeat: {bare(step.timeout)} ends with success then"
                 problems.add("W099", step.mark, what, help_)
             _loops(children(step), problems)
 
 
-def _is_left(steps: tuple[Step, ...]) -> bool:
+def is_left(steps: tuple[Step, ...]) -> bool:
     """Return whether a `break_if` leaves the loop of these steps."""
     return any(
-        isinstance(step, BreakIf) or (not isinstance(step, Loop | For) and _is_left(children(step))) for step in steps
+        isinstance(step, BreakIf) or (not isinstance(step, Loop | For) and is_left(children(step))) for step in steps
     )
 
 
@@ -63,7 +63,7 @@ def _landings(
             continue
         spec = catalogue.actions.get(step.action)
         path = _path(before, step.who.name, catalogue)
-        if spec is None or not spec.lands or path is None or spec.moves_to not in step.fields or _is_left(before.steps):
+        if spec is None or not spec.lands or path is None or spec.moves_to not in step.fields or is_left(before.steps):
             continue
         at = step.fields[spec.moves_to]
         source = bare(vars_[bare(path)]) if bare(path) in vars_ else bare(path)

@@ -7,13 +7,15 @@ air that has no way home) and E033 (one is released there).
 
 A role with `away: true` may be either at the start; other machines are grounded. A failed TakeOff or LandIn leaves the
 state unknown. In cleanup sections, in subtrees read for themselves, and in later attempts of a retry, unknown is fine and
-only a sure contradiction is reported. Conditions that agree (`agreeing`) are followed together: what no way through them leads
-to is not reported.
+only a sure contradiction is reported; in `finally` also what is impossible whenever the steps succeed. Conditions that agree
+(`agreeing`) are followed together: what no way through them leads to is not reported.
 """
 
 from dataclasses import replace
+from types import MappingProxyType
 
-from formiga_bt.lang.checks.agreeing import Assumed, ways
+from formiga_bt.diagnostics import Diagnostic
+from formiga_bt.lang.checks.agreeing import Assumed, Splits, ways
 from formiga_bt.lang.checks.flying import Interpreter
 from formiga_bt.lang.checks.sky import Ends, Place, Sky, Why, keys_of, start
 from formiga_bt.lang.model import Catalogue, Role, Step, Subtree, Task
@@ -31,31 +33,42 @@ def check_flight(task: Task, catalogue: Catalogue, problems: Problems, contended
         contended: roles commanded from two places at once (reported already), of which nothing is known.
     """
     before = len(problems.found)
-    _Flight(task, catalogue, problems, contended, {}).check()
+    flight = _Flight(task, catalogue, problems, contended, {})
+    flight.check()
     first = problems.found[before:]
-    agreeing = list(ways(task)) if first else []
-    if not agreeing:
-        return
-    del problems.found[before:]
-    for assumed in agreeing:
-        _Flight(task, catalogue, problems, contended, assumed).check()
-    again = {(one.code, one.mark): one for one in reversed(problems.found[before:])}
-    again |= {(one.code, one.mark): one for one in first if (one.code, one.mark) in again}
-    problems.found[before:] = again.values()
+    agreeing, splits = ways(task) if first else ([], {})
+    if agreeing:
+        del problems.found[before:]
+        for assumed in agreeing:
+            _Flight(task, catalogue, problems, contended, assumed, splits).check()
+        again = {(one.code, one.mark): one for one in reversed(problems.found[before:])}
+        again |= {(one.code, one.mark): one for one in first if (one.code, one.mark) in again}
+        problems.found[before:] = again.values()
+    known = {(one.code, one.mark) for one in problems.found[before:]}
+    problems.found += [one for one in flight.sure if (one.code, one.mark) not in known]
 
 
 class _Flight(Interpreter):
     def __init__(
-        self, task: Task, catalogue: Catalogue, problems: Problems, contended: frozenset[str], assumed: Assumed
+        self,
+        task: Task,
+        catalogue: Catalogue,
+        problems: Problems,
+        contended: frozenset[str],
+        assumed: Assumed,
+        splits: Splits = MappingProxyType({}),
     ) -> None:
         roles = {role.name: role.types for role in task.roles.values()}
         super().__init__(catalogue, problems, roles)
         self.contended = contended
         self.reported |= contended
         self.assumed = assumed
+        self.splits = splits
         self.task = task
         self.has_return_home = "ReturnHome" in task.subtrees
         self.file = task.mark.file
+        self.sure: list[Diagnostic] = []
+        """What is wrong in `finally` on every path on which the steps succeed."""
 
     def check(self) -> None:
         """Interpret the subtrees, the steps and the cleanup sections."""
@@ -91,7 +104,11 @@ class _Flight(Interpreter):
     def _check_end(self, ends: Ends, flying: list[Role], here: Place) -> None:
         final = ends.success
         if final is not None:
-            after = self._steps(self.task.finally_, final, replace(here, silent=True))
+            before = len(self.problems.found)
+            with self.problems.within("finally"):
+                after = self._steps(self.task.finally_, final, replace(here, lenient=True, sure=True))
+            self.sure = self.problems.found[before:]
+            del self.problems.found[before:]
             final = after.success if after.success is not None else after.failure
         for role in flying:
             self.check_brought_home(role, final, "when the task ends")

@@ -8,13 +8,17 @@ one action does.
 from dataclasses import replace
 from typing import Final
 
+from formiga_bt.lang.checks.agreeing import MOST
 from formiga_bt.lang.checks.doing import Doing
-from formiga_bt.lang.checks.machines import Bound, back, commanded, is_filled, machines_of
+from formiga_bt.lang.checks.machines import Bound, back, both, commanded, is_filled, machines_of, twins_of
+from formiga_bt.lang.checks.renaming import renamed
 from formiga_bt.lang.checks.sky import (
     Ends,
     Place,
     Sky,
+    Way,
     Why,
+    because,
     failing,
     join,
     keys_of,
@@ -24,6 +28,7 @@ from formiga_bt.lang.checks.sky import (
     same,
     signature,
     start,
+    without,
 )
 from formiga_bt.lang.model import (
     Ask,
@@ -49,6 +54,7 @@ from formiga_bt.lang.model import (
     WithAgents,
 )
 from formiga_bt.lang.types import agent_type
+from formiga_bt.lang.walk import orders
 
 _MADE_OF_STEPS: Final = (Sequence, Fallback, If, Switch, Call, Parallel, Loop, For, Guard, WithAgents)
 
@@ -64,18 +70,42 @@ class Interpreter(Doing):
 
     def _steps(self, steps: tuple[Step, ...], sky: Sky, here: Place) -> Ends:
         """Interpret steps one after another."""
-        at: Sky | None = sky
+        splits = self.splits.get(id(steps), ())
+        ways = [Way({}, sky, sky if steps else None)]
+        outer = self.assumed
         failure: Sky | None = None
-        idle: Sky | None = sky if steps else None
-        for step in steps:
-            if idle is not None:
-                idle = self._narrow(idle, step.when, False) if step.when is not None else None
-            if at is None:
+        for index, step in enumerate(steps):
+            for split in splits:
+                if split.first == index and len(ways) < 2**MOST:
+                    ways = [replace(way, assumed={**way.assumed, **turn}) for way in ways for turn in split.ways]
+            after: dict[tuple[tuple[int, bool], ...], Way] = {}
+            over = {cond for split in splits if split.last == index for cond in split.ways[0]}
+            for way in ways:
+                self.assumed = {**outer, **way.assumed} if way.assumed else outer
+                at, broken, idle = self._one_after(step, way, here)
+                failure = join(failure, broken)
+                assumed = {cond: holds for cond, holds in way.assumed.items() if cond not in over}
+                same_ = after.get(tuple(assumed.items()), Way(assumed, None, None))
+                after[tuple(assumed.items())] = Way(assumed, join(same_.at, at), join(same_.idle, idle))
+            self.assumed = outer
+            ways = list(after.values())
+            if all(way.at is None for way in ways):
                 break
-            ends = self._step(step, at, here)
-            failure = join(failure, ends.failure)
-            at = join(ends.success, ends.skipped, only_right=f"when {line_of(step.mark, here)} was skipped")
+        at, idle = None, None
+        for way in ways:
+            at, idle = join(at, way.at), join(idle, way.idle)
         return Ends(at, failure, idle)
+
+    def _one_after(self, step: Step, way: Way, here: Place) -> tuple[Sky | None, Sky | None, Sky | None]:
+        """Return where a step leads to after those before it, where it failed, and the sky if none of them did anything."""
+        idle = way.idle
+        if idle is not None:
+            idle = self._narrow(idle, step.when, False) if step.when is not None else None
+        if way.at is None:
+            return None, None, idle
+        ends = self._step(step, way.at, here)
+        skipped = f"when {line_of(step.mark, here)} was skipped"
+        return join(ends.success, ends.skipped, only_right=skipped), ends.failure, idle
 
     def _step(self, step: Step, sky: Sky, here: Place) -> Ends:
         """Interpret one step with its modifiers."""
@@ -130,7 +160,7 @@ class Interpreter(Doing):
             case For():
                 return self._for(step, sky, here)
             case BreakIf():
-                return self._break_if(step, sky)
+                return self._break_if(step, sky, here)
             case Guard():
                 return self._guard(step, sky, here)
             case Release():
@@ -149,7 +179,7 @@ class Interpreter(Doing):
             ends = self._step(child, at, here)
             success = join(success, ends.success)
             if step.reactive:
-                success = join(success, join(at, ends.failure))
+                success = join(success, failing(join(at, ends.failure), step.mark, here, "stopped it"))
             at = join(ends.failure, ends.skipped)
         return Ends(success, at)
 
@@ -183,19 +213,25 @@ class Interpreter(Doing):
             machines = machines_of(arg, sky)
             if machines.keys and agent_type(subtree.params[name].type).name == "agent":
                 bound[name if subtree.params[name].type.name == "agent" else f"{name}[*]"] = machines
+        twins = twins_of(bound)
+        bound = {name: one for name, one in bound.items() if name not in twins}
         outer = here.outer or {}
+        begins = next((do.mark for child in subtree.steps for _, do in orders(child)), None)
         inside = Place(
             here.file,
             silent=here.silent or (subtree.mark.file, subtree.mark.line) in self.broken,
             lenient=here.lenient,
+            sure=here.sure,
             call=here.call or step.mark,
             called=here.called or subtree.name,
+            first=here.first if here.call is not None else begins,
+            both=here.both or both(twins),
             outer={name: outer.get(one.name, one.name) for name, one in bound.items()},
         )
         local = {name: one.states(sky) for name, one in bound.items()}
         known = (subtree.mark, signature(local), inside)
         if known not in self.calls:
-            self.calls[known] = self._steps(subtree.steps, local, inside)
+            self.calls[known] = self._steps(renamed(subtree.steps, twins) if twins else subtree.steps, local, inside)
         ends = self.calls[known]
         return Ends(*(back(sky, end, bound) for end in (ends.success, ends.failure, ends.skipped)))
 
@@ -223,7 +259,7 @@ class Interpreter(Doing):
     def _guard(self, step: Guard, sky: Sky, here: Place) -> Ends:
         inside = narrow(sky, step.cond, True)
         ends = self._steps(step.steps, inside, here) if inside is not None else Ends(None, None)
-        stopped = failing(join(sky, ends.success), step.mark, here)
+        stopped = failing(join(sky, ends.success), step.mark, here, "stopped it")
         return Ends(ends.success, join(ends.failure, stopped), ends.skipped)
 
     def _sequence(self, step: Sequence, sky: Sky, here: Place) -> Ends:
@@ -250,10 +286,12 @@ class Interpreter(Doing):
         head, broke, ends = self._rounds(step, sky, here, step.cond)
         end = join(ends.success, ends.skipped)
         out = join(broke, narrow(end, step.until, True) if end is not None and step.until is not None else None)
+        none = f"when the loop at {line_of(step.mark, here)} ran no round"
         if step.cond is not None:
-            out = join(out, narrow(head, step.cond, False))
+            later = narrow(end, step.cond, False) if end is not None else None
+            out = join(join(out, later), narrow(sky, step.cond, False), only_right=none)
         elif step.times is not None and not step.times.is_const:
-            out = join(out, sky)
+            out = join(join(out, end), sky, only_right=none)
         if step.times is not None or step.duration is not None or step.max is not None:
             out = join(out, end)
         return Ends(out, ends.failure, None, join(head, end))
@@ -276,7 +314,7 @@ class Interpreter(Doing):
         return head, broke, ends
 
     def _round(self, step: Loop | For, head: Sky, here: Place, cond: Expr | None) -> tuple[Sky | None, Ends]:
-        known = (step.seg, step.mark, signature(head), here)
+        known = (step.seg, step.mark, signature(head), here, *self.assumed.items())
         if here.silent and known in self.rounds:  # loops in loops would be followed exponentially often
             return self.rounds[known]
         at = narrow(head, cond, True) if cond is not None else head
@@ -289,22 +327,28 @@ class Interpreter(Doing):
         """Return the start of the next round: the items of a `for` are fresh ones."""
         if end is None or isinstance(step, Loop):
             return end
-        return {**end, **{name: sky[name] for name in step.lists if name in sky}}
+        return {**end, **{name: sky[name] for name in step.lists if name in sky and name not in self.again}}
 
-    def _break_if(self, step: BreakIf, sky: Sky) -> Ends:
+    def _break_if(self, step: BreakIf, sky: Sky, here: Place) -> Ends:
         if self.breaks:
-            self.breaks[-1] = join(self.breaks[-1], narrow(sky, step.cond, True))
+            left, path = narrow(sky, step.cond, True), f"when {line_of(step.mark, here)} left the loop"
+            self.breaks[-1] = join(self.breaks[-1], because(left, path))
         return Ends(narrow(sky, step.cond, False), None)
 
     def _for(self, step: For, sky: Sky, here: Place) -> Ends:
         """Interpret the body once for all items: what it does to one it does, by the end, to each of the list."""
         bound = {name: one for name, expr in step.lists.items() if (one := machines_of(expr, sky)).keys}
+        twins = twins_of(bound, step)
+        if twins:
+            bound = {name: one for name, one in bound.items() if name not in twins}
+            step = replace(step, steps=renamed(step.steps, twins))
+        self.again = {*self.again - step.lists.keys(), *(name for name, one in bound.items() if one.twice)}
         outer = {**(here.outer or {}), **dict.fromkeys(step.lists, "")}
         for name, one in bound.items():
             outer[name] = name
             self.owners[name] = {one.name.partition("[")[0], *self.owners.get(one.name, ())}
         inside = {**sky, **{name: one.states(sky) for name, one in bound.items()}}
-        at = replace(here, outer={name: word for name, word in outer.items() if word})
+        at = replace(here, outer={name: word for name, word in outer.items() if word}, both=here.both or both(twins))
         _, broke, ends = self._rounds(step, inside, at, None)
         end = join(ends.success, ends.skipped)
         loose = {name: replace(one, all=False) for name, one in bound.items()}
@@ -313,7 +357,8 @@ class Interpreter(Doing):
         success = back(sky, end, bound if step.need == "all" else loose)
         if not some and success is not None:  # an empty list has no items to be left in another state
             items = {key: success[key] for one in bound.values() if one.all for key in one.keys}
-            success = {**(join(success, sky) or {}), **items}
+            none = f"when the loop at {line_of(step.mark, here)} ran no round"
+            success = {**(join(success, sky, only_right=none) or {}), **items}
         success = join(success, back(sky, broke, loose))
         if step.need != "all":
             success, failure = join(success, failure), failing(join(success, failure), step.mark, here)
@@ -338,12 +383,7 @@ class Interpreter(Doing):
                     self.told.add(role.mark)
         self.roles = outer
         if self.breaks:
-            self.breaks[-1] = join(self.breaks[-1], _without(broke, own))
+            self.breaks[-1] = join(self.breaks[-1], without(broke, own))
         nobody = failing(sky, step.mark, here)
-        failure = join(_without(ends.failure, own), nobody)
-        return Ends(_without(ends.success, own), failure, _without(ends.skipped, own), _without(ends.midway, own))
-
-
-def _without(sky: Sky | None, own: Sky) -> Sky | None:
-    """Return a sky without the machines of a block that has ended."""
-    return None if sky is None else {key: states for key, states in sky.items() if key not in own}
+        failure = join(without(ends.failure, own), nobody)
+        return Ends(without(ends.success, own), failure, without(ends.skipped, own), without(ends.midway, own))

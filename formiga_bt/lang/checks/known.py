@@ -12,7 +12,7 @@ from formiga_bt.lang.model import (
     UnknownState,
     Unset,
 )
-from formiga_bt.lang.types import AgentRef, Value
+from formiga_bt.lang.types import AgentRef, Value, agent_type
 
 Names = Mapping[str, Value]
 
@@ -69,3 +69,13 @@ def value_of(expr: Expr | None, names: Names, site: Site | None) -> Any:
         return expr.run(_Known(site, names))
     except (Unset, UnknownState, EvalError, ArithmeticError, LookupError):
         return None
+
+
+def agents_of(expr: Expr, names: Names) -> AgentRef | tuple[AgentRef, ...] | None:
+    """Return the agent or the list of agents that an expression stands for, or None if that is not known before a run."""
+    if agent_type(expr.type).name != "agent":
+        return None
+    value = value_of(expr, names, None)
+    if isinstance(value, tuple) and value and all(isinstance(one, AgentRef) for one in value):
+        return value
+    return value if isinstance(value, AgentRef) else None

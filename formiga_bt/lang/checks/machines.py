@@ -5,8 +5,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final
 
+from formiga_bt.lang.checks.known import agents_of
 from formiga_bt.lang.checks.sky import Sky, States, merge
 from formiga_bt.lang.model import Expr, For, Step
+from formiga_bt.lang.types import AgentRef, Value
 from formiga_bt.lang.walk import bare, commands, item_name
 
 _AROUND: Final = re.compile(r"reverse\((.*)\)")
@@ -21,6 +23,8 @@ class Bound:
     all: bool = True
     open: bool = False
     """Of a list of unknown length, which may be empty."""
+    twice: bool = False
+    """A list that has one of them more than once."""
 
     def states(self, sky: Sky) -> States:
         """Return the states of any of them."""
@@ -37,6 +41,14 @@ def machines_of(expr: Expr, sky: Sky) -> Bound:
         return Bound(name, (name,))
     if name and not item and listed:
         return Bound(name, listed, open=listed[0].endswith("[*]"))
+    value = agents_of(expr, _names(sky))
+    if value is not None:  # an agent that is written by its id is none of the machines of the task
+        every = [one.id for one in ((value,) if isinstance(value, AgentRef) else value) if one.id in sky]
+        those = tuple(dict.fromkeys(every))
+        first = "".join(those[:1])
+        return Bound(
+            first if isinstance(value, AgentRef) else first.partition("[")[0], those, twice=len(those) < len(every)
+        )
     if item and listed:
         one = listed[-1] if item == "[-1]" else name + item
         return Bound(name + item, (one,)) if one in sky and one[-2] != "*" else Bound(name + item, listed, all=False)
@@ -44,6 +56,40 @@ def machines_of(expr: Expr, sky: Sky) -> Bound:
     keys = tuple(key for one in reads for key in ((one,) if one in sky else _listed(one, sky)))
     display = expr.source == "" or re.fullmatch(r"\[[\w\s,]*\]", bare(expr)) is not None
     return Bound("".join(reads[:1]), keys, all=display and keys == reads)
+
+
+def _names(sky: Sky) -> dict[str, Value]:
+    """Return the machines of a sky as what expressions read; lists of unknown length are left out."""
+    names: dict[str, Value] = {}
+    lists: dict[str, list[AgentRef]] = {}
+    for key in sky:
+        name, item, index = key.partition("[")
+        if not item:
+            names[name] = AgentRef(key)
+        elif index != "*]":
+            lists.setdefault(name, []).append(AgentRef(key))
+    return {**names, **{name: tuple(machines) for name, machines in lists.items()}}
+
+
+def twins_of(bound: Mapping[str, Bound], step: For | None = None) -> dict[str, str]:
+    """Return the local names that surely are the same machine as an earlier one, with that one.
+
+    Of params of a subtree those that get one machine; of the names of a loop (`step`) those that go over the same list.
+    """
+    twins: dict[str, str] = {}
+    first: dict[tuple[str, ...], str] = {}
+    for name, one in bound.items():
+        word = bare(step.lists[name]) if step is not None else ""
+        if one.all and (word if step is not None else len(one.keys) == 1 and not name.endswith("[*]")):
+            known = first.setdefault((word, *one.keys), name)
+            if known != name:
+                twins[name] = known
+    return twins
+
+
+def both(twins: Mapping[str, str]) -> str:
+    """Return in words which names are one machine."""
+    return ", ".join(f"it is both '{one}' and '{other}'" for other, one in twins.items())
 
 
 def _listed(name: str, sky: Sky) -> tuple[str, ...]:

@@ -50,10 +50,26 @@ class Place:
     silent: bool = False
     lenient: bool = False
     """Unknown is fine; only sure contradictions are reported."""
+    sure: bool = False
+    """Only what is so on every path that leads here is reported."""
     call: Mark | None = None
     """The outermost call that led here."""
     called: str = ""
+    first: Mark | None = None
+    """The first order of what was called there."""
+    both: str = ""
+    """Two names that are one machine here, in words."""
     outer: Mapping[str, str] | None = field(default=None, hash=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Way:
+    """Where steps have led to, when conditions turned out so."""
+
+    assumed: Mapping[int, bool]
+    at: Sky | None
+    idle: Sky | None
+    """If none of them did anything."""
 
 
 _MOST_APART: Final = 8
@@ -82,15 +98,30 @@ def line_of(mark: Mark, here: Place) -> str:
     return f"line {mark.line}" if mark.file == here.file else f"line {mark.line} of {PurePath(mark.file).name}"
 
 
-def failing(sky: Sky | None, mark: Mark, here: Place) -> Sky | None:
-    """Return the sky after a step failed, with that as the reason of every state."""
+def failing(sky: Sky | None, mark: Mark, here: Place, how: str = "failed") -> Sky | None:
+    """Return the sky after a step failed (or what else it did, in words), with that as the reason of every state."""
     if sky is None:
         return None
-    path = f"when {line_of(mark, here)} failed"
+    path = f"when {line_of(mark, here)} {how}"
     return {
         role: {state: Why(path, why.mark, here.call or mark) for state, why in states.items()}
         for role, states in sky.items()
     }
+
+
+def because(sky: Sky | None, path: str) -> Sky | None:
+    """Return a sky in which the states that have no reason have this one."""
+    if sky is None:
+        return None
+    return {
+        name: {state: why if why.path else replace(why, path=path) for state, why in states.items()}
+        for name, states in sky.items()
+    }
+
+
+def without(sky: Sky | None, own: Sky) -> Sky | None:
+    """Return a sky without the machines of a block that has ended."""
+    return None if sky is None else {key: states for key, states in sky.items() if key not in own}
 
 
 def merge(these: Iterable[States]) -> States:

@@ -8,6 +8,7 @@ from formiga_bt.lang.checks.fleet import check_fleet
 from formiga_bt.lang.checks.flight import check_flight
 from formiga_bt.lang.checks.held_back import check_requests
 from formiga_bt.lang.checks.landing import check_landings
+from formiga_bt.lang.checks.same_machine import check_same_machine
 from formiga_bt.lang.checks.sense import check_sense
 from formiga_bt.lang.checks.spacing import check_spacing
 from formiga_bt.lang.model import MIN_SPACING_M, Catalogue, Site, Task
@@ -34,6 +35,7 @@ def check_task(task: Task, catalogue: Catalogue, problems: Problems, site: Site 
         with problems.within(name):
             checks.check(steps, bounded=False, cleanup=name != "steps")
             contended |= check_contention(steps, types, catalogue, problems)
+            contended |= check_same_machine(steps, all_roles(task), (), catalogue, problems)
             check_spacing(steps, catalogue, min_spacing_m, problems)
             check_blocks(steps, catalogue, problems)
     for subtree in task.subtrees.values():

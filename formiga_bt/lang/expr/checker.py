@@ -113,16 +113,30 @@ class Checker(Operands):
             self.bad(node, code, message, f"for example: is_set({name}) and ...")
         return self.part(node, type_, name_code(name), (Read(name),), name=name)
 
+    def _in_site(self) -> Mapping[str, str]:
+        """Return how the places, ports and regions of the site are read, by name."""
+        site = self.scope.site
+        groups = {"regions": site.regions, "ports": site.ports, "places": site.places} if site is not None else {}
+        return {name: f"site.{group}.{name}" for group, names in groups.items() for name in names}
+
     def _unknown_name(self, node: ast.Name, name: str) -> Typed:
         if self.scope.helpers.forms(name) or name == "is_set":
             return self.bad(node, "E010", f"'{name}' is a helper: call it", f"write {name}(...)")
         if name in BUILT_INS:
             said = f"'{name}' has no value here: this is read before there is a task"
             return self.bad(node, "E027", said, f"it may read {' and '.join(self.scope.built_ins)}")
+        of_site = self._in_site()
         near = closest(name, self.scope.visible())
-        if near:
+        if near and name not in of_site:
             message = f"unknown name '{name}'; did you mean '{near}'?"
             return self.bad(node, "E010", message, f"write {near}", mended=sure_of(name, self.scope.visible()))
+        meant = of_site.get(sure_of(name, of_site) or "")
+        if meant:
+            said, help_ = (
+                f"unknown name '{name}'; did you mean {meant}?",
+                f"write {meant}; a text stands in quotes: '{name}'",
+            )
+            return self.bad(node, "E010", said, help_, mended=meant)
         legal = ", ".join(self.scope.visible()[:12])
         return self.bad(
             node, "E010", f"unknown name '{name}'", f"names here: {legal}; a text stands in quotes: '{name}'"
@@ -205,6 +219,11 @@ class Checker(Operands):
         if index.type not in (INT, ANY):
             self.wrong(index, Mismatch("E013", f"an item's number is due an int, this is {in_words(index.type)}"))
             return self.poison(node, reads_of([base, index]))
+        count = self.scope.counts.get(base.name)
+        if count is not None and index.is_const and not -count <= index.const < count:
+            what = f"'{base.name}' has {count} item{'' if count == 1 else 's'}, there is no [{index.const}]"
+            mend = f"the first is {base.name}[0], the last {base.name}[{count - 1}]"
+            return self.bad(node, "E013", what, mend, reads=base.reads)
         return self.made(node, base.type.item or ANY, item_code(base.run, index.run), [base, index])
 
     def _call(self, node: ast.Call) -> Typed:

@@ -16,12 +16,13 @@ from formiga_bt.geo import Place
 from formiga_bt.lang.document import Node, Scalar
 from formiga_bt.lang.expr.compiling import compile_expr, poison
 from formiga_bt.lang.expr.daytime import TODAY, time_of_day, today
+from formiga_bt.lang.expr.misread import look_alike, meant_by
 from formiga_bt.lang.expr.scope import BUILT_INS, Scope
 from formiga_bt.lang.expr.typed import closest, constant, did_you_mean, sure_of, unit_choices
 from formiga_bt.lang.expr.typing_rules import QUANTITIES, fits, in_words
 from formiga_bt.lang.model import Env, EvalError, Expr, Read
 from formiga_bt.lang.types import BOOL, INT, NUMBER, POSITION, TEXT, AgentRef, Type
-from formiga_bt.units import LARGEST, LIKELY, UNITS, parse_quantity
+from formiga_bt.units import LARGEST, LIKELY, UNITS, parse_quantity, too_large
 
 Result = tuple[Expr, list[Diagnostic]]
 
@@ -90,12 +91,24 @@ def _quantity(node: Scalar, scope: Scope, expected: Type, what: str) -> Result:
         choices = unit_choices(expected.name, text)
         first = f"{text} {LIKELY[expected.name][0]}" if len(LIKELY[expected.name]) == 1 else None
         return refuse(node, "E017", f"{what or text} needs a unit: {choices}?", f"write {choices}", mended=first)
+    if too_large(text, expected.name):
+        return refuse(node, "E013", f"{text} is too large", "at most 2**53 in SI units")
+    odd = look_alike(text)
+    plain = parse_quantity(odd.mended or "") if odd is not None else None
+    if odd is not None and plain is not None and plain[0] == expected.name:
+        return refuse(node, "E017", f"{due(what, expected)}, '{text}' {odd.said}", odd.help, mended=odd.mended)
     number = re.fullmatch(rf"({_NUMBER.pattern})\s*([A-Za-z/]+)", text)
     if number is not None:
         units = [unit for unit, (name, _) in UNITS.items() if name == expected.name]
         unit = number[number.lastindex or 0]
+        if unit in UNITS:
+            said = f"{due(what, expected)}, '{text}' is {in_words(Type(UNITS[unit][0]))}"
+            return refuse(node, "E017", said, f"for example {unit_choices(expected.name)}")
         said = f"'{unit}' is not a unit of {expected.name}{did_you_mean(unit, units)}"
         return refuse(node, "E017", said, "units: " + " ".join(units))
+    meant = meant_by(text, expected.name)
+    if meant is not None and scope.type_of(text) is None:
+        return refuse(node, "E016", f"{due(what, expected)}, got the text '{text}'", meant.help, mended=meant.mended)
     return _not_so(node, scope, expected, what)
 
 
@@ -116,7 +129,9 @@ def _number(node: Scalar, scope: Scope, expected: Type, what: str) -> Result:
     text = node.text.strip()
     found = _NUMBER.fullmatch(text)
     if found is None:
-        read = parse_quantity(text)
+        read, odd = parse_quantity(text), look_alike(text)
+        if odd is not None and _NUMBER.fullmatch(odd.mended or ""):
+            return refuse(node, "E016", f"{due(what, expected)}, '{text}' {odd.said}", odd.help, mended=odd.mended)
         if read is None:
             return _not_so(node, scope, expected, what)
         bare = text.rstrip("abcdefghijklmnopqrstuvwxyz%/ ")

@@ -112,9 +112,10 @@ class Scope:
         site: the checked site, when known.
         helpers: the pure functions that may be called.
         built_ins: those of `BUILT_INS` that have a value here; without a task there is no `task` and no `now`.
+        counts: how many items the lists have of which that is known: roles with a count, vars that no step assigns.
     """
 
-    __slots__ = ("agent_types", "built_ins", "helpers", "maybe_unset", "names", "roles", "site")
+    __slots__ = ("agent_types", "built_ins", "counts", "helpers", "maybe_unset", "names", "roles", "site")
 
     def __init__(
         self,
@@ -126,6 +127,7 @@ class Scope:
         site: Site | None = None,
         helpers: Helpers = STANDARD,
         built_ins: tuple[str, ...] = BUILT_INS,
+        counts: Mapping[str, int] = MappingProxyType({}),
     ) -> None:
         self.names = MappingProxyType(dict(names))
         self.agent_types: Mapping[str, AgentType] = (
@@ -137,6 +139,7 @@ class Scope:
         self.site = site
         self.helpers = helpers
         self.built_ins = built_ins
+        self.counts = counts
 
     def _with(
         self, names: Mapping[str, Type], maybe_unset: Mapping[str, str], roles: frozenset[str] | None = None
@@ -149,6 +152,7 @@ class Scope:
             site=self.site,
             helpers=self.helpers,
             built_ins=self.built_ins,
+            counts={name: count for name, count in self.counts.items() if names.get(name) is self.names.get(name)},
         )
 
     def with_names(

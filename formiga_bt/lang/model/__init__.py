@@ -36,7 +36,7 @@ from formiga_bt.lang.model.steps import (
     Who,
     WithAgents,
 )
-from formiga_bt.lang.model.task import Task
+from formiga_bt.lang.model.task import MOST_VISITS, Task
 from formiga_bt.lang.model.world import (
     MIN_SPACING_M,
     ActionSpec,
@@ -50,6 +50,7 @@ from formiga_bt.lang.model.world import (
 
 __all__ = [
     "MIN_SPACING_M",
+    "MOST_VISITS",
     "NOT_CONST",
     "ActionSpec",
     "AgentType",

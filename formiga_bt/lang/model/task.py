@@ -2,12 +2,15 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Final, Literal
 
 from formiga_bt.diagnostics import Mark
 from formiga_bt.lang.model.expr import Expr
 from formiga_bt.lang.model.needs import Param, Role
 from formiga_bt.lang.model.steps import Step, Subtree
+
+MOST_VISITS: Final = 10_000
+"""Steps that the engine visits for a task at one moment; one that goes on beyond that is a runaway."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,7 +10,7 @@
     orders: [{at: 60 s, order: hold, target: hwd_1, by: watcher_1}, {at: 90 s, lockdown: return}]
 
 Every problem is located and named at once. A scenario names tasks, not their files: they are looked up by name beside the
-scenario, then in the library. Times count from the instant at which all agents are there.
+scenario, then in the library; what they request is played too. Times count from the instant at which all agents are there.
 """
 
 import re

@@ -7,7 +7,7 @@ from typing import Any, Final
 
 from formiga_bt.diagnostics import Mark
 from formiga_bt.geo import Place, Position
-from formiga_bt.lang.binding import SiteEnv, below_zero, outside, run_outside
+from formiga_bt.lang.binding import SiteEnv, impossible, outside, run_outside
 from formiga_bt.lang.document import Entry, Mapping_, Node, Scalar
 from formiga_bt.lang.expr.scope import OUTSIDE
 from formiga_bt.lang.expressions import Scope, compile_value
@@ -151,8 +151,9 @@ class Book:
         return value
 
     def _check_bounds(self, param: Param, value: Any, mark: Mark) -> None:
-        if below_zero(param, value):
-            self.problems.add("E062", mark, f"'{param.name}' is a duration, it cannot be below 0 s")
+        wrong = impossible(param, value)
+        if wrong:
+            self.problems.add("E062", mark, f"'{param.name}' {wrong}")
         for bound, word, beyond in ((param.min, "least", -1), (param.max, "most", 1)):
             if bound is None or not isinstance(value, int | float):
                 continue

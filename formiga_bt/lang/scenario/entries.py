@@ -99,7 +99,7 @@ class Scenario:
     site: Site
     catalogue: Catalogue
     tasks: Mapping[str, Task]
-    """The checked tasks that it uses, by name."""
+    """The checked tasks that it names, and those that they request, by name."""
     agents: tuple[ScenarioAgent, ...]
     requests: tuple[ScenarioTask, ...] = ()
     faults: tuple[ScenarioFault, ...] = ()

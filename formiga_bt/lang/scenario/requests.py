@@ -22,6 +22,7 @@ from formiga_bt.lang.reading import (
     read_word,
     shorten,
 )
+from formiga_bt.lang.requested import with_requested
 from formiga_bt.lang.scenario.book import Book
 from formiga_bt.lang.scenario.entries import Priority, ScenarioTask
 from formiga_bt.lang.scenario.options import TASK
@@ -29,7 +30,7 @@ from formiga_bt.lang.synonyms import surely
 
 
 class Requests:
-    """Reads the tasks of one scenario; `tasks` are those it names, by name (None: one with errors).
+    """Reads the tasks of one scenario; `tasks` are those it names and those they request, by name (None: one with errors).
 
     Args:
         book: the scenario.
@@ -42,6 +43,8 @@ class Requests:
         self.problems = book.problems
         self.tasks: dict[str, Task | None] = {}
         self._files: dict[str, Path] | None = None
+        self._asked: dict[str, Scalar] = {}
+        """Where the scenario names them first."""
         self._names: dict[str, str] = {}
         """Aliases of tasks -> their names."""
 
@@ -65,7 +68,14 @@ class Requests:
             written = keys["params"].value if "params" in keys else None
             texts = plain(written) if isinstance(written, Mapping_) else {}
             found.append(ScenarioTask(at, task.name, params, wanted.get(priority), texts))
+        for own, name in self._asked.items():
+            self._add_requested(self.tasks[own], name)
         return found
+
+    def _add_requested(self, task: Task | None, name: Scalar) -> None:
+        """Add what a task requests; of two with one name the scenario's own counts."""
+        for one in with_requested(task, lambda path: self._load(path, name))[1:] if task is not None else ():
+            self.tasks.setdefault(one.name, one)
 
     def _task(self, name: Scalar) -> Task | None:
         files = self._task_files()
@@ -77,14 +87,19 @@ class Requests:
             meant = surely(name.text, files)
             self.problems.add("E010", name.mark, what, f"tasks: {quoted_list(sorted(files))}", fix_word(name, meant))
             return None
-        path = files[name.text]
+        self._asked[own] = name
+        self.tasks[own] = self._load(files[name.text], name, name.text)
+        return self.tasks[own]
+
+    def _load(self, path: Path, name: Scalar, called: str = "") -> Task | None:
+        """Return the task of a file, or None if it has errors, which are reported; `name` is where the scenario asks for it."""
         loaded = load_task(path, catalogue=self.book.catalogue, site=self.book.site)
         errors = [problem for problem in loaded.diagnostics if problem.severity == "error"]
-        if errors:
-            self.problems.add("E010", name.mark, f"{name.text} has errors ({path})", "mend the task first")
+        if errors and errors[0] not in self.problems.found:
+            who = called or f"a task that {name.text} requests"
+            self.problems.add("E010", name.mark, f"{who} has errors ({path})", "mend the task first")
             self.problems.extend(errors)
             self.book.sources.update(loaded.sources)
-        self.tasks[own] = loaded.task
         return loaded.task
 
     def _task_files(self) -> dict[str, Path]:

@@ -5,22 +5,19 @@ The loops are in `loops`. Both are handed the readers of steps by `step`, which 
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Final, Literal
+from typing import Literal
 
 from formiga_bt.diagnostics import Mark
 from formiga_bt.lang.body import Body
 from formiga_bt.lang.document import Entry, Node, Scalar
 from formiga_bt.lang.expressions import narrows, narrows_when_false
 from formiga_bt.lang.flow import Flow, join
-from formiga_bt.lang.model import Check, Step
+from formiga_bt.lang.model import Check, Notify, Set, Step, Wait
 from formiga_bt.lang.reading import fix_word, read_flag, read_word, what_is
 from formiga_bt.lang.records import ERROR
 from formiga_bt.lang.steps.parts import Keys, Part
 from formiga_bt.lang.synonyms import nearest
 from formiga_bt.lang.written import saves, sets, writes
-
-_INSTANT: Final = ("notify", "set", "wait")
-"""Kinds that cannot fail."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,7 +124,26 @@ def read_fallback(read: Readers, body: Body, keys: Keys) -> Part:
 
 
 def _never_fails(steps: list[Step]) -> bool:
-    return bool(steps) and steps[0].when is None and (steps[0].ignore_failure or steps[0].kind in _INSTANT)
+    """Return whether the step before surely succeeds: its failure is passed over, or nothing in it can fail.
+
+    A timeout fails a step that waits longer, and so does a field of an agent that is not known yet.
+    """
+    if not steps or steps[0].when is not None:
+        return False
+    step = steps[0]
+    if step.ignore_failure:
+        return True
+    match step:
+        case Notify():
+            read = [step.text]
+        case Set():
+            read = list(step.assign.values())
+        case Wait():
+            read = [step.duration]
+        case _:
+            return False
+    limited = step.timeout is not None or (step.retry is not None and step.retry.attempt_timeout is not None)
+    return not limited and not any(one.field for expr in read for one in expr.reads)
 
 
 def read_if(read: Readers, body: Body, keys: Keys) -> Part | None:

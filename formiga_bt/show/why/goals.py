@@ -6,6 +6,7 @@ from formiga_bt.engine.records import AgentRecord, GoalRecord, Question, TaskRec
 from formiga_bt.show.facts import Because
 from formiga_bt.show.lapse import lapses_at
 from formiga_bt.show.why.scene import Scene
+from formiga_bt.show.why.unanswered import then
 from formiga_bt.show.why.words import GATE, say, span
 
 RUNNING_HINT = "is its process running, and connected to this engine? formiga agents"
@@ -73,8 +74,7 @@ def question_line(scene: Scene, question: Question, *, name_task: bool = False) 
         text += f"; in {span(escalates.at - scene.now)} {', '.join(question.tiers[question.tier + 1])} is asked too"
     lapse = lapses_at(scene.state, question)
     if lapse is not None:
-        then = f", then: {question.if_no_answer}" if question.if_no_answer else ", then its step fails"
-        text += f"; lapses in {span(lapse - scene.now)}{then}"
+        text += f"; lapses in {span(lapse - scene.now)}{then(question.kind, question.if_no_answer)}"
     here = [p for p in question.asked if p in scene.desk and not any(answer.by == p for answer in question.answers)]
     hint = f"formiga answer {question.number} {'|'.join(question.options)}" if here else ""
     if len(here) > 1:

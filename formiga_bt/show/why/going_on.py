@@ -5,7 +5,7 @@ Pure functions over a state. They ask what the engine itself asks (`engine.conti
 
 from collections.abc import Iterator
 
-from formiga_bt.engine.continuing import obstacle
+from formiga_bt.engine.continuing import came_down, obstacle
 from formiga_bt.engine.records import AgentRecord, TaskRecord
 from formiga_bt.engine.state import EngineState
 from formiga_bt.lang.model import Catalogue
@@ -63,7 +63,8 @@ def ways_on(state: EngineState, task: TaskRecord, catalogue: Catalogue | None) -
     if (task.section != "steps" and "resume" not in task.held) or task.stopping:
         return [f"formiga why {task.id}"]
     end = f"formiga abort {task.id}"
-    for agent in machines_of(state, task.id):
+    machines = machines_of(state, task.id)
+    for agent in machines:
         problem = in_the_way(state, agent, catalogue)
         match problem[0] if problem is not None else "":
             case "":
@@ -74,6 +75,8 @@ def ways_on(state: EngineState, task: TaskRecord, catalogue: Catalogue | None) -
                 return [f"formiga restart {task.id}", end]
             case _:  # first it must come to its end, or be given back
                 return [f"formiga why {task.id}", end]
+    if task.section == "steps" and any(came_down(state, agent) for agent in machines):
+        return [f"formiga restart {task.id}", end]  # `continue` is not refused, but its next step may be
     return [f"formiga continue {task.id}", end]
 
 

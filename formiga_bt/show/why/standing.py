@@ -36,6 +36,7 @@ def doing(state: EngineState, order: StandingOrder, now: Micros, wall: Micros = 
     waits = _out_of_reach(agent, order, wall)
     if waits:
         return f"{agent.id} {waits}"
+    silent = f"{not_heard(agent, wall)}; when it was, it " if agent.liveness == "SUSPECT" else ""
     if order.state == "failed":
         return f"{agent.id} did not carry out `{order.stop}`: look at it"
     if order.stop == "cut":
@@ -43,7 +44,7 @@ def doing(state: EngineState, order: StandingOrder, now: Micros, wall: Micros = 
             return f"{agent.id}: its motors are off"
         return f"{agent.id}: its motors are told to stop; in the air it falls"
     if agent.landed == "grounded":
-        return f"{agent.id} {_on_the_ground(order)}"
+        return f"{agent.id} {silent}{_on_the_ground(order, was=bool(silent))}"
     carrier = state.tasks.get(order.task)
     by = f" ({order.task})" if carrier is not None and carrier.system_agent else ""
     own = carrier is not None and not carrier.system_agent
@@ -54,7 +55,7 @@ def doing(state: EngineState, order: StandingOrder, now: Micros, wall: Micros = 
         case "land":
             return f"{agent.id} lands where it is{by}"
         case _:
-            return f"{agent.id} hovers; {_how_long(state, agent, now)}"
+            return f"{agent.id} {f'{silent}hovered' if silent else 'hovers'}; {_how_long(state, agent, now)}"
 
 
 def _out_of_reach(agent: AgentRecord, order: StandingOrder, wall: Micros) -> str:
@@ -77,10 +78,10 @@ def not_heard(agent: AgentRecord, wall: Micros) -> str:
     return f"has not been heard of for {span(wall - agent.heard_wall)}"
 
 
-def _on_the_ground(order: StandingOrder) -> str:
+def _on_the_ground(order: StandingOrder, *, was: bool) -> str:
     if order.stop == "return" and order.state == "open":
         return "is about to start for its port" if not order.task else f"is brought to its port ({order.task})"
-    return "stands on the ground; nothing is sent to it"
+    return f"{'stood' if was else 'stands'} on the ground; nothing is sent to it"
 
 
 def _how_long(state: EngineState, agent: AgentRecord, now: Micros) -> str:

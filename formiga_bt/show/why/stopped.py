@@ -6,8 +6,8 @@ Pure functions over a state, part of `why`.
 import math
 from collections.abc import Iterator
 
+from formiga_bt.engine.continuing import came_down, climbs_to_m, is_done
 from formiga_bt.engine.continuing import cannot as cannot_continue
-from formiga_bt.engine.continuing import climbs_to_m, is_done
 from formiga_bt.engine.records import AgentRecord, GoalRecord, TaskRecord
 from formiga_bt.engine.state import EngineState
 from formiga_bt.lang.model import Catalogue
@@ -83,6 +83,7 @@ def _held(scene: Scene, task: TaskRecord, cause: str, told: set[str]) -> Because
                 told.add(agent_id)
                 text = f"{given(order)}: {doing(state, order, scene.now, scene.wall)}"
         case "resume":
+            text += _found(state, task)
             hint = " | ".join(ways_on(state, task, catalogue))
         case "lockdown":
             hint = "formiga lockdown release"
@@ -97,6 +98,13 @@ def _held(scene: Scene, task: TaskRecord, cause: str, told: set[str]) -> Because
                 text += f"; once its {agent.control} gives it back: formiga handback {agent_id}"
                 text += " --continue|--return|--end"
     return Because(f"held.{word}", f"HELD: {text}", hint, agent_id)
+
+
+def _found(state: EngineState, task: TaskRecord) -> str:
+    """Return how the machines of a task were found after the engine was away."""
+    text = "".join(f"; {one} {found.change} while the engine was away" for one, found in task.found.items())
+    down = [one for one in task.found if one in state.agents and came_down(state, state.agents[one])]
+    return f"{text}, and its next step may need {' and '.join(down)} in the air" if down else text
 
 
 def _interrupted(state: EngineState, task: TaskRecord, goal: GoalRecord, catalogue: Catalogue | None) -> Because:

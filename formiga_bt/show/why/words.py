@@ -108,6 +108,7 @@ REASONS: Final[Mapping[str, str]] = {
     "no_clearance": "nobody said that people stand clear",
     "released": "the agent had been released before",
     "aborted": "a person ended it",
+    "restarted": "a person has it begin anew",
     "preempted": "a more urgent task took its agents",
     "cannot_continue": "an action was interrupted and cannot be done again as things stand",
     "lockdown": "the site was locked down",

@@ -7,11 +7,14 @@ import pytest
 
 from formiga_bt.casework import running
 from formiga_bt.casework.cases import CaseFile
+from formiga_bt.casework.codes import is_code, read_code, written_code
 from formiga_bt.casework.coverage import Coverage
 from formiga_bt.casework.judging import diff, fits, judge
 from formiga_bt.casework.reading import load_cases
 from formiga_bt.casework.running import Came, Sent, play
 from formiga_bt.diagnostics import Mark
+from formiga_bt.lang.document import Scalar
+from formiga_bt.lang.reading import Problems
 from formiga_bt.nodes.base import Node
 from formiga_bt.testing import packaged_world
 
@@ -274,3 +277,101 @@ class TestCoverage:
         cases = read(PICK_UP + "    expect: {}\n", shipped="pick_up.yaml")
 
         assert play(cases, cases.cases[0]) == play(cases, cases.cases[0])
+
+
+REQUESTING = """\
+steps:
+  - request: Helper
+    with: {n: %d}
+    timeout: 20 min
+  - notify: The helper is done.
+"""
+HELPER = """\
+formiga: 1
+task: Helper
+params: {n: int}
+steps:
+  - check: n == 2
+  - request: MoveTask
+    with: {robot: lwd_2}
+    timeout: 10 min
+"""
+
+
+class TestRequests:
+    """A task beside the file, and one of the library that it requests in its turn, are played too."""
+
+    def test_a_requested_task_is_played(self, read: Read, tmp_path: Path) -> None:
+        (tmp_path / "helper.yaml").write_text(HELPER, encoding="utf-8")
+        case = "    expect: {status: succeeded, actions: [], notices: [The helper is done.]}\n"
+        cases = read(case, task=REQUESTING % 2)
+        came, differs = outcome(cases)
+
+        assert differs == []
+        assert [task.name for task in cases.requested] == ["Helper", "MoveTask"]
+        assert came.agents["lwd_2"].landed == "grounded"
+
+    @pytest.mark.parametrize("code", ["request:check", "request:timeout"])
+    def test_how_it_ended_can_be_expected(self, code: str, read: Read, tmp_path: Path) -> None:
+        (tmp_path / "helper.yaml").write_text(HELPER, encoding="utf-8")
+        cases = read(f"    expect: {{status: failed, code: {code}}}\n", task=REQUESTING % 3)
+        _, differs = outcome(cases)
+
+        assert len(differs) == (code != "request:check")
+
+    def test_a_requested_task_with_errors_is_reported_once(self, tmp_path: Path) -> None:
+        wrong = HELPER.replace("n == 2", "m == 2")
+        for name, text in {"helper": wrong, "mine": "formiga: 1\ntask: Mine\n" + REQUESTING % 2}.items():
+            (tmp_path / f"{name}.yaml").write_text(text, encoding="utf-8")
+        file = tmp_path / "mine.test.yaml"
+        file.write_text("formiga_test: 1\ntask: mine.yaml\ncases:\n  - {name: one, expect: {}}\n", encoding="utf-8")
+        loaded = load_cases(file, catalogue=CATALOGUE)
+
+        assert loaded.cases is None
+        assert [(d.code, Path(d.mark.file).name) for d in loaded.diagnostics if d.severity == "error"] == [
+            ("E010", "helper.yaml")
+        ]
+
+
+class TestCodes:
+    def test_a_limit_of_the_envelope_is_a_code(self, read: Read) -> None:
+        case = (
+            "    faults: [{at: 20 s, agent: hwd_1, kind: battery, charge: 15 %}]\n"
+            "    expect: {status: failed, code: envelope.reserve}\n"
+        )
+        _, differs = outcome(read(PICK_UP + case, shipped="pick_up.yaml"))
+
+        assert differs == []
+
+    @pytest.mark.parametrize(
+        ("expected", "came", "is_it"),
+        [
+            ("blocked", "failed:blocked", True),
+            ("failed:blocked", "failed:blocked", True),
+            ("failed:blocked", "blocked", False),
+            ("request:blocked", "request:failed:blocked", True),
+            ("blocked", "request:failed:blocked", False),
+            ("request:timeout", "request:timeout", True),
+        ],
+    )
+    def test_an_agents_own_word_may_stand_alone(self, expected: str, came: str, is_it: bool) -> None:
+        assert is_code(expected, came) is is_it
+
+    @pytest.mark.parametrize(
+        ("code", "written"),
+        [
+            ("envelope.reserve", "envelope.reserve"),
+            ("failed:blocked", "blocked"),
+            ("failed:timeout", "failed:timeout"),
+            ("failed:timeouts", "failed:timeouts"),
+            ("request:failed:blocked", "request:failed:blocked"),
+            ("failed:Motor 3 is hot", ""),
+            ("", ""),
+        ],
+    )
+    def test_a_code_that_came_can_be_expected_again(self, code: str, written: str) -> None:
+        problems = Problems()
+
+        assert written_code(code) == written
+        assert read_code(Scalar(written or "check", Mark("x", 1, 1)), (), problems) == (written or "check")
+        assert problems.found == []

@@ -77,7 +77,7 @@ def test_pictures_of_the_dry_run(monkeypatch: pytest.MonkeyPatch, capsys: pytest
 
 
 def test_json_for_programs(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-    answers(monkeypatch, tree(fly_to("kamp")), GOOD)
+    answers(monkeypatch, tree(fly_to("xanadu")), GOOD)
 
     assert run(["draft", LOOK, "--json"]) == 0
     told = json.loads(capsys.readouterr().out)
@@ -96,7 +96,7 @@ def test_json_for_programs(monkeypatch: pytest.MonkeyPatch, capsys: pytest.Captu
             {"plan": "", "answer": {"impossible": "No drone paints.", "instead": ""}},
             "This cannot be done:\n  No drone paints.\n",
         ),
-        (tree(fly_to("kamp")), "No task came of it that passes:\n  no answer of the model passed."),
+        (tree(fly_to("xanadu")), "No task came of it that passes:\n  no answer of the model passed."),
     ],
 )
 def test_what_is_no_task_exits_with_1(
@@ -116,6 +116,66 @@ def test_a_follow_up_goes_on_with_the_newest_draft(monkeypatch: pytest.MonkeyPat
     assert run(["draft", "fly at 60 m", "--continue", "-o", "higher.yaml"]) == 0
     assert json.loads(chat.asked[1][2].text) == GOOD
     assert "default: 60 m" in (here / "higher.yaml").read_text()
+
+
+@pytest.mark.parametrize(
+    ("first", "then"),
+    [("send a drone to have a look", "at the camp"), ("send 7 drones to the camp", "only one drone then")],
+)
+def test_a_follow_up_of_what_no_model_answered(
+    first: str, then: str, monkeypatch: pytest.MonkeyPatch, here: Path
+) -> None:
+    answers(monkeypatch, tree(fly_to("camp"), home(), task="Look"))
+
+    assert run(["draft", first]) == 1
+    assert run(["draft", "--continue", then]) == 0
+    origin = json.loads((here / ".formiga" / "rovaniemi" / "drafts" / "2" / "origin.json").read_text())
+    assert origin["request"] == f"{first}\n{then}"
+
+
+def test_a_follow_up_goes_on_with_what_a_person_wrote_into_the_draft(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], here: Path
+) -> None:
+    chat = answers(monkeypatch, GOOD)
+    assert run(["draft", LOOK]) == 0
+    file = here / ".formiga" / "rovaniemi" / "drafts" / "1" / "task.yaml"
+    file.write_text(file.read_text().replace("default: 40 m", "default: 55 m"))
+
+    assert run(["draft", "--continue", "wait for 20 s"]) in (0, 1)
+    assert json.loads(chat.asked[1][2].text)["answer"]["tree"]["steps"][0]["height"] == "55 m"
+    for each in here.glob(".formiga/*/drafts/*/task.yaml"):
+        each.write_text("task: A\n")
+    asked = len(chat.asked)
+    capsys.readouterr()
+    assert run(["draft", "--continue", "wait for 20 s"]) == 2
+    newest = ".formiga/rovaniemi/drafts/2/task.yaml"
+    assert capsys.readouterr().err == f"formiga: {newest} has errors\n  help: formiga check {newest}\n"
+    assert len(chat.asked) == asked
+
+
+@pytest.mark.parametrize(
+    ("out", "options", "said"),
+    [
+        ("there.yaml", [], "there.yaml exists; to replace it say --force"),
+        ("folder", ["--force"], "cannot write folder: it is a folder"),
+        ("nowhere/x.yaml", [], "cannot write nowhere/x.yaml: there is no folder nowhere"),
+    ],
+)
+def test_a_file_that_cannot_be_written_is_told_before_a_model_is_asked(
+    out: str,
+    options: list[str],
+    said: str,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    here: Path,
+) -> None:
+    chat = answers(monkeypatch, GOOD)
+    (here / "there.yaml").write_text("x")
+    (here / "folder").mkdir()
+
+    assert run(["draft", LOOK, "-o", out, *options]) == 2
+    assert capsys.readouterr().err == f"formiga: {said}\n"
+    assert chat.asked == []
 
 
 def test_without_a_draft_there_is_nothing_to_go_on_with(
@@ -164,6 +224,29 @@ def test_only_the_name_of_the_task_starts_it(
     assert run(["draft", LOOK, "--run"]) == 1
     assert capsys.readouterr().out.endswith("not started\n")
     assert not (here / "trees").exists()
+
+
+@pytest.mark.usefixtures("terminal")
+@pytest.mark.parametrize("what", ["folder", "bytes", "file"])
+def test_whatever_stands_where_the_task_is_kept_the_draft_is_named(
+    what: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], here: Path
+) -> None:
+    answers(monkeypatch, GOOD)
+    monkeypatch.setattr("typer.prompt", lambda *_args, **_options: "LookAtCamp")
+    if what == "file":
+        (here / "trees").write_text("")
+    else:
+        (here / "trees").mkdir()
+        file = here / "trees" / "look_at_camp.yaml"
+        file.write_bytes(b"\xff") if what == "bytes" else file.mkdir()
+
+    assert run(["draft", LOOK, "--run"]) == 2
+    said = {"file": "cannot write trees/look_at_camp.yaml: trees: File exists"}.get(
+        what, "trees/look_at_camp.yaml exists; to replace it say --force"
+    )
+    assert capsys.readouterr().err == (
+        f"formiga: {said}\n  help: the draft is kept: .formiga/rovaniemi/drafts/1/task.yaml\n"
+    )
 
 
 @pytest.mark.usefixtures("terminal")

@@ -37,7 +37,7 @@ def test_json_is_the_same_each_time_and_complete(capsys: Capture) -> None:
     assert capsys.readouterr().out == first
     report = json.loads(first)
     assert list(report) == [
-        "task", "status", "code", "reason", "duration_s", "actions", "log", "least_battery", "crashes",
+        "task", "status", "code", "reason", "cleanup", "duration_s", "actions", "log", "least_battery", "crashes",
         "unsafe_starts", "low_flights", "closest_pass_m", "refused", "never_offered",
     ]  # fmt: skip
     assert (report["task"], report["status"], report["code"], report["crashes"]) == ("PickUp-1", "SUCCEEDED", "", 0)
@@ -63,6 +63,18 @@ def test_a_task_that_fails_says_code_and_reason(capsys: Capture) -> None:
     assert "PickUp-1 FAILED after " in out
     assert "s: expect answered not_yet" in out
     assert "hwd_1 stands away from its port (parked_away, PickUp-1)" in out
+
+
+def test_what_went_wrong_in_the_cleanup_of_a_success_is_told(tmp_path: Path, capsys: Capture) -> None:
+    steps = "  - wait: 1 s\nfinally:\n  - fail: The lamp stays on.\n    code: lamp\n"
+    file = written(tmp_path, steps)
+    assert run(["dryrun", file]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[lines.index("Mine-1 SUCCEEDED after 1 s") + 1] == (
+        "  while it cleaned up: finally: failed:lamp The lamp stays on."
+    )
+    assert run(["dryrun", "--json", file]) == 0
+    assert json.loads(capsys.readouterr().out)["cleanup"] == ["finally: failed:lamp The lamp stays on."]
 
 
 def test_an_answer_that_no_question_offered_is_noted(capsys: Capture) -> None:

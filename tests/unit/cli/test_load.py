@@ -6,9 +6,11 @@ from typing import Any
 
 import pytest
 
+from formiga_bt.cli import loading
 from formiga_bt.cli.app import run
 from formiga_bt.cli.client import ApiError
 from formiga_bt.cli.loading import is_file_word
+from formiga_bt.services import door
 from formiga_bt.site_folder import EngineAddress
 
 Capture = pytest.CaptureFixture[str]
@@ -44,6 +46,8 @@ class Paper:
         self.sent: list[tuple[str, Any]] = []
         self.what = what
         self.refusal: ApiError | None = None
+        self.refused: dict[str, ApiError] = {}
+        """Of the files that an engine does not take."""
 
     def post(self, path: str, body: Any = None, *, key: str = "") -> Any:
         self.sent.append((path, body))
@@ -51,6 +55,8 @@ class Paper:
             if self.refusal is not None:
                 raise self.refusal
             return {"id": "Look-1"}
+        if body["file"] in self.refused:
+            raise self.refused[body["file"]]
         name = Path(body["file"]).stem.title()
         return {
             "task": name,
@@ -95,6 +101,50 @@ def test_a_folder_means_its_tasks(paper: Paper, capsys: Capture) -> None:
     assert run(["load", "trees", "--json"]) == 0
     assert [one["task"] for one in json.loads(capsys.readouterr().out)] == ["Asks", "Look"]
     assert "trees/lib/own.yaml" not in [body["file"] for _, body in paper.sent]
+
+
+@pytest.mark.parametrize("as_json", [False, True])
+def test_one_that_is_refused_keeps_no_other_from_being_read(paper: Paper, capsys: Capture, as_json: bool) -> None:
+    paper.refused["trees/look.yaml"] = ApiError("bad_task", "trees/look.yaml:2:1: E001: no", "", 400)
+    for name in ("a_first", "z_last"):
+        Path(f"trees/{name}.yaml").write_text("formiga: 1\ntask: It\nsteps: [{wait: 1 s}]\n", encoding="utf-8")
+
+    assert run(["load", "trees", *(["--json"] if as_json else [])]) == 1
+
+    told = capsys.readouterr()
+    bad = "formiga: trees/look.yaml:2:1: E001: no\n\n"
+    assert told.err.count(bad) == 2  # of the task that requests it, too
+    assert [body["file"] for _, body in paper.sent][0::3] == ["trees/a_first.yaml", "trees/z_last.yaml"]
+    if as_json:
+        first, asks, look, last = json.loads(told.out)
+        assert (first["what"], last["what"]) == ("new", "new")
+        assert asks == {"file": "trees/asks.yaml", "what": "refused", "code": "bad_task", "text": bad[9:-2]}
+        assert look == {**asks, "file": "trees/look.yaml"}
+    else:
+        assert told.err.endswith(
+            "Z_Last it is\n2 of 4 files are not served as now written: trees/asks.yaml, trees/look.yaml\n"
+            "next: formiga run Z_Last    or: formiga tasks --library\n"
+        )
+
+
+def test_what_says_nothing_of_a_file_ends_it_at_once(paper: Paper, capsys: Capture) -> None:
+    paper.refused["trees/look.yaml"] = ApiError("unauthorized", "it wants a token", "", 401)
+    assert run(["load", "trees"]) == 1
+    assert len(paper.sent) == 1
+    assert capsys.readouterr().err == "formiga: it wants a token\n"
+
+
+def test_one_that_is_too_large_is_named(paper: Paper, capsys: Capture) -> None:
+    paper.refused["trees/look.yaml"] = ApiError("too_large", "the body is larger than 1,000,000 bytes", "", 413)
+    assert run(["load", "trees/look.yaml"]) == 1
+    assert capsys.readouterr().err == (
+        "formiga: trees/look.yaml: the file and what it imports are too large: an engine takes at most 1,000,000 bytes at"
+        " once\n  help: split it into smaller tasks that import less, or leave out what no task needs\n"
+    )
+
+
+def test_the_bound_that_is_told_is_that_of_the_engine() -> None:
+    assert loading.BODY_LIMIT == door.BODY_LIMIT
 
 
 def test_a_served_file_is_said_to_be_so(paper: Paper, capsys: Capture) -> None:

@@ -212,16 +212,19 @@ def test_a_full_disk_refuses_new_tasks_and_lets_go_on_what_flies(
 def test_what_lets_more_begin_is_answered_only_when_it_is_kept(driver: RealtimeDriver, disk: Disk) -> None:
     assert driver.ask(inp.LockdownOrder("land", "me")) == "ok"
     until(lambda: driver.statistics().inbox.waiting == {})
+    assert driver.kept_seq == driver.engine.state.seq
     disk.full = True
     release = driver.post(inp.LockdownOrder("release", "me"))
     until(lambda: disk.told == "full")
     assert driver.ask(inp.Operator("hold", "", "me")) == "ok:not_kept"
+    assert driver.kept_seq < driver.engine.state.seq
     with pytest.raises(
         TaskError, match=r"^the journal cannot be written, so nothing new is begun or allowed; make room"
     ):
         driver.ask(inp.LockdownOrder("release", "me"))
     assert not release.done()
     disk.full = False
+    until(lambda: driver.kept_seq >= len(disk.steps) - 1)
     assert release.result(10.0) == "ok", "the disk is tried again, whether or not anything happens"
 
 

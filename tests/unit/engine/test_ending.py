@@ -2,7 +2,7 @@
 
 import pytest
 
-from formiga_bt.engine.inputs import Notify, PublishState
+from formiga_bt.engine.inputs import Notify, Operator, PublishState
 from formiga_bt.errors import TaskError
 from formiga_bt.testing import alarms, effects
 from tests.unit.engine.conftest import Make
@@ -77,6 +77,21 @@ def test_abort_goes_through_on_abort_with_its_reason(make: Make) -> None:
 
     assert yard.outcome(task) == ("CANCELED", "aborted")
     assert notes(yard) == ["on_abort rain", "finally"]
+
+
+def test_a_restart_is_no_abort_of_the_task_and_an_abort_meanwhile_is(make: Make) -> None:
+    yard, task = begin(make)
+
+    yard.ask(Operator("restart", task, "eve"))
+    yard.run_for(0.2)
+
+    ending = yard.task(task)
+    assert (ending.status, ending.again, ending.code, ending.reason) == ("ENDING", "restart", "restarted", "by eve")
+    yard.abort(task)
+    assert yard.task(task).code == "aborted"
+    for action in ("Move", "Move", "Home"):
+        settle(yard, action)
+    assert yard.outcome(task) == ("CANCELED", "aborted")
 
 
 def test_the_next_part_waits_for_the_goals_of_the_former(make: Make) -> None:

@@ -5,6 +5,7 @@ from typing import Any
 
 import pytest
 
+from formiga_bt.clock import SECOND
 from formiga_bt.engine.inputs import CancelGoal, Operator, QueryGoal, SendGoal, WallDue
 from formiga_bt.errors import TaskError
 from formiga_bt.geo import Position
@@ -86,6 +87,27 @@ def test_an_older_status_that_comes_late_is_ignored(make: Make) -> None:
     assert yard.record("c1").bad == 0
 
 
+@pytest.mark.parametrize("announces", [True, False])
+def test_a_new_process_may_be_anywhere(make: Make, announces: bool) -> None:
+    yard = make(MOVE)
+    yard.run_for(3)
+    far = Position(400.0, 0.0, 0.0)
+    if announces:
+        yard.cart.kill()
+        yard.cart._fields["position"] = far
+        yard.cart.boot()
+    else:
+        yard.cart.tell(boot_id="another", seq=0, position=far)
+    yard.run_for(0.1)
+
+    assert (yard.record("c1").bad, yard.record("c1").position) == (0, far)
+
+    record = yard.record("c1")
+    yard.cart.tell(boot_id=record.boot_id, seq=record.seq + 1, position=Position(9000.0, 0.0, 0.0))
+    yard.run_for(0.1)
+    assert yard.record("c1").bad == 1  # but from then on it moves
+
+
 def test_a_late_status_of_a_former_process_is_no_restart(make: Make) -> None:
     yard = make(MOVE)
     old = yard.cart.side.status.boot_id
@@ -151,6 +173,21 @@ def test_suspect_is_back_before_lost_and_nothing_happened(make: Make) -> None:
     assert any(q.goal_ids for q in effects(yard, QueryGoal))
     yard.cart.succeed({"n": 1})
     assert yard.end(task) == ("SUCCEEDED", "")
+
+
+def test_after_one_silence_the_next_is_noticed_as_soon(make: Make) -> None:
+    yard = make(MOVE)
+    yard.run_for(3)
+    yard.cart.silent = True
+    yard.run_for(8)
+    yard.cart.silent = False
+    yard.run_for(2)
+    assert yard.record("c1").liveness == "ALIVE"
+
+    yard.cart.silent = True
+    heard = yard.record("c1").heard_wall
+    assert yard.run_until(lambda: yard.record("c1").liveness == "SUSPECT", 60)
+    assert yard.now - heard == 3 * SECOND
 
 
 def test_a_goal_for_a_suspect_waits_until_it_is_back(make: Make) -> None:

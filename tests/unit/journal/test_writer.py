@@ -5,11 +5,14 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import pytest
+import sqlalchemy as sa
 
 from formiga_bt.engine.drivers.persist import DURABLE, Outcome
 from formiga_bt.engine.inputs import JournalState, Step
 from formiga_bt.engine.state import EngineState, fold
 from formiga_bt.errors import JournalError
+from formiga_bt.journal import database
+from formiga_bt.journal.database import writing
 from formiga_bt.journal.past import Past
 from formiga_bt.journal.store import Journal, Unwritable
 from formiga_bt.journal.writer import tasks_of
@@ -145,6 +148,84 @@ def test_another_program_that_holds_the_file_is_full_too(rig: Rig, monkeypatch: 
     other.close()
     rig.clock += 1.1
     assert rig.give(LONG[10:15]) == Outcome(True, JournalState("ok"))
+
+
+def test_an_engine_that_flies_waits_for_others_a_moment_only(rig: Rig) -> None:
+    def patience_ms() -> int:
+        assert rig.journal._write is not None
+        return int(rig.journal._write.connection.dbapi_connection.execute("PRAGMA busy_timeout").fetchone()[0])  # type: ignore[union-attr]
+
+    assert patience_ms() == 200
+    rig.give(LONG[:5])
+    assert rig.journal._write is not None
+    rig.journal._write.close()  # as after a lost connection
+    rig.give(LONG[5:10])
+    assert patience_ms() == 200
+    rig.writer.end()
+    assert patience_ms() == 10_000
+
+
+def test_what_takes_long_to_fail_is_tried_less_often(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
+    tries = []
+
+    def slowly(*_: object) -> Callable[[], None]:
+        rig.clock += 2.0
+        tries.append(rig.clock)
+        raise Unwritable("locked")
+
+    monkeypatch.setattr(rig.journal, "stage", slowly)
+    for _ in range(40):
+        rig.give(LONG[:1] if not tries else ())
+        rig.clock += 0.5
+    assert tries == [2.0, 12.0, 22.0], "8 s after the end of the last one"
+
+
+def test_who_writes_waits_for_another_thread_of_its_own_process(
+    taken: Journal, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    if not taken.database.is_sqlite:
+        pytest.skip("others never wait there")
+    plain = taken.database.engine.connect()
+    beside = writing(plain)
+    waited: list[float] = []
+
+    class Turn:
+        """Ends what is written beside when it is waited for."""
+
+        def locked(self) -> bool:
+            return True
+
+        def acquire(self, *, timeout: float = -1, blocking: bool = True) -> bool:
+            if blocking:
+                waited.append(timeout)
+                beside.__exit__(None)
+            return True
+
+        def release(self) -> None:
+            pass
+
+    rig = Rig(taken)
+    assert taken._write is not None
+    taken._write.exec_driver_sql("PRAGMA busy_timeout = 1")
+    taken._write.commit()
+    beside.__enter__()
+    monkeypatch.setattr(database, "_turn_of", lambda _: Turn())
+    assert rig.give(LONG[:5]) == DURABLE
+    assert waited == [database.OWN_S]
+    plain.close()
+
+
+def test_a_server_that_went_away_is_noticed_soon(monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("psycopg")
+    made: list[dict[str, object]] = []
+    create = sa.create_engine
+    monkeypatch.setattr(sa, "create_engine", lambda *a, **o: made.append(o["connect_args"]) or create(*a, **o))
+    database.Database("postgresql://ann@db.example/formiga")
+    database.Database("postgresql://ann@db.example/formiga?connect_timeout=9")
+    assert made[0] == database.SERVER
+    assert made[0]["connect_timeout"] == 2
+    assert made[0]["tcp_user_timeout"] == 2000
+    assert "connect_timeout" not in made[1], "what the URL says counts"
 
 
 def test_the_end_writes_what_waits_and_a_snapshot(rig: Rig) -> None:

@@ -77,3 +77,48 @@ def test_a_subtrees_param_may_be_called_as_another_role(load: Load) -> None:
 
     assert [d.code for d in load(text + steps + home.replace("NAME", "drone")).diagnostics] == []
     assert [d.code for d in load(text + steps).diagnostics] == ["E031"]
+
+
+PAIR = """\
+  - do: drone.TakeOff
+    when: cN
+  - call: ReturnHome
+    with: {drone: "${drone}"}
+    when: cN
+"""
+MANY = HEAD.replace("params:\n", "params:\n" + "".join(f"  c{n}: {{type: bool, default: true}}\n" for n in range(8)))
+
+
+class TestMany:
+    """More conditions than are told apart at once."""
+
+    def test_each_pair_agrees(self, load: Load) -> None:
+        steps = "".join(PAIR.replace("cN", f"c{n}") for n in range(8))
+
+        assert [d.code for d in load(MANY + steps).diagnostics] == []
+        inside = "  - guard: watcher.battery > 5 %\n    steps:\n" + steps.replace("  - ", "      - ").replace(
+            "\n    w", "\n        w"
+        )
+        assert "E030" not in [d.code for d in load(MANY + inside).diagnostics]
+
+    def test_one_inside_the_other(self, load: Load) -> None:
+        ups = "".join(f"  - notify: Go\n    when: c{n}\n" for n in range(4))
+        steps = ups + "".join(PAIR.replace("cN", f"c{n}") for n in range(7)) + ups
+
+        assert [d.code for d in load(MANY + steps).diagnostics if d.code != "W060"] == []
+
+    @pytest.mark.parametrize("last", [0, 3, 7])
+    def test_a_pair_that_does_not_is_told(self, load: Load, last: int) -> None:
+        steps = [PAIR.replace("cN", f"c{n}") for n in range(8)]
+        home = steps[last].partition("  - call")[0]
+        steps[last] = home
+
+        found = {d.code for d in load(MANY + "".join(steps)).diagnostics}
+        assert found & {"E030", "E031"}
+
+    def test_a_fault_beside_them_is_told(self, load: Load) -> None:
+        steps = "".join(PAIR.replace("cN", f"c{n}") for n in range(8))
+
+        assert [d.code for d in load(MANY + steps + "  - do: drone.TakeOff\n").diagnostics] == ["E031"]
+        both = steps + "  - do: drone.TakeOff\n    when: c0 and c1\n"
+        assert [d.code for d in load(MANY + both).diagnostics] == ["E031"]

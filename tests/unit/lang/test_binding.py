@@ -87,6 +87,7 @@ def test_what_is_left_out_keeps_its_default(bind: Bind) -> None:
         ("user", "hwd_1", "E013: expected a picker agent, 'hwd_1' is a hwd agent"),
         ("height", "45", "E017: 45 needs a unit: 45 m?"),
         ("height", "45 kg", "parameter height:1:1: E"),
+        ("height", "1e308 m", "E013: 1e308 m is too large"),
         ("height", "121 m", "E062: 'height' must be at most 120 m\n    1 | 121 m\n      | ^^^^^"),
         ("height", "9 m", "E062: 'height' must be at least 10 m"),
         ("rounds", "0", "E062: 'rounds' must be at least 1"),

@@ -48,6 +48,12 @@ GOOD = {
     + "    else:\n      - fail: too empty\n",
     "cleanup that asks first": steps(UP, DOWN) + "on_failure:\n" + steps(DOWN + "\n{0}  when: drone.airborne"),
     "landed in finally": steps(UP, GO) + "finally:\n" + steps(DOWN),
+    "landed in finally if it is not": steps(UP, DOWN) + "finally:\n" + steps(DOWN + "\n{0}  when: drone.airborne"),
+    "perhaps landed before finally": steps(UP)
+    + "  - if: drone.battery > 30 %\n    then:\n"
+    + steps(DOWN, indent=6)
+    + "finally:\n"
+    + steps(DOWN),
 }
 
 BAD = {
@@ -62,6 +68,7 @@ BAD = {
         "  - fallback:\n" + steps(UP, GO, indent=6) + steps(DOWN),
         ["E030"],
     ),
+    "landed before finally": (steps(UP, DOWN) + "finally:\n" + steps(DOWN), ["E030"]),
     "a contradiction in cleanup": (steps(UP, DOWN) + "on_failure:\n" + steps(UP, UP), ["E030"]),
 }
 
@@ -302,3 +309,19 @@ steps:
 
 def test_a_released_drone_is_brought_home_by_the_engine(load: Load) -> None:
     assert lines(load, ONE + "  - do: drone.TakeOff\n  - release: drone\n") == []
+
+
+def test_an_agent_written_by_its_id_is_none_of_the_machines_that_are_followed(load: Load) -> None:
+    head = "imports: [lib/flying.yaml]\nagents:\n  drone: {type: lwd}\nsteps:\n"
+    subtrees = 'subtrees:\n  Fly:\n    params: {drones: {list: agent}}\n    steps:\n      - for: {one: "${drones}"}\n'
+    subtrees += '        steps:\n          - call: FetchHome\n            with: {drone: "${one}"}\n'
+    calls = [
+        "  - call: FetchHome\n    with: {drone: hwd_1}\n",
+        "  - call: FetchHome\n    with: {drone: 'null'}\n",
+        "  - call: Fly\n    with: {drones: [hwd_1, hwd_2]}\n",
+        "  - call: Fly\n    with: {drones: ['${drone}', hwd_1]}\n",
+    ]
+    for call in calls:
+        found = [d.code for d in load(head + call + "  - do: drone.TakeOff\n" + subtrees).diagnostics]
+        assert "E031" in found, "the role itself is followed as ever"
+        assert "E030" not in found

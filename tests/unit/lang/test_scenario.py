@@ -12,6 +12,7 @@ from formiga_bt.lang.model import Catalogue
 from formiga_bt.lang.scenario import FAULTS, Scenario, load_scenario, load_scenario_text
 from formiga_bt.lang.types import AgentRef
 from formiga_bt.packaged import files, folder
+from formiga_bt.simulation import VirtualRun
 
 SHIPPED = sorted((folder("trees") / "scenarios").glob("*.yaml"))
 HEAD = "scenario: try\nsite: demo-site.yaml\n"
@@ -339,3 +340,43 @@ def test_tasks_of_the_sites_own_folder_are_found_before_those_that_ship(tmp_path
         for name, task in loaded.scenario.tasks.items()
     }
     assert found == {"Mine": "plays/mine.yaml", "Deeper": "trees/deep/er.yaml", "Circle": "trees/circle.yaml"}
+
+
+def test_what_its_tasks_request_is_played_too(tmp_path: Path, catalogue: Catalogue) -> None:
+    (tmp_path / "first.yaml").write_text("formiga: 1\ntask: First\nsteps:\n  - request: Second\n")
+    (tmp_path / "second.yaml").write_text("formiga: 1\ntask: Second\nsteps:\n  - request: Third\n")
+    (tmp_path / "third.yaml").write_text("formiga: 1\ntask: Third\nsteps:\n  - wait: 2 s\n")
+    orders = "orders:\n  - {at: 1 s, order: hold, target: Third}\n"
+    (tmp_path / "try.yaml").write_text(f"{HEAD}{FLEET}tasks:\n  - {{task: First}}\n")
+
+    scenario = load_scenario(tmp_path / "try.yaml", catalogue=catalogue).scenario
+
+    assert scenario is not None
+    assert list(scenario.tasks) == ["First", "Second", "Third"]
+    run = VirtualRun(scenario)
+    assert run.run()
+    tasks = run.rehearsal.engine.state.tasks.values()
+    assert [(task.name, task.status) for task in tasks] == [
+        ("First", "SUCCEEDED"),
+        ("Second", "SUCCEEDED"),
+        ("Third", "SUCCEEDED"),
+    ]
+    (tmp_path / "try.yaml").write_text(f"{HEAD}{FLEET}tasks:\n  - {{task: First}}\n{orders}")
+    assert load_scenario(tmp_path / "try.yaml", catalogue=catalogue).diagnostics == []
+
+
+def test_a_mistake_in_what_its_tasks_request_is_told_once(tmp_path: Path, catalogue: Catalogue) -> None:
+    (tmp_path / "first.yaml").write_text("formiga: 1\ntask: First\nsteps:\n  - request: Second\n")
+    (tmp_path / "again.yaml").write_text("formiga: 1\ntask: Again\nsteps:\n  - request: Second\n")
+    (tmp_path / "second.yaml").write_text("formiga: 1\ntask: Second\nsteps:\n  - do: nobody.TakeOff\n")
+    (tmp_path / "try.yaml").write_text(f"{HEAD}{FLEET}tasks:\n  - {{task: First}}\n  - {{task: Again}}\n")
+
+    loaded = load_scenario(tmp_path / "try.yaml", catalogue=catalogue)
+
+    assert loaded.scenario is None
+    assert [(Path(one.mark.file).name, one.mark.line, one.code) for one in loaded.diagnostics] == [
+        ("second.yaml", 4, "E020"),
+        ("try.yaml", 7, "E010"),
+    ]
+    said = f"a task that First requests has errors ({tmp_path / 'second.yaml'})"
+    assert loaded.diagnostics[1].message == said

@@ -55,6 +55,43 @@ def test_a_param_of_type_duration_is_at_least_zero_unless_it_says_otherwise(load
     assert [p.message for p in problems] == ["'pause' is a duration, it cannot be below 0 s"]
 
 
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("agents:\n  a: {type: lwd, battery_min: 150 %}\nsteps:\n  - notify: ${a.id}\n", "E062 'battery_min'"),
+        ("agents:\n  a: {type: lwd, battery_min: -5 %}\nsteps:\n  - notify: ${a.id}\n", "E062 'battery_min'"),
+        ("params:\n  least: {type: percent, default: 150 %}\nsteps:\n  - notify: At ${least}\n", "E061 'least'"),
+        ("params:\n  least: {type: percent, default: -1 %}\nsteps:\n  - notify: At ${least}\n", "E061 'least'"),
+        (
+            "steps:\n  - call: Rest\n    with: {least: 101 %}\n"
+            "subtrees:\n  Rest:\n    params: {least: percent}\n    steps: [{notify: At least}]\n",
+            "E062 'least'",
+        ),
+    ],
+)
+def test_a_constant_percent_is_between_0_and_100(load: Load, text: str, said: str) -> None:
+    found = [f"{d.code} {d.message}" for d in load(text).diagnostics if d.severity == "error"]
+    assert found == [f"{said} is a percent, it lies between 0 % and 100 %"]
+
+
+@pytest.mark.parametrize("least", ["0 %", "100 %"])
+def test_the_ends_of_a_percent_are_percents(load: Load, least: str) -> None:
+    text = f"agents:\n  a: {{type: lwd, near: '${{base}}', battery_min: {least}}}\nsteps:\n  - notify: ${{a.id}}\n"
+    assert load(text).diagnostics == []
+
+
+def test_a_param_of_type_percent_is_held_to_it_at_submission(load: Load, demo_site: Site) -> None:
+    text = (
+        "params:\n  least: percent\n  change: {type: percent, min: -20 %}\nsteps:\n  - notify: At ${least + change}\n"
+    )
+    task = load(text).task
+    assert task is not None
+    for value in ("-150 %", "101 %"):
+        _, problems, _ = bind_params(task, {"least": value, "change": "-1 %"}, demo_site)
+        assert [str(p.message) for p in problems] == ["'least' is a percent, it lies between 0 % and 100 %"]
+    assert bind_params(task, {"least": "100 %", "change": "-20 %"}, demo_site)[1] == []
+
+
 def test_a_name_in_a_misspelt_field_counts_as_used(load: Load) -> None:
     text = (
         "params:\n  high: distance\nagents:\n  drone: {type: lwd}\nsteps:\n"

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from formiga_bt.units import LIKELY, UNITS, format_quantity, parse_quantity
+from formiga_bt.units import LIKELY, UNITS, format_quantity, parse_quantity, too_large
 
 
 @pytest.mark.parametrize(
@@ -41,6 +41,22 @@ def test_radians_become_degrees():
 )
 def test_anything_else_is_no_quantity(text):
     assert parse_quantity(text) is None
+
+
+@pytest.mark.parametrize(
+    ("text", "is_so"),
+    [
+        ("1e308 m", True),
+        ("-1e16 m", True),
+        ("1e14 km", True),
+        ("1e400 m", True),
+        ("9e15 m", False),
+        ("1e308 parsec", False),
+        ("1e308 s", False),
+    ],
+)
+def test_a_number_out_of_bounds_is_told_from_a_unit_that_is_none(text, is_so):
+    assert too_large(text, "distance") is is_so
 
 
 @pytest.mark.parametrize(

@@ -235,6 +235,35 @@ def test_a_task_that_began_anew_with_another_machine_comes_back_whole(
     assert written.count("drone.TakeOff") == 2
 
 
+FAR = """\
+formiga: 1
+task: Far
+agents:
+  drone: {type: hwd, near: "${base}"}
+steps:
+  - do: drone.TakeOff
+  - do: drone.GoTo
+    with: {to: "${above(site.places.north_field, 60 m)}"}
+  - wait: 40 min
+  - do: drone.LandIn
+    with: {at: "${site.places.north_field}"}
+"""
+LOW = """\
+  - name: it hovers too long
+    expect: {}
+"""
+
+
+def test_a_limit_of_the_envelope_that_ended_a_task_is_expected_of_the_case(
+    tmp_path: Path, capsys: Captured, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "far.yaml").write_text(FAR)
+    fly(tmp_path, LOW, task=str(tmp_path / "far.yaml"))
+    monkeypatch.chdir(tmp_path)
+    assert run(["replay", "--task", "Far-1", "--as-test", "story.test.yaml"]) == 0, capsys.readouterr().err
+    assert "      status: failed\n      code: envelope.reserve\n" in Path("story.test.yaml").read_text()
+
+
 def test_of_a_task_that_was_preempted_the_run_after_it_is_the_case(
     tmp_path: Path, capsys: Captured, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -2,6 +2,7 @@
 
 import io
 import json
+import re
 import shutil
 from pathlib import Path
 
@@ -100,11 +101,16 @@ def copy(tmp_path: Path, blocked: Flown, monkeypatch: pytest.MonkeyPatch) -> Pat
 
 
 ALL = """\
-  63 steps, 2 snapshots, 12 way points: about 31.6 kB
+  63 steps, 2 snapshots, 12 way points: about SIZE
   all moments from 1970-01-12 13:46:40 to 1970-01-12 13:47:25
   what 1 task did then: no verb shows or explains it any more
   what an engine needs to go on stays
 """
+
+
+def sizeless(text: str) -> str:
+    """Return a text without the size of records, which grows with each of their fields."""
+    return re.sub(r"about [1-9]\d{0,2}\.\d kB", "about SIZE", text)
 
 
 def test_compact_tells_what_would_be_gone_and_removes_it_only_if_that_is_confirmed(
@@ -113,11 +119,13 @@ def test_compact_tells_what_would_be_gone_and_removes_it_only_if_that_is_confirm
     words = ["journal", "compact", "--journal", str(copy), "--history", "0"]
     before = copy.stat().st_size
     assert run(words) == 2
-    assert capsys.readouterr().err == (f"formiga: to compact {copy} removes for ever\n{ALL}  help: confirm it: --yes\n")
+    assert sizeless(capsys.readouterr().err) == (
+        f"formiga: to compact {copy} removes for ever\n{ALL}  help: confirm it: --yes\n"
+    )
     monkeypatch.setattr("sys.stdin", Terminal("n\n"))
     assert run(words) == 1
     said = capsys.readouterr()
-    assert f"To compact {copy} removes for ever\n{ALL}Remove it? [y/N]:" in said.err
+    assert f"To compact {copy} removes for ever\n{ALL}Remove it? [y/N]:" in sizeless(said.err)
     with Journal(copy, SITE, read_only=True) as left:
         assert len(list(left.read())) == 63
 

@@ -6,7 +6,8 @@ from typing import Any
 
 import pytest
 
-from formiga_bt.services.crew import keep, standing
+from formiga_bt.services.crew import keep, standing, taken_back
+from formiga_bt.services.journaling import JournalAt
 from formiga_bt.site_folder import APPROVALS
 from formiga_bt.transport.messages import PreflightCheck
 from tests.unit.services.conftest import Service, Start
@@ -97,6 +98,30 @@ def test_an_approval_outlives_the_engine_until_it_is_taken_back_and_duty_does_no
         assert service.refused("POST", "/v1/tasks", {"task": "Hello"})["code"] == "not_approved"
     assert [line.get("by") for line in map(json.loads, (folder / APPROVALS).read_text().splitlines())] == ["ann", "bob"]
     assert standing(folder) == []
+
+
+def test_what_was_taken_back_right_before_a_kill_stands_no_more(real: Start, tmp_path: Path) -> None:
+    with real(journal=JournalAt(durability="normal")) as service:
+        service.post("/v1/approvals", body(service))
+        whole = digest(service, "Hello")
+    # The line was written, and the engine was killed before the step was in the journal; who said so approves no more. As if it
+    # had been taken back while no engine ran, whose clock need not be that of the engine.
+    keep(tmp_path / ".formiga/meadow", digest=whole, task="Hello", by="gone", at=1, revoke=True)
+    with real(journal=JournalAt(durability="normal")) as service:
+        assert service.refused("POST", "/v1/tasks", {"task": "Hello", "requester": "rita"})["code"] == "not_approved"
+        service.post("/v1/approvals", body(service))
+    with real(journal=JournalAt(durability="normal")) as service:
+        assert [t["approved_by"] for t in service.get("/v1/approvals")["tasks"] if t["task"] == "Hello"] == ["ann"]
+
+
+def test_the_last_word_about_an_approval_counts(tmp_path: Path) -> None:
+    assert taken_back(tmp_path, ("ab", "cd")) == ()
+    keep(tmp_path, digest="ab", task="Hello", by="ann", at=5)
+    assert taken_back(tmp_path, ("ab", "cd")) == ()
+    keep(tmp_path, digest="ab", task="Hello", by="ann", at=4, revoke=True)
+    assert taken_back(tmp_path, ("ab", "cd")) == ("ab",)
+    keep(tmp_path, digest="ab", task="Hello", by="ann", at=3)
+    assert taken_back(tmp_path, ("ab", "cd")) == ()
 
 
 def test_an_approval_of_another_version_is_listed_and_does_not_count(real: Start, tmp_path: Path) -> None:

@@ -1,9 +1,12 @@
 """`formiga up` and its journal: what a start writes, what the next one goes on from, what is refused."""
 
+import json
+import shutil
 from pathlib import Path
 
 import pytest
 
+from formiga_bt import site_folder
 from formiga_bt.cli.past import Place, journals
 from formiga_bt.engine.state import snapshot
 from formiga_bt.errors import JournalError, SiteError
@@ -113,6 +116,8 @@ def test_orders_on_a_full_disk_act_and_say_that_they_are_not_kept(
     with start(journal=NORMAL) as service:
         journal = service.host.journaling.journal
         assert journal is not None
+        service.submit("Ask")
+        service.wait(lambda: [q["shown"] for q in service.get("/v1/inbox")["questions"]] == [["watcher_1"]])
         with monkeypatch.context() as patch:
             patch.setattr(journal, "stage", full)
             said = service.post("/v1/lockdown", {"how": "land"})
@@ -123,10 +128,83 @@ def test_orders_on_a_full_disk_act_and_say_that_they_are_not_kept(
             assert problem["text"].startswith("the journal cannot be written, so nothing new is begun or allowed")
             said = service.post("/v1/orders", {"order": "hold"})
             assert said["text"].endswith(f"({NOT_KEPT})")
+            said = service.post("/v1/inbox/Q1/answer", {"option": "yes_it_is"})
+            assert said["text"] == f"Q1 is answered: yes_it_is by watcher_1 ({NOT_KEPT})"
         service.wait(lambda: service.call("POST", "/v1/lockdown", {"how": "release"})[0] == 200)
         assert "not kept" not in service.post("/v1/orders", {"order": "hold"})["text"]
     with Journal(file_of(tmp_path), "meadow", read_only=True) as journal:
         assert "LockdownOrder" in stats(journal).kinds, "what waited was kept in the end"
+
+
+@pytest.mark.parametrize("journal", [None, NORMAL])
+def test_a_runtime_folder_that_cannot_be_written_ends_nothing(
+    start: Start, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, journal: JournalAt | None
+) -> None:
+    def full(file: Path, *_: object) -> None:
+        raise SiteError(f"cannot write {file}: No space left on device")
+
+    with start(journal=journal) as service:
+        with monkeypatch.context() as patch:
+            patch.setattr(site_folder, "write_durably", full)
+            folder = service.host._folder
+            folder._reserved = dict.fromkeys(folder._reserved, 0)  # as after many tasks
+            problem = service.refused("POST", "/v1/tasks", {"task": "Hello", "params": {}})
+            assert problem["code"] == "journal_full"
+            service.wait(lambda: service.get("/v1/health")["alarms"])
+            (alarm,) = [line["text"] for line in service.get("/v1/health")["alarms"]]
+            assert alarm == (
+                "nothing can be kept, no new task is admitted; what flies goes on: "
+                f"cannot write {folder.path / 'marks.json'}: No space left on device (journal_full)"
+            )
+            assert service.post("/v1/orders", {"order": "hold"})["text"].endswith(f"({NOT_KEPT})")
+        service.wait(lambda: service.host.driver.engine.state.counters.get("journal") == 0)
+        assert service.submit("Hello").startswith("Hello-")
+        assert service.host.driver.error is None
+
+
+@pytest.mark.parametrize(
+    ("durability", "how", "next_id"),
+    [
+        ("full", "killed", "Hello-2"),
+        ("normal", "killed", "Hello-101"),
+        ("full", "full", "Hello-101"),
+        ("full", "older", "Hello-201"),
+        ("full", "ended", "Hello-201"),
+        (None, "killed", "Hello-101"),
+    ],
+)
+def test_ids_that_the_journal_may_not_know_are_passed_over(
+    start: Start, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, durability: str | None, how: str, next_id: str
+) -> None:
+    """Whatever this start is told: what counts is how the one that died kept its journal."""
+
+    def full(*_: object) -> None:
+        raise Unwritable("no room")
+
+    runtime, killed = tmp_path / ".formiga", tmp_path / "killed"
+    with start(journal=JournalAt(durability="full")):
+        pass
+    with start(journal=JournalAt(durability=durability) if durability else None) as service:  # type: ignore[arg-type]
+        assert service.submit("Hello") == "Hello-1"
+        service.ends("Hello-1")
+        journal = service.host.journaling.journal
+        if how == "full":
+            assert journal is not None
+            with monkeypatch.context() as patch:
+                patch.setattr(journal, "stage", full)
+                service.post("/v1/orders", {"order": "hold"})
+            service.wait(lambda: service.host.driver.engine.state.counters.get("journal") == 0)
+        shutil.copytree(runtime, killed)
+    if how != "ended":
+        shutil.rmtree(runtime)
+        killed.rename(runtime)
+    if how in ("older", "ended"):  # an older copy of the journal was restored: it lacks more than was set aside once
+        marks = runtime / "meadow" / "marks.json"
+        said = json.loads(marks.read_text())
+        said["counters"]["task"] = 200
+        marks.write_text(json.dumps(said))
+    with start(journal=JournalAt(durability="full")) as service:
+        assert service.submit("Hello") == next_id
 
 
 def test_an_address_in_the_site_folder_has_no_password(tmp_path: Path) -> None:

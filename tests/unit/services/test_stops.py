@@ -1,6 +1,7 @@
 """What people read after an order: who got it, who did not and why, what happens now, what they must do next."""
 
 from collections.abc import Iterator
+from typing import Any
 
 import pytest
 
@@ -19,6 +20,11 @@ def paper() -> Iterator[Paper]:
     made.put(AgentPut(machine("hwd_1")), TaskPut(task("PickUp-3", "hwd_1")))
     yield made
     made.view.stop()
+
+
+INTERRUPTED = GoalRecord(
+    id="g", agent="hwd_1", action="GoTo", task="PickUp-3", section="steps", state="interrupted", code="taken_over"
+)
 
 
 def held(*causes: str) -> TaskPut:
@@ -68,6 +74,35 @@ def test_an_order_to_a_machine_that_is_not_heard_of_is_not_told_as_done(
             landed == "airborne",
         )
     ]
+
+
+@pytest.mark.parametrize(
+    ("stop", "landed", "was"),
+    [
+        ("hold", "grounded", "stood on the ground; nothing is sent to it"),
+        ("return", "grounded", "stood on the ground; nothing is sent to it"),
+        ("hold", "airborne", "hovered; it returns by itself before its reserve is reached"),
+    ],
+)
+def test_an_order_for_which_nothing_is_sent_tells_that_its_machine_is_silent(
+    paper: Paper, stop: Any, landed: str, was: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("time.monotonic_ns", lambda: 12_000_000_000)
+    silent = machine("hwd_1", liveness="SUSPECT", heard_wall=6 * SECOND, landed=landed)
+    paper.then(AgentPut(silent), OrderPut("hwd_1", order("hwd_1", stop, state="done")))
+    told = f"hwd_1 has not been heard of for 6 s; when it was, it {was}"
+
+    reply = paper.stops.agent("hwd_1", stop, "eve")
+
+    assert (reply.text, reply.ordered) == (f"{stop} is ordered for 0 machines; 1 may not have got it", [])
+    assert [(one.code, one.text, one.may_be_airborne) for one in reply.skipped] == [
+        ("suspect", told, landed == "airborne")
+    ]
+    paper.then()
+
+    again = paper.stops.agent("hwd_1", stop, "eve")  # it was heard of when it got it, or it is told as above
+
+    assert (again.stands_already, [one.text for one in again.ordered]) == (True, [told])
 
 
 @pytest.mark.parametrize(
@@ -372,6 +407,11 @@ def test_a_release_without_lockdown_is_no_error(paper: Paper) -> None:
         ("continue", (), "hwd_1 is the engine's again; PickUp-3 goes on", "formiga agents"),
         ("end", (), "hwd_1 is the engine's again; its interrupted step fails (taken_over)", "formiga agents"),
         (
+            "end", ("resume",),
+            "hwd_1 is the engine's again; its interrupted step fails (taken_over), and PickUp-3 waits for your word",
+            "formiga continue PickUp-3",
+        ),
+        (
             "return", ("operator:hwd_1",),
             "hwd_1 is the engine's again; it flies to its port, then PickUp-3 waits for your word",
             "formiga continue PickUp-3",
@@ -381,13 +421,33 @@ def test_a_release_without_lockdown_is_no_error(paper: Paper) -> None:
 def test_a_handback_says_what_becomes_of_the_task(
     paper: Paper, how: str, held_by: tuple[str, ...], text: str, following: str
 ) -> None:
-    paper.put(AgentPut(machine("hwd_1", taken=True)), held("take-over:hwd_1"))
+    paper.put(AgentPut(machine("hwd_1", taken=True)), held("take-over:hwd_1"), GoalPut(INTERRUPTED))
     paper.then(AgentPut(machine("hwd_1")), held(*held_by))
 
     reply = paper.stops.hand_back("hwd_1", how, "eve")
 
     assert paper.asked == [Operator(f"handback_{how}", "hwd_1", "eve")]  # type: ignore[arg-type]
     assert (reply.text, reply.next[0]) == (text, following)
+
+
+@pytest.mark.parametrize(
+    ("held_by", "then", "following"),
+    [
+        ((), "PickUp-3 goes on", ["formiga abort PickUp-3"]),
+        (("resume",), "PickUp-3 waits for your word", ["formiga abort PickUp-3", "formiga continue PickUp-3"]),
+    ],
+)
+def test_a_handback_that_ends_nothing_says_so_and_how_to_end_the_task(
+    paper: Paper, held_by: tuple[str, ...], then: str, following: list[str]
+) -> None:
+    home = GoalRecord(id="h", agent="hwd_1", action="LandIn", task="PickUp-3", section="recover", state="interrupted")
+    paper.put(AgentPut(machine("hwd_1", taken=True)), held("take-over:hwd_1", *held_by), GoalPut(home))
+    paper.then(AgentPut(machine("hwd_1")), held(*held_by))
+
+    reply = paper.stops.hand_back("hwd_1", "end", "eve")
+
+    assert reply.text == f"hwd_1 is the engine's again; no step of PickUp-3 was interrupted, so none fails: {then}"
+    assert reply.next == following
 
 
 def test_a_handback_does_not_promise_what_an_order_forbids(paper: Paper) -> None:

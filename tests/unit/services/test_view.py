@@ -10,11 +10,13 @@ from formiga_bt.engine.changes import LockdownPut, TaskPut
 from formiga_bt.engine.inputs import Alarm, Operator, Step, TimerDue
 from formiga_bt.engine.records import Lockdown, TaskRecord
 from formiga_bt.services.feed import Feed
+from formiga_bt.services.shown import task_out
 from formiga_bt.services.view import View
 from formiga_bt.show.why import words
 from formiga_bt.show.why.places import StepPlaces, running_leaves
 from formiga_bt.show.why.words import span
 from formiga_bt.testing import packaged_task
+from tests.unit.services.fakes import NOW
 
 ROOT = Path(__file__).parents[3]
 
@@ -150,7 +152,10 @@ def test_refused_orders_and_restarts_are_told_as_what_they_are() -> None:
     view.start()
     given = Operator("continue", "hwd_1", "eve")
     view.feed_step(Step(1, 1000, given, (), (), "error:not_held:hwd_1 is not held"))
-    anew = TaskRecord(id="T-1", name="T", order=1, bundle="", status="ENDING", code="aborted", again="restart")
+    anew = TaskRecord(
+        id="T-1", name="T", order=1, bundle="", status="ENDING", outcome="CANCELED", code="restarted", reason="by eve",
+        again="restart",
+    )  # fmt: skip
     view.feed_step(step(2, TaskPut(anew)))
     view.catch_up()
 
@@ -158,4 +163,7 @@ def test_refused_orders_and_restarts_are_told_as_what_they_are() -> None:
         "refused to eve: continue hwd_1: hwd_1 is not held",
         "T-1 ENDING: a person restarts it; then it begins anew",
     ]
+    with view.reading() as state:
+        shown = task_out(state, anew, NOW)
+    assert (shown.status, shown.outcome, shown.code, shown.reason) == ("ENDING", "", "restarted", "by eve")
     view.stop()

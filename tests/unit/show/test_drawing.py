@@ -8,6 +8,7 @@ from formiga_bt.cli.inputs import read_task, read_world
 from formiga_bt.lang.places import steps_with_paths
 from formiga_bt.show.drawing import cut, drawing_of, is_step, names_of, text_of, walk
 from formiga_bt.show.facts import Box, Drawing
+from formiga_bt.show.phrases import param_label
 
 TREES = sorted((Path(__file__).parents[3] / "trees").rglob("*.yaml"))
 TASKS = [p for p in TREES if "\ntask:" in p.read_text(encoding="utf-8") and ".test" not in p.suffixes]
@@ -130,3 +131,28 @@ def test_a_step_is_named_by_its_path_its_name_or_what_it_calls(drawing: Drawing)
 def test_a_step_in_a_subtree_says_which_role_of_the_task_it_is_of(drawing: Drawing) -> None:
     told = of(drawing, "steps/steps[1].sequence[0]").children[0]
     assert (told.role, told.task_role) == ("who", "ann")
+
+
+def test_defaults_that_are_lists_or_points_are_said(tmp_path: Path) -> None:
+    text = (
+        "formiga: 1\ntask: Round\nparams:\n"
+        "  fields: {type: {list: place}, default: [north_field, 'camp']}\n"
+        "  pauses: {type: {list: duration}, default: [1 s, '${2 s + 1 s}']}\n"
+        "  at: {type: place, default: {east: 10 m, north: -4 m}}\n"
+        "  names: {type: {list: text}, default: ['a, b', c d, '']}\n"
+        "  word: {type: text, default: ''}\n"
+        "steps:\n  - notify: ${fields} ${pauses} ${at} ${names} ${word}\n"
+    )
+    path = tmp_path / "round.yaml"
+    path.write_text(text)
+    task = read_task(path, read_world()).task
+    assert task is not None
+    said = ["".join(span.text for span in param_label(one)) for one in task.params.values()]
+
+    assert said == [
+        "fields: list of place = [north_field, camp]",
+        'pauses: list of duration = [1 s, "${2 s + 1 s}"]',
+        "at: place = {east: 10 m, north: -4 m}",
+        'names: list of text = ["a, b", c d, ""]',
+        'word: text = ""',
+    ]

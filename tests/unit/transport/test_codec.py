@@ -1,11 +1,26 @@
-"""What every wire refuses of the newer fields: half a wind, checks without a name, a silence that nobody can keep."""
+"""What every wire refuses of the newer fields: half a wind, checks without a name, a silence that nobody can keep.
+
+And numbers that nothing here can reckon with: out of bounds, or too deep within each other.
+"""
 
 import math
+import sys
 
 import pytest
 
-from formiga_bt.transport.codec import CHECKS_LIMIT, WireError, check_request, check_status
-from formiga_bt.transport.messages import AgentStatus, GoalRequest, PreflightCheck
+from formiga_bt.geo import Position
+from formiga_bt.transport.bounds import ID_LIMIT, MOST, MOST_DEPTH, MOST_INT
+from formiga_bt.transport.codec import (
+    CHECKS_LIMIT,
+    WireError,
+    check_agent_event,
+    check_card,
+    check_event,
+    check_request,
+    check_status,
+    decode,
+)
+from formiga_bt.transport.messages import AgentCard, AgentEvent, AgentStatus, GoalEvent, GoalRequest, PreflightCheck
 
 
 def status(**fields: object) -> AgentStatus:
@@ -40,3 +55,61 @@ def test_a_silence_that_cannot_be_kept_is_refused(silence_s: float) -> None:
     request = GoalRequest(goal_id="g", agent="a", action="Go", link_silence_s=silence_s)
     with pytest.raises(WireError, match=r"a goal with link_silence_s .*: seconds above 0, or null"):
         check_request(request)
+
+
+NO_FIX = sys.float_info.max
+DEEP = b"[" * (MOST_DEPTH + 1) + b"]" * (MOST_DEPTH + 1)
+
+
+@pytest.mark.parametrize(
+    ("fields", "says"),
+    [
+        ({"position": Position(NO_FIX, 0.0, 0.0)}, r"a status with a number beyond 1e\+07"),
+        ({"initial_deployment": Position(0.0, 0.0, -NO_FIX)}, r"a status with a number beyond 1e\+07"),
+        ({"payload_kg": 1e300}, r"a status with a number beyond 1e\+07"),
+        ({"seq": 2**63}, r"a status with a whole number beyond 2\*\*61"),
+        ({"stamp": -(10**26)}, r"a status with a whole number beyond 2\*\*61"),
+        ({"beat": 10**26}, r"a status with a whole number beyond 2\*\*61"),
+        ({"age_us": 10**26}, r"a status with a whole number beyond 2\*\*61"),
+    ],
+)
+def test_a_status_with_numbers_out_of_bounds_is_refused(fields: dict[str, object], says: str) -> None:
+    with pytest.raises(WireError, match=says):
+        check_status("a", status(**fields))
+
+
+def test_the_largest_numbers_pass() -> None:
+    good = status(position=Position(MOST, -MOST, 0.0), seq=MOST_INT, stamp=-MOST_INT)
+    assert check_status("a", good) is good
+
+
+@pytest.mark.parametrize(
+    ("rest", "says"),
+    [
+        (b'"n": 99999999999999999999999999', r"an event with a whole number beyond 2\*\*61"),
+        (b'"result": {"x": 99999999999999999999999999}', r"an event whose result holds a whole number beyond 2\*\*61"),
+        (b'"result": {"x": ' + DEEP + b"}", "an event whose result holds values more than 32 deep"),
+        (b'"status": {"id": "a", "type": "lwd", "seq": 99999999999999999999999999}', "a status with a whole number"),
+    ],
+)
+def test_an_event_with_numbers_out_of_bounds_is_refused(rest: bytes, says: str) -> None:
+    event = decode(b'{"goal_id": "g", "agent": "a", "state": "running", ' + rest + b"}", GoalEvent)
+    with pytest.raises(WireError, match=says):
+        check_event("a", event)
+
+
+def test_a_goal_id_that_is_too_long_is_refused() -> None:
+    longest = GoalEvent(goal_id="9" * ID_LIMIT, agent="a", state="unknown")
+    assert check_event("a", longest) is longest
+    with pytest.raises(WireError, match="a goal id of 4098 bytes; the most is 4096"):
+        check_event("a", GoalEvent(goal_id="\u0663" * 2049, agent="a", state="unknown"))
+
+
+def test_an_agents_own_event_and_its_card_have_bounds_too() -> None:
+    good = {"agent": "a", "event": "sos", "boot_id": "b", "n": 1}
+    with pytest.raises(WireError, match=r"an event with a whole number beyond 2\*\*61"):
+        check_agent_event("a", AgentEvent(**{**good, "stamp": 10**26}))
+    with pytest.raises(WireError, match=r"an event whose fields hold a whole number beyond 2\*\*61"):
+        check_agent_event("a", AgentEvent(**good, fields={"at": [{"x": 10**26}]}))
+    with pytest.raises(WireError, match=r"a card with a limit beyond 1e\+07"):
+        check_card("a", AgentCard(id="a", type="lwd", boot_id="b", actions=(), limits={"speed_m_s": 1e300}))

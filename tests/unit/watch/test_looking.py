@@ -25,7 +25,7 @@ def test_what_needs_a_person_is_on_top_with_its_numbered_answers() -> None:
             "▶ Q7 0:41  PickUp-3 asks eve",
             "      Is the box loaded?",
             "      1 loaded   2 not_yet",
-            "      lapses in 4:19, then: the task fails",
+            "      lapses in 4:19, then its step fails: the task fails",
             "  HAND BACK lwd_3: it was taken over, and given back",
             "      1 continue   2 return   3 end",
             "  ALARM 0:30 ago: hwd_9 is lost",

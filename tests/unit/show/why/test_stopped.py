@@ -5,7 +5,7 @@ from typing import Any
 import pytest
 
 from formiga_bt.clock import SECOND
-from formiga_bt.engine.records import GoalRecord, Lockdown, Verdict
+from formiga_bt.engine.records import Found, GoalRecord, Lockdown, Verdict
 from formiga_bt.engine.state import EngineState
 from formiga_bt.geo import Position
 from formiga_bt.lang.model import Catalogue
@@ -70,6 +70,39 @@ def test_a_stop_of_one_machine_says_who_stopped_it_what_it_does_and_what_to_say(
 def test_a_task_that_was_interrupted_by_a_lockdown_waits_for_a_word(state: EngineState) -> None:
     held(state, "operator")
     assert one(state, "held.operator").text == "HELD: it was stopped, and waits for a person's word"
+
+
+@pytest.mark.parametrize(
+    ("found", "fields", "landed", "tail", "hint"),
+    [
+        ({}, {}, "grounded", "", "formiga continue PickUp-3 | formiga abort PickUp-3"),
+        (
+            {"hwd_1": Found("was moved")}, {}, "grounded", "; hwd_1 was moved while the engine was away",
+            "formiga continue PickUp-3 | formiga abort PickUp-3",
+        ),
+        (
+            {"hwd_1": Found("landed", flew=True)}, {}, "grounded",
+            "; hwd_1 landed while the engine was away, and its next step may need hwd_1 in the air",
+            "formiga restart PickUp-3 | formiga abort PickUp-3",
+        ),
+        (  # a pilot brought it up again
+            {"hwd_1": Found("landed", flew=True)}, {}, "airborne", "; hwd_1 landed while the engine was away",
+            "formiga continue PickUp-3 | formiga abort PickUp-3",
+        ),
+        (  # what ends is not begun anew
+            {"hwd_1": Found("landed", flew=True)}, {"section": "on_failure"}, "grounded",
+            "; hwd_1 landed while the engine was away", "formiga continue PickUp-3 | formiga abort PickUp-3",
+        ),
+    ],
+)  # fmt: skip
+def test_what_was_found_after_an_outage_is_told_and_says_whether_it_can_go_on(
+    state: EngineState, found: dict[str, Found], fields: dict[str, Any], landed: str, tail: str, hint: str
+) -> None:
+    held(state, "resume", found=found, **fields)
+    state.agents["hwd_1"] = machine("hwd_1", landed=landed)
+    line = one(state, "held.resume")
+    assert line.text == f"HELD: it was interrupted by an outage; a person must say that it may go on{tail}"
+    assert line.hint == hint
 
 
 def test_lockdown_says_by_whom_and_how_to_release_it(state: EngineState) -> None:

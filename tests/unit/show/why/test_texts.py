@@ -135,7 +135,7 @@ def test_who_must_say_that_people_stand_clear_and_what_happens_if_nobody_does() 
         """
         PickUp-1 ACTIVE HELD
           HELD: a person must say that people stand clear of hwd_1
-          Q1 waits for an answer of picker_1, watcher_1 since 58 s; lapses in 15 min, then: hwd_1 does not land here: \
+          Q1 waits for an answer of picker_1, watcher_1 since 58 s; lapses in 16 min, then: hwd_1 does not land here: \
 hwd_1 is about to land here: do people stand 15 m clear?
               -> formiga answer Q1 clear|wait|refuse
           hwd_1.LandIn waits for a person to say that people stand 15 m clear (since 58 s), at trees/pick_up.yaml:26
@@ -210,7 +210,7 @@ def test_a_stopped_machine_and_who_waits_for_it(field: Field) -> None:
     assert field.told(first) == text(
         """
         Hover-1 ACTIVE HELD
-          HELD: hold by eve, given to hwd_1: hwd_1 hovers; it returns by itself in 16 min
+          HELD: hold by eve, given to hwd_1: hwd_1 hovers; it returns by itself in 17 min
               -> formiga continue Hover-1 | formiga abort Hover-1
           wait at try.yaml:8 waits since 27 s
           drone = hwd_1; others that fitted: hwd_2
@@ -300,7 +300,7 @@ def test_a_chain_of_machines_in_the_way_ends_with_a_person(state: EngineState) -
           hwd_1.GoTo waits until lwd_1 is out of its way (since 20 s)
             lwd_1 is in the air and belongs to Look-4
               Q7 of Look-4 waits for an answer of eve since 60 s; it is not shown to anyone yet (eve is not \
-connected); lapses in 30 s, then: it flies on: Seen it?
+connected); lapses in 30 s, then its step fails: it flies on: Seen it?
         """
     )
 
