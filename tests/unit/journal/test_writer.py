@@ -180,11 +180,10 @@ def test_what_takes_long_to_fail_is_tried_less_often(rig: Rig, monkeypatch: pyte
     assert tries == [2.0, 12.0, 22.0], "8 s after the end of the last one"
 
 
+@pytest.mark.parametrize("where", ["sqlite"], indirect=True)
 def test_who_writes_waits_for_another_thread_of_its_own_process(
     taken: Journal, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    if not taken.database.is_sqlite:
-        pytest.skip("others never wait there")
     plain = taken.database.engine.connect()
     beside = writing(plain)
     waited: list[float] = []
@@ -215,8 +214,8 @@ def test_who_writes_waits_for_another_thread_of_its_own_process(
     plain.close()
 
 
+@pytest.mark.external
 def test_a_server_that_went_away_is_noticed_soon(monkeypatch: pytest.MonkeyPatch) -> None:
-    pytest.importorskip("psycopg")
     made: list[dict[str, object]] = []
     create = sa.create_engine
     monkeypatch.setattr(sa, "create_engine", lambda *a, **o: made.append(o["connect_args"]) or create(*a, **o))
