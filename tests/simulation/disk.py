@@ -51,6 +51,9 @@ class MemoryJournal:
             raise Unwritable("the journal cannot be written: disk full\n  help: make room on its disk")
         self.on_write()
 
+    def hurry(self, *, on: bool = True) -> None:
+        """Wait for nobody: there is nobody else."""
+
     def begin(self, state: EngineState, wall: Micros, versions: Any = None, at: Micros | None = None) -> None:
         """Note a start."""
         del wall, versions, at

@@ -20,6 +20,9 @@ _TIMES: Final = re.compile(
     r"(?!\s+(?:yes|no|s[ií]|the|as|that|higher|faster|más|que)\b)",
     re.IGNORECASE,
 )
+_STEP: Final = re.compile(r"\b(?:call|do): *(?:\w+\.)?(\w+)((?:\n(?! *- ).*)*)")
+"""A verb, and what is given to it."""
+_ROUNDS: Final = re.compile(r"(?:laps|rounds)$", re.IGNORECASE)
 _UNREAD: Final = re.compile(
     rf"(?<![\w.,])(\d+(?:\.\d+)?|{NUMBER_WORDS})(?:\s*-\s*|\s+)(?:fathoms?|furlongs?|paces?|strides?|rods?|chains?|leagues?|cubits?|"
     r"store?ys?|stories|floors?|body lengths?|brazas?|codos?|pasos|varas?|leguas?|syltä|kyynärää)(?!\w)",
@@ -121,9 +124,12 @@ def often(words: Words, text: str) -> Iterator[Shortfall]:
     if re.search(r"\b(?:repeat|for):", code):
         yield from _too_often(words, code)
         return
-    verbs = re.findall(r"\b(?:call|do): *(?:\w+\.)?(\w+)", code)
-    most = max((verbs.count(one) for one in verbs), default=0)
+    steps = _STEP.findall(code)
+    verbs = [verb for verb, _ in steps]
+    of_verb = max((verbs.count(one) for one in verbs), default=0)
+    of_step = max((steps.count(one) for one in steps), default=0)
     for match in _TIMES.finditer(words.text):
+        most = of_step if _ROUNDS.search(match[0]) else of_verb  # a round leads to the same places again
         word = match[1].casefold()
         wanted = int(word) if word.isdigit() else NUMBERS.get(word, 0)
         if 2 <= wanted <= 1000 and most < wanted:

@@ -14,6 +14,7 @@ from formiga_bt.lang.llm_in import to_yaml
 from formiga_bt.lang.loader import load_task_text
 from formiga_bt.lang.model import Task
 from formiga_bt.llm.envelope import Answer, Form
+from formiga_bt.llm.judging.answers import answers, hangs_on_answer
 from formiga_bt.llm.judging.compare import OF_CHANGES, compare
 from formiga_bt.llm.judging.outcome import fly, from_diagnostic, of_flight
 from formiga_bt.llm.records import Flight, Shortfall, Value
@@ -98,6 +99,8 @@ def judge(
     if compared is not None:
         found = compare(compared, task, text, flight, world)
         problems += [one for one in found if one.code in OF_CHANGES] if is_change else found
+        if not is_change and flight.status == "SUCCEEDED" and flight.asked and hangs_on_answer(compared, text):
+            problems += answers(flight, fly(task, world, says="no"))
     return Judged(task, text, values, tuple(problems), flight, mends)
 
 

@@ -38,8 +38,9 @@ def fly(
     params: Mapping[str, str] | None = None,
     others: Sequence[Task] = (),
     limit_s: float = LIMIT_S,
+    says: str = "",
 ) -> Flight:
-    """Run a task and return what happened. People answer the first option of every question.
+    """Run a task and return what happened. People answer the first option of every question that agrees.
 
     Args:
         task: it has passed the checker.
@@ -47,6 +48,7 @@ def fly(
         params: values as on the command line; the others have their defaults.
         others: tasks that it requests.
         limit_s: of virtual time; who is not done then is UNFINISHED.
+        says: what people answer instead, where it is an option.
     """
     from formiga_bt.lang.binding import bind_params
     from formiga_bt.rehearsal import START, Rehearsal, fleet_of, simulated
@@ -54,9 +56,9 @@ def fly(
     values, problems, _ = bind_params(task, dict(params or {}), world.site, START)
     if problems:
         return Flight(task=task.name, status="REFUSED", code=problems[0].code, reason=problems[0].message)
-    rehearsal = Rehearsal(
-        simulated(world.site), world.catalogue, [task, *others], fleet_of(world.site, world.catalogue)
-    )
+    scripts = {one: [{"match": "*", "options": [says]}] for one in world.site.agents} if says else None
+    fleet = fleet_of(world.site, world.catalogue, scripts=scripts)
+    rehearsal = Rehearsal(simulated(world.site), world.catalogue, [task, *others], fleet)
     try:
         rehearsal.run_for(1.0)
         try:
