@@ -33,7 +33,7 @@ __all__ = [
 ]
 
 STATUS_EVERY_US: Final[Micros] = 5 * SECOND
-"""In virtual time a status comes on change and this often."""
+"""In virtual time a status comes on change and this often; that its process lives is heard all the time."""
 
 
 LOOK_EVERY_US: Final[Micros] = SECOND
@@ -205,6 +205,7 @@ class SimFleet:
         agent.watches = False
         agent.front.begun = lambda: self._watch_link(agent)
         wire: MemoryLink = self._hub.link(agent.spec.id)
+        wire.beats = True
         agent.link = FaultyLink(wire)
         card = build_card(agent.spec, agent.body, f"{agent.spec.id}-boot-{agent.boots}")
         side = agent.side = AgentSide(card, agent.front, agent.link, now=self._scheduler.now)

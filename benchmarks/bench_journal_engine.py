@@ -346,7 +346,9 @@ def reaction(way: Durability | None, tasks: int, goals: int, path: Path, gap_s: 
     gc.freeze()
     driver.start()
     wire.tell(msg.AgentSeen(msg.AgentCard(id="worker_0", type="worker", boot_id="b", actions=("Work",), human=True)))
-    status = msg.AgentStatus(id="worker_0", type="worker", boot_id="b", seq=2, position=Position(0.0, 0.0, 0.0))
+    status = msg.AgentStatus(
+        id="worker_0", type="worker", boot_id="b", seq=2, stamp=0, position=Position(0.0, 0.0, 0.0)
+    )
     wire.tell(msg.StatusArrived(status))
     time.sleep(2.0)
     if beside is not None:

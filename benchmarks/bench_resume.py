@@ -66,7 +66,9 @@ def make(beside: Path, tasks: int, away_s: float = 0.0) -> tuple[int, int]:
         give(inp.Started(1))
         give(inp.AgentSeenInput(AgentCard(id="worker_0", type="worker", boot_id="b", actions=("Work",), human=True)))
         place = Position(0.0, 0.0, 0.0)
-        give(inp.AgentStatusInput(AgentStatus(id="worker_0", type="worker", boot_id="b", seq=1, position=place)))
+        give(
+            inp.AgentStatusInput(AgentStatus(id="worker_0", type="worker", boot_id="b", seq=1, stamp=0, position=place))
+        )
         n = 0
         while n < tasks:
             for _ in range(min(PORTION, tasks - n)):

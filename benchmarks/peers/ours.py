@@ -80,7 +80,9 @@ class OurFleet:
         self.give(inp.Started(1))
         card = AgentCard(id="worker_0", type="worker", boot_id="b", actions=("Work",), human=True)
         self.give(inp.AgentSeenInput(card))
-        status = AgentStatus(id="worker_0", type="worker", boot_id="b", seq=1, position=Position(0.0, 0.0, 0.0))
+        status = AgentStatus(
+            id="worker_0", type="worker", boot_id="b", seq=1, stamp=0, position=Position(0.0, 0.0, 0.0)
+        )
         self.give(inp.AgentStatusInput(status))
         self.carts: list[str] = []
         if "who" in loaded.task.params:

@@ -98,7 +98,11 @@ def _typed(agent: str, yes_removed: str) -> str:
 
 
 def _suggestions(found: dict[str, Any]) -> list[str]:
-    bad = [f"formiga agents clear {a['id']}" for a in found["agents"] if a["quarantine"] and a["liveness"] == "ALIVE"]
+    bad = [
+        f"formiga why {a['id']}" if a["quarantine"] == "double" else f"formiga agents clear {a['id']}"
+        for a in found["agents"]
+        if a["quarantine"] and a["liveness"] == "ALIVE"
+    ]
     back = [
         f"formiga handback {a['id']} --continue|--return|--end"
         for a in found["agents"]

@@ -6,6 +6,7 @@ Called by the engine with each `Operator` input. A refusal is a TaskError with a
 
 from collections.abc import Sequence
 
+from formiga_bt.engine.boots import DOUBLE
 from formiga_bt.engine.continuing import obstacle
 from formiga_bt.engine.core import Core
 from formiga_bt.engine.fleet import Fleet
@@ -206,6 +207,9 @@ class Command:
             text = f"{agent.id} cannot be reached; it comes back by itself when it can"
             away = f"; if you have taken it away: formiga agents removed {agent.id}" if agent.liveness == "LOST" else ""
             raise TaskError("not_alive", text + away)
+        if agent.quarantine == DOUBLE:
+            text = f"two processes say that they are {agent.id}: end one of them; it comes back by itself then"
+            raise TaskError("double", text)
         self._fleet.begin_return(agent.id)
 
     def _removed(self, agent: AgentRecord, by: str) -> None:

@@ -113,13 +113,14 @@ class Engine:
         """Return when the next TimerDue must be given, and its key; None = nothing is waited for."""
         return self.core.next_deadline()
 
-    def put_off(self, key: str, wall: Micros) -> Micros | None:
+    def put_off(self, key: str, wall: Micros, heard: Micros = 0) -> Micros | None:
         """Return by how much a wall-time deadline that has come up at `wall` is put off; None = WallDue must be given.
 
-        The look whether an agent is still heard of is put off while it is: nothing happens, so there is no step.
+        The look whether an agent is still heard of is put off while it is: nothing happens, so there is no step. `heard` is
+        when its wire last heard it, if that says more than its statuses.
         """
         word, _, agent = key.partition("|")
-        return self.fleet.heard_for(agent, wall) if word == "live" and not self.core.stands_by else None
+        return self.fleet.heard_for(agent, wall, heard) if word == "live" and not self.core.stands_by else None
 
     def statuses(self, task_id: str) -> dict[str, str]:
         """Return the running nodes of a task, by key."""

@@ -10,13 +10,13 @@ lost.
 """
 
 import math
-from typing import Final
 
 from msgspec.structs import replace
 
 from formiga_bt.clock import SECOND
 from formiga_bt.engine import changes as ch
 from formiga_bt.engine.admission import COMES_BACK, Admission
+from formiga_bt.engine.boots import DOUBLE, Boots
 from formiga_bt.engine.core import Core
 from formiga_bt.engine.holds import hold
 from formiga_bt.engine.inputs import Alarm, CancelGoal, Notify, QueryGoal
@@ -34,10 +34,6 @@ BAD_LIMIT = 5
 REMOVED = "removed"
 """Why a machine is quarantined that was lost, and that a person took away: it comes back by `clear` only."""
 
-REAL_SILENCE: Final = 2
-"""So many times `suspect_after` a machine was silent, it was no slow reporter (simulated ones report each 5 s): its next
-silence is looked for at once. After a shorter one the look for `lost_after` comes first."""
-
 TELEPORT_FREE_M = 30.0
 """A jump smaller than this is never called a teleport: fixes get better and worse."""
 
@@ -54,6 +50,7 @@ class Fleet:
     def __init__(self, core: Core) -> None:
         self._core = core
         self._admission = Admission(core, self)
+        self._boots = Boots(core, self)
 
     # -- presence ------------------------------------------------------------------------------------------------
     def on_seen(self, card: AgentCard, wall: int) -> None:
@@ -64,7 +61,7 @@ class Fleet:
             self._admission.admit(card, wall)
         else:
             if old.boot_id and old.boot_id != card.boot_id:
-                self._rebooted(old, card.boot_id)
+                self._rebooted(old, card.boot_id, wall)
             self._admission.judge_anew(card)
             core.put_agent(
                 card.id,
@@ -74,7 +71,7 @@ class Fleet:
                 limits=dict(card.limits),
                 heard_wall=wall or old.heard_wall,
             )
-        self._mark_alive(card.id, wall, old.heard_wall if old is not None else wall)
+        self._mark_alive(card.id, wall)
 
     def read_anew(self) -> None:
         """The engine was started anew: who is admitted, and each machine's port, are as the site file says now."""
@@ -107,13 +104,11 @@ class Fleet:
                 return
             # What it says of heights is none of ours.
             status = replace(status, position=agent.position, initial_deployment=None)
-        if agent.boot_id and status.boot_id and status.boot_id != agent.boot_id:
-            if status.stamp < agent.stamp:
-                return  # of its former process, and late
-            self._rebooted(agent, status.boot_id)
-            agent = core.state.agents[status.id]
-        elif status.seq <= agent.seq:
+        if self._boots.passes_over(agent, status, wall):
             return
+        if agent.boot_id and status.boot_id and status.boot_id != agent.boot_id:
+            self._rebooted(agent, status.boot_id, wall)
+            agent = core.state.agents[status.id]
         lie = self._lie(agent, status)
         if lie:
             self.on_bad(agent.id, lie)
@@ -142,8 +137,8 @@ class Fleet:
             heard_wall=wall or agent.heard_wall,
             bad=0,
         )
-        self._mark_alive(agent.id, wall, agent.heard_wall)
-        self._take_back(agent.id)
+        self._mark_alive(agent.id, wall)
+        self._take_back(agent.id, wall)
         if agent.quarantine == REMOVED and status.landed == "airborne":
             text = f"{agent.id} is in the air, although a person said that it was removed"
             core.effect(Alarm("found_airborne", text, "", agent.id))
@@ -233,7 +228,7 @@ class Fleet:
         return port is not None and agent.position is not None and horizontal_m(port.at, agent.position) <= AT_PORT_M
 
     # -- liveness ------------------------------------------------------------------------------------------------
-    def _mark_alive(self, agent_id: str, wall: int, heard: int) -> None:
+    def _mark_alive(self, agent_id: str, wall: int) -> None:
         core = self._core
         agent = core.state.agents[agent_id]
         if not agent.present:
@@ -248,19 +243,19 @@ class Fleet:
         kind = core.catalogue.types.get(agent.type)  # None: not admitted
         if kind is None or not wall:
             return
-        looks_in = core.state.wall.get(f"live|{agent_id}", math.inf)
-        was_silent = wall - heard > REAL_SILENCE * kind.suspect_after_us
-        if looks_in == math.inf or (was_silent and looks_in > kind.suspect_after_us):  # it was set up to `lost_after`
+        # After a silence it is set up to `lost_after`: the next one is looked for as soon as the first.
+        if core.state.wall.get(f"live|{agent_id}", math.inf) > kind.suspect_after_us:
             core.set_wall(f"live|{agent_id}", kind.suspect_after_us)
 
-    def _take_back(self, agent_id: str) -> None:
+    def _take_back(self, agent_id: str, wall: int) -> None:
         # On a status, not on a card: what it says of itself must be fresh before it is decided whether it may be airborne.
         # One that a person must look at first (abandoned, recover_failed, cancel_unconfirmed) comes back by `clear` only.
         agent = self._core.state.agents[agent_id]
         # One that was removed does too, unless it flies after all.
         if agent.pool != "QUARANTINED" or agent.liveness != "ALIVE" or agent.refused:
             return
-        if agent.quarantine in COMES_BACK or (agent.quarantine == REMOVED and agent.landed == "airborne"):
+        alone = agent.quarantine == DOUBLE and wall > 0 and not self._boots.are_two(agent, wall)
+        if alone or agent.quarantine in COMES_BACK or (agent.quarantine == REMOVED and agent.landed == "airborne"):
             self.begin_return(agent_id)
 
     def on_unreachable(self, agent_id: str) -> None:
@@ -279,11 +274,17 @@ class Fleet:
         if goals:
             self._core.effect(QueryGoal(agent_id, goals))
 
-    def heard_for(self, agent_id: str, wall: int) -> int | None:
-        """Return for how much longer an agent counts as heard of; None: it must be judged now (`on_live_due`)."""
+    def heard_for(self, agent_id: str, wall: int, heard: int = 0) -> int | None:
+        """Return for how much longer an agent counts as heard of; None: it must be judged now (`on_live_due`).
+
+        Args:
+            agent_id: whose.
+            wall: now.
+            heard: when its wire last heard it, if it knows of later than the newest status.
+        """
         agent = self._core.state.agents.get(agent_id)
         kind = self._core.catalogue.types.get(agent.type) if agent is not None and agent.present else None
-        left = 0 if agent is None or kind is None else kind.suspect_after_us - (wall - agent.heard_wall)
+        left = 0 if agent is None or kind is None else kind.suspect_after_us - (wall - max(agent.heard_wall, heard))
         return left if left > 0 else None
 
     def on_live_due(self, agent_id: str, wall: int) -> None:
@@ -313,9 +314,9 @@ class Fleet:
         self.goals.lose(agent_id, "lost")
         self.quarantine(agent_id, "lost")
 
-    def _rebooted(self, agent: AgentRecord, boot_id: str) -> None:
+    def _rebooted(self, agent: AgentRecord, boot_id: str, wall: int = 0) -> None:
         """Its process is another one: what it did before ended unknown."""
-        self._core.put_agent(agent.id, boot_id=boot_id, seq=-1)
+        self._boots.begin(agent, boot_id, wall)
         self.goals.lose(agent.id, "in_doubt", "in_doubt")
         # A machine whose process starts anew hovers where it says.
         self._core.put_agent(agent.id, lost_leg=None, lost_area=None)

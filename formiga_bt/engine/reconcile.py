@@ -136,6 +136,8 @@ class Reconcile:
                 present=False,
                 liveness="SUSPECT" if agent.liveness == "ALIVE" else agent.liveness,
                 heard_wall=heard,
+                boot_wall=heard,
+                twice_wall=0,
                 quarantine="lost" if agent.quarantine == "asked" else agent.quarantine,
             )
             if agent.pool == "QUARANTINED" and agent.may_be_airborne and not agent.human:

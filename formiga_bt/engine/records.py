@@ -331,6 +331,12 @@ class AgentRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
     breach: str = ""
     """The limit of its envelope that it breaks now; a `!` before it: its landing is finished first, then its task ends."""
     boot_id: str = ""
+    former: tuple[str, ...] = ()
+    """Processes of it that were heard before this one (`engine.boots`)."""
+    boot_wall: Micros = 0
+    """Wall time since which this one is, or since which it and another speak in turn."""
+    twice_wall: Micros = 0
+    """Wall time at which a second one was last heard beside it, to a second."""
     seq: int = -1
     stamp: Micros = 0
     """Engine time of the newest status as stamped by the agent."""

@@ -1,18 +1,16 @@
-"""Agents that are there twice: two processes that say they are the same machine, or one that says it is a person of the desk.
+"""People who are there twice: at the desk of this engine, and in a process that says it is the same person.
 
-`formiga sim` beside an engine with `--desk` or beside another simulation of the same site does it. What the second one says
-would be taken for the first one's: goals are lost in doubt, questions go to the wrong place. `OneEach` notices and tells it.
+`formiga sim` beside an engine with `--desk` does it. What the second one says would be taken for the first one's: questions go
+to the wrong place. `OneEach` notices and tells it. Two processes that are one machine: `engine.boots`.
 """
 
 from collections.abc import Callable, Collection, Sequence
 from typing import Final
 
-from formiga_bt.clock import SECOND, Micros
 from formiga_bt.transport.base import AgentTransport
 from formiga_bt.transport.messages import (
     AgentGone,
     AgentSeen,
-    AgentStatus,
     BadMessage,
     ClockBeat,
     EventArrived,
@@ -23,32 +21,6 @@ from formiga_bt.transport.messages import (
     StatusArrived,
     TransportEvent,
 )
-
-LATE_US: Final[Micros] = SECOND
-"""A status of the former process of an agent may be so much younger than the first of the one that came after it."""
-MOST_FORMER: Final = 8
-"""So many former processes of an agent are remembered."""
-
-
-class _Boots:
-    """The processes of one agent: which it is now, since which stamp, and which were before."""
-
-    __slots__ = ("former", "now", "since")
-
-    def __init__(self, now: str, since: Micros) -> None:
-        self.now, self.since = now, since
-        self.former: list[str] = []
-
-    def is_double(self, status: AgentStatus) -> bool:
-        """Take a status; return whether a former process is still alive beside the one that came after it."""
-        boot = status.boot_id
-        if not boot or boot == self.now:
-            return False
-        if boot in self.former:
-            return status.stamp > self.since + LATE_US
-        self.former = [*self.former, self.now][-MOST_FORMER:]
-        self.now, self.since = boot, status.stamp
-        return False
 
 
 class OneEach:
@@ -63,7 +35,6 @@ class OneEach:
     def __init__(self, inner: AgentTransport, desk: Collection[str], tell: Callable[[str, str], None]) -> None:
         self._inner, self._desk, self._tell = inner, desk, tell
         self.name = inner.name
-        self._boots: dict[str, _Boots] = {}
         self._told: set[str] = set()
 
     def open(self, wake: Callable[[], None]) -> None:
@@ -102,13 +73,6 @@ class OneEach:
             if not isinstance(event, AgentGone | SendFailed):
                 self._tell_once(agent, AT_DESK.format(agent=agent))
             return False
-        if isinstance(event, StatusArrived):
-            status = event.status
-            boots = self._boots.get(agent)
-            if boots is None:
-                self._boots[agent] = _Boots(status.boot_id, status.stamp)
-            elif boots.is_double(status):
-                self._tell_once(agent, TWICE.format(agent=agent))
         return True
 
     def _tell_once(self, agent: str, text: str) -> None:
@@ -120,10 +84,6 @@ class OneEach:
 AT_DESK: Final = (
     "{agent} answers at this engine (--desk), and a process that is connected says that it is {agent} too: that one is not "
     "heard. Start simulated agents with formiga sim --without {agent}; or the engine without --desk {agent}"
-)
-TWICE: Final = (
-    "two processes say that they are {agent}, so what it does is in doubt: end one of them. A site is simulated once, by "
-    "formiga sim or formiga up --sim; beside an agent of its own: formiga sim --without {agent}"
 )
 
 

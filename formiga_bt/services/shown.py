@@ -164,7 +164,7 @@ def agent_out(
         breach=agent.breach,
         on_link_loss=agent.on_link_loss,
         quarantine=agent.quarantine,
-        refused=agent.refused,
+        refused=agent.refused or agent.refused_at_rest,
         bad=agent.bad,
     )
 

@@ -22,6 +22,7 @@ HINTS: Final[Mapping[str, str]] = {
     "agent_lost": "find the machine; formiga agents tells when it is heard of again",
     "not_in_command": "formiga agents tells who has it; --all and lockdown reach it when it is handed back",
     "still_in_command": "its pilot gives it back first, at the machine's own remote control",
+    "double": "formiga why {target} tells how it stands",
     "not_announced": "stop it otherwise: formiga land {target}, or its pilot takes over",
     "human": "speak to them",
     "not_held": "formiga tasks tells what is held",

@@ -91,7 +91,7 @@ class AgentSide:
         self._beat_us = beat_us
         self._goals: dict[str, _Record] = {}
         self._running: list[str] = []
-        self._status = AgentStatus(id=card.id, type=card.type, boot_id=card.boot_id)
+        self._status = AgentStatus(id=card.id, type=card.type, boot_id=card.boot_id, seq=0, stamp=0)
         self._seq = 0
         self._epoch = 0
         self._beat = 0

@@ -9,8 +9,9 @@ rules in between (remembered ids, epochs, expiry, repeated goals) live once, in 
 """
 
 from collections.abc import Callable, Sequence
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
+from formiga_bt.clock import Micros
 from formiga_bt.transport.messages import (
     AgentCard,
     AgentEvent,
@@ -60,6 +61,15 @@ class AgentTransport(Protocol):
 
     def publish_clock(self, beat: ClockBeat) -> None:
         """Publish the engine's clock to all agents of this wire."""
+        ...
+
+
+@runtime_checkable
+class Hearing(Protocol):
+    """A wire that knows of an agent's life besides its statuses: in virtual time these come seldom."""
+
+    def heard(self, agent: str) -> Micros:
+        """Return when it last heard the agent, in wall time; 0 if it does not know."""
         ...
 
 

@@ -127,11 +127,13 @@ def check_status(agent: str, status: AgentStatus) -> AgentStatus:
     """Return the status if it is this agent's and all its numbers are finite.
 
     Raises:
-        WireError: it is another agent's, holds NaN or infinity (possible without JSON in between) or a number that is out of
-            bounds, half a wind, more than `CHECKS_LIMIT` preflight checks, or one without a name or twice.
+        WireError: it is another agent's, has no boot_id, holds NaN or infinity (possible without JSON in between) or a number
+            that is out of bounds, half a wind, more than `CHECKS_LIMIT` preflight checks, or one without a name or twice.
     """
     if status.id != agent:
         raise WireError(f"a status of {status.id!r} came from {agent!r}")
+    if not status.boot_id:
+        raise WireError("a status without boot_id")
     numbers = [status.battery, status.payload_kg, status.quality, status.lat or 0.0, status.lng or 0.0]
     numbers += [status.wind_east_m_s or 0.0, status.wind_north_m_s or 0.0]
     for point in (status.position, status.initial_deployment):

@@ -91,6 +91,10 @@ class MemoryLink:
         self.frozen = False
         self.is_cut = False
         self.seen = False
+        self.beats = False
+        """Whether its process gives signs of life all the time, besides its statuses: they are not sent one by one."""
+        self.last_beat: Micros = 0
+        """The last of them before it was frozen or cut off."""
         self.held: list[Callable[[], None]] = []
         self.asks: list[_Ask] = []
         self._hub = hub
@@ -197,6 +201,7 @@ class MemoryHub:
     def freeze(self, agent: str) -> None:
         """Stop an agent's process: it neither hears nor speaks. AgentGone after the lease."""
         link = self._links[agent]
+        self._note_beat(link)
         link.frozen = True
         self.scheduler.call_at(self.scheduler.now() + self._lease_us, lambda: self._lease_over(link))
 
@@ -226,6 +231,7 @@ class MemoryHub:
         link = self._links.get(agent)
         if link is None or link.is_cut:
             return
+        self._note_beat(link)
         link.is_cut = True
         if vanishes:
             self.scheduler.call_at(self.scheduler.now() + self._lease_us, lambda: self._lease_over(link))
@@ -240,7 +246,18 @@ class MemoryHub:
             link.seen = True
             self.show(link)
 
+    def _note_beat(self, link: MemoryLink) -> None:
+        if not link.frozen and not link.is_cut:
+            link.last_beat = self.scheduler.now()
+
     # For links and the transport.
+
+    def heard(self, agent: str) -> Micros:
+        """Return when the newest sign of life of an agent came in; 0 if it gives none but its statuses."""
+        link = self._links.get(agent)
+        if link is None or not link.beats or self._own_faults.get(agent, self._faults).drop >= 1.0:
+            return 0
+        return link.last_beat if link.frozen or link.is_cut else self.scheduler.now() - self._delay(agent)
 
     def join(self, link: MemoryLink) -> None:
         """Take a link in; one that is in under the same id is killed."""
@@ -409,6 +426,10 @@ class MemoryTransport:
     def publish_clock(self, beat: ClockBeat) -> None:
         """Send the clock to all agents."""
         self._hub.to_all(lambda side, _: side.on_clock(beat))
+
+    def heard(self, agent: str) -> Micros:
+        """Return when it last heard an agent that gives signs of life besides its statuses; else 0."""
+        return self._hub.heard(agent)
 
     # From the hub.
 

@@ -84,9 +84,12 @@ class AgentStatus(Struct, frozen=True, kw_only=True, rename={"position": "pose"}
     """Trust in the pose, 0..1."""
     age_us: Micros = 0
     """Age of the pose when the status was made."""
-    boot_id: str = ""
-    seq: int = 0
-    stamp: Micros = 0
+    boot_id: str
+    """As in the card."""
+    seq: int
+    """Counts the statuses of this start: one that is not above the newest is late."""
+    stamp: Micros
+    """Engine time when it was made."""
     beat: int = 0
     """The newest engine heartbeat heard: an echo that dates this status without a common clock."""
     last_goal: str = ""

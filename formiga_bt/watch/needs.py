@@ -9,6 +9,7 @@ from functools import partial
 
 from formiga_bt.show.facts import AgentFact, LineFact, Now, QuestionFact, TaskFact
 from formiga_bt.show.why.unanswered import then
+from formiga_bt.show.why.words import DOUBLE, quarantine_hint
 from formiga_bt.watch.orders import HANDBACKS, Order
 from formiga_bt.watch.text import Glyphs, Line, Piece, Row, Rows, Tone, clean, left, line, span, wrap
 
@@ -58,7 +59,7 @@ def choices(row_id: str, now: Now) -> list[Order]:
         return []
     if agent.taken and agent.control == "engine":
         return [Order(verb="handback", kind="agent", target=agent.id, how=how) for how in HANDBACKS]
-    return [Order(verb="clear", kind="agent", target=agent.id)] if agent.quarantine else []
+    return [Order(verb="clear", kind="agent", target=agent.id)] if agent.quarantine not in ("", DOUBLE) else []
 
 
 def name_of(row_id: str) -> str:
@@ -120,6 +121,8 @@ def _agent(agent: AgentFact, width: int) -> tuple[Line, ...]:
         return _told(words, width, "warn", line(" " * INDENT, Piece(keys, "warn")))
     if agent.taken:
         return _told(f"{agent.control.upper()} has {agent.id}: the engine sends it nothing", width, "warn")
+    if agent.quarantine == DOUBLE:
+        return _told(quarantine_hint(agent.id, DOUBLE), width, "alarm")
     if agent.quarantine:
         text = f"LOOK AT {agent.id}: {agent.quarantine}"
         return _told(text, width, "alarm", line(" " * INDENT, Piece("1 clear, when you have looked", "warn")))

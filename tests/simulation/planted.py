@@ -126,8 +126,8 @@ def a_cancel_forgets_its_goal(patch: Patch) -> None:
 def a_goal_is_sent_again_blindly(patch: Patch) -> None:
     """A goal of a machine whose process was started anew is sent again, under its old id."""
 
-    def rebooted(self: Fleet, agent: Any, boot_id: str) -> None:
-        self._core.put_agent(agent.id, boot_id=boot_id, seq=-1)
+    def rebooted(self: Fleet, agent: Any, boot_id: str, wall: int = 0) -> None:
+        self._core.put_agent(agent.id, boot_id=boot_id, seq=-1, boot_wall=wall)
         for goal in self._core.index.goals_of(agent.id):
             if goal.in_flight and not goal.cancel_asked:
                 self.goals._gate.resend(goal)  # type: ignore[attr-defined]

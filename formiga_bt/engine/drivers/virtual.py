@@ -126,7 +126,7 @@ class VirtualDriver:
         elif at == wall:
             self.scheduler.advance_to(wall)
             _, _, key = heapq.heappop(self._wall)
-            later = self.engine.put_off(key, wall)
+            later = self.engine.put_off(key, wall, self.switchboard.heard(key.partition("|")[2]))
             self._set_wall(key, later)
             if later is None:
                 self.feed(inp.WallDue(key, wall))

@@ -6,7 +6,7 @@ from formiga_bt.clock import Micros
 from formiga_bt.engine import inputs as inp
 from formiga_bt.errors import FormigaError
 from formiga_bt.transport import messages as msg
-from formiga_bt.transport.base import AgentTransport
+from formiga_bt.transport.base import AgentTransport, Hearing
 
 
 def to_input(event: msg.TransportEvent, wall: Micros) -> inp.Input:
@@ -64,6 +64,11 @@ class Switchboard:
                     self._of[event.card.id] = transport
                 events.append(event)
         return events
+
+    def heard(self, agent: str) -> Micros:
+        """Return when the wire that has an agent last heard it, where it knows that besides its statuses; else 0."""
+        transport = self._of.get(agent)
+        return transport.heard(agent) if isinstance(transport, Hearing) else 0
 
     def carry_out(self, effect: inp.Effect, beat: int) -> inp.EffectFailed | None:
         """Carry out one effect; an agent that no wire has is unreachable. Notices and alarms are the listeners'."""

@@ -15,7 +15,7 @@ from formiga_bt.show.why.going_on import HANDBACK, ways_on, ways_on_of
 from formiga_bt.show.why.scene import Scene, deeper
 from formiga_bt.show.why.standing import doing, given
 from formiga_bt.show.why.waits import waits
-from formiga_bt.show.why.words import HOLDS, say, span
+from formiga_bt.show.why.words import HOLDS, quarantine_hint, say, span
 
 BLOCKERS: Final = frozenset({"leg_busy", "spot_busy", "port_busy", "draining"})
 """Codes of the gate whose text names a machine, or a goal of one."""
@@ -53,7 +53,7 @@ def behind_machine(scene: Scene, agent_id: str, seen: Seen = ()) -> Iterator[Bec
         yield silence_line(scene, agent)
         return
     if agent.pool == "QUARANTINED":
-        hint = f"look at it, then: formiga agents clear {agent_id}"
+        hint = quarantine_hint(agent_id, agent.quarantine)
         yield Because("quarantined", f"{agent_id} is quarantined: {agent.quarantine}", hint, agent_id)
         return
     if agent.control != "engine" or agent.taken:

@@ -13,7 +13,7 @@ from formiga_bt.show.why.going_on import HANDBACK, ways_on_of
 from formiga_bt.show.why.scene import Scene, deeper
 from formiga_bt.show.why.standing import doing, given, lockdown_text, not_heard
 from formiga_bt.show.why.stopped import breach
-from formiga_bt.show.why.words import not_ready
+from formiga_bt.show.why.words import not_ready, quarantine_hint
 
 LAYS_DOWN = ("engine", "lockdown")
 """Scopes of orders that end by themselves, or with lockdown."""
@@ -55,7 +55,7 @@ def _reach(agent: AgentRecord, scene: Scene) -> Iterator[Because]:
         if agent.quarantine == "removed":
             hint = f"when it is back and fit: formiga agents clear {agent.id}"
         else:
-            hint = f"look at it, then: formiga agents clear {agent.id}" if back else f"find it{away}"
+            hint = quarantine_hint(agent.id, agent.quarantine) if back else f"find it{away}"
         yield Because("quarantined", f"{agent.id} is quarantined: {agent.quarantine}; it gets no task", hint)
     if agent.control != "engine":
         then = f"when it is given back: {HANDBACK.format(agent=agent.id)}" if agent.taken else ""

@@ -8,7 +8,16 @@ from formiga_bt.show.facts import Because
 from formiga_bt.show.why.aside import detail, making_room
 from formiga_bt.show.why.follow import behind_machine, behind_task
 from formiga_bt.show.why.scene import Scene, deeper
-from formiga_bt.show.why.words import BLOCKED, BLOCKED_HINTS, VERDICT_HINTS, VERDICTS, say, span
+from formiga_bt.show.why.words import (
+    BLOCKED,
+    BLOCKED_HINTS,
+    DOUBLE,
+    VERDICT_HINTS,
+    VERDICTS,
+    quarantine_hint,
+    say,
+    span,
+)
 
 OTHER_ROLE: Final = frozenset({"wrong_type", "not_this_one"})
 """Refusals that say nothing about the agent; left out where others remain."""
@@ -113,6 +122,8 @@ def refused(verdict: Verdict) -> Because:
     """Return why one agent was refused."""
     text = f"{verdict.agent} {say(VERDICTS, verdict.code, detail=detail(verdict))}"
     hint = VERDICT_HINTS.get(verdict.code, "").format(agent=verdict.agent)
+    if (verdict.code, verdict.detail) == ("quarantined", DOUBLE):
+        hint = quarantine_hint(verdict.agent, DOUBLE)
     return Because(verdict.code, text, hint, verdict.agent, verdict.role)
 
 

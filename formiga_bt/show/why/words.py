@@ -33,6 +33,9 @@ VERDICTS: Final[Mapping[str, str]] = {
 }
 """Of an agent for a role, after its id."""
 
+DOUBLE: Final = "double"
+"""The quarantine of a machine of which two processes are heard: it ends when one is."""
+
 VERDICT_HINTS: Final[Mapping[str, str]] = {
     "quarantined": "look at the machine, then: formiga agents clear {agent}",
     "parked_away": "bring it home: formiga return {agent}",
@@ -160,3 +163,10 @@ def span(micros: Micros) -> str:
     if seconds < 5400:
         return f"{seconds / 60:.0f} min"
     return f"{seconds / 3600:.1f} h"
+
+
+def quarantine_hint(agent: str, why: str) -> str:
+    """Return what helps a quarantined machine that is heard of."""
+    if why == DOUBLE:
+        return f"two processes say that they are {agent}: end one of them; it comes back by itself"
+    return f"look at it, then: formiga agents clear {agent}"

@@ -300,6 +300,15 @@ def test_agents_propose_what_would_not_be_refused(paper: Paper, capsys: Capture)
     assert capsys.readouterr().err == "next: formiga restart PickUp-3    or: formiga continue hwd_4\n"
 
 
+def test_one_that_is_there_twice_is_not_to_be_cleared(paper: Paper, capsys: Capture) -> None:
+    twice = agent("hwd_1", pool="QUARANTINED", quarantine="double")
+    paper.answers["/v1/agents"] = {"agents": [twice], "lockdown": NO_LOCKDOWN}
+    assert run(["agents"]) == 0
+    said = capsys.readouterr()
+    assert "double" in said.out.splitlines()[1]
+    assert said.err == "next: formiga why hwd_1\n"
+
+
 def test_agents_show_lockdown_orders_take_overs_and_breaches(paper: Paper, capsys: Capture) -> None:
     order = {"agent": "hwd_1", "stop": "hold", "by": "eve", "scope": "agent", "text": HOVERS}
     agents = [

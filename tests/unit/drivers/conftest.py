@@ -102,4 +102,4 @@ def card(agent: str = "lwd_1", kind: str = "lwd", boot: str = "b1") -> AgentCard
 def status(
     agent: str = "lwd_1", kind: str = "lwd", seq: int = 1, boot: str = "b1", battery: float = 90.0
 ) -> AgentStatus:
-    return AgentStatus(id=agent, type=kind, seq=seq, boot_id=boot, battery=battery, landed="grounded")
+    return AgentStatus(id=agent, type=kind, seq=seq, stamp=seq, boot_id=boot, battery=battery, landed="grounded")

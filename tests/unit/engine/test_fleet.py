@@ -80,7 +80,7 @@ def test_an_older_status_that_comes_late_is_ignored(make: Make) -> None:
     yard = make(MOVE)
     yard.run_for(3)
 
-    yard.cart.tell(seq=1, battery=5.0)
+    yard.cart.tell(seq=1, stamp=yard.now - 3 * SECOND, battery=5.0)
     yard.run_for(0.1)
 
     assert yard.record("c1").battery == 100.0
@@ -175,11 +175,13 @@ def test_suspect_is_back_before_lost_and_nothing_happened(make: Make) -> None:
     assert yard.end(task) == ("SUCCEEDED", "")
 
 
-def test_after_one_silence_the_next_is_noticed_as_soon(make: Make) -> None:
+@pytest.mark.parametrize("silent_s", [4, 8])
+def test_after_one_silence_the_next_is_noticed_as_soon(make: Make, silent_s: int) -> None:
     yard = make(MOVE)
     yard.run_for(3)
     yard.cart.silent = True
-    yard.run_for(8)
+    yard.run_for(silent_s)
+    assert yard.record("c1").liveness == "SUSPECT"
     yard.cart.silent = False
     yard.run_for(2)
     assert yard.record("c1").liveness == "ALIVE"
@@ -188,6 +190,19 @@ def test_after_one_silence_the_next_is_noticed_as_soon(make: Make) -> None:
     heard = yard.record("c1").heard_wall
     assert yard.run_until(lambda: yard.record("c1").liveness == "SUSPECT", 60)
     assert yard.now - heard == 3 * SECOND
+
+
+def test_a_process_that_is_known_to_live_is_not_silent_between_its_statuses(make: Make) -> None:
+    yard = make(MOVE)
+    yard.cart.link.beats = True
+    yard.cart.silent = True  # it only gives signs of life
+    yard.run_for(60)
+    assert yard.record("c1").liveness == "ALIVE"
+
+    stopped = yard.now
+    yard.hub.freeze("c1")
+    assert yard.run_until(lambda: yard.record("c1").liveness == "SUSPECT", 60)
+    assert yard.now - stopped == 3 * SECOND
 
 
 def test_a_goal_for_a_suspect_waits_until_it_is_back(make: Make) -> None:

@@ -88,7 +88,8 @@ AGENT = AgentRecord(id="lwd_1", type="lwd", landed="airborne", position=Position
 
 
 def status(seq: int, *changes: ch.Change, **more: object) -> Step:
-    step = Step(seq, seq * SECOND, AgentStatusInput(AgentStatus(id="lwd_1", type="lwd", seq=seq)), changes, ())
+    said = AgentStatus(id="lwd_1", type="lwd", boot_id="b", seq=seq, stamp=0)
+    step = Step(seq, seq * SECOND, AgentStatusInput(said), changes, ())
     return replace(step, **more)
 
 
@@ -151,7 +152,12 @@ def news(*changes: ch.Change, **event: object) -> Step:
         (news(ch.GoalPut(replace(GOAL, n=4, phase="descending"))), True),
         (news(ch.GoalPut(replace(GOAL, n=4)), ch.WallTimerSet("accept|g", None)), True),
         (news(ch.GoalPut(replace(GOAL, id="other"))), True),
-        (news(ch.GoalPut(replace(GOAL, n=4)), status=AgentStatus(id="lwd_1", type="lwd")), True),
+        (
+            news(
+                ch.GoalPut(replace(GOAL, n=4)), status=AgentStatus(id="lwd_1", type="lwd", boot_id="b", seq=1, stamp=0)
+            ),
+            True,
+        ),
     ],
 )
 def test_news_that_a_goal_still_runs_is_not_kept(step: Step, kept: bool) -> None:

@@ -3,6 +3,7 @@
 And numbers that nothing here can reckon with: out of bounds, or too deep within each other.
 """
 
+import json
 import math
 import sys
 
@@ -24,7 +25,7 @@ from formiga_bt.transport.messages import AgentCard, AgentEvent, AgentStatus, Go
 
 
 def status(**fields: object) -> AgentStatus:
-    return AgentStatus(**{"id": "a", "type": "lwd", **fields})
+    return AgentStatus(**{"id": "a", "type": "lwd", "boot_id": "b", "seq": 1, "stamp": 1, **fields})
 
 
 MANY = tuple(PreflightCheck(f"check_{i}", True) for i in range(CHECKS_LIMIT + 1))
@@ -69,6 +70,7 @@ DEEP = b"[" * (MOST_DEPTH + 1) + b"]" * (MOST_DEPTH + 1)
         ({"payload_kg": 1e300}, r"a status with a number beyond 1e\+07"),
         ({"seq": 2**63}, r"a status with a whole number beyond 2\*\*61"),
         ({"stamp": -(10**26)}, r"a status with a whole number beyond 2\*\*61"),
+        ({"boot_id": ""}, "a status without boot_id"),
         ({"beat": 10**26}, r"a status with a whole number beyond 2\*\*61"),
         ({"age_us": 10**26}, r"a status with a whole number beyond 2\*\*61"),
     ],
@@ -76,6 +78,14 @@ DEEP = b"[" * (MOST_DEPTH + 1) + b"]" * (MOST_DEPTH + 1)
 def test_a_status_with_numbers_out_of_bounds_is_refused(fields: dict[str, object], says: str) -> None:
     with pytest.raises(WireError, match=says):
         check_status("a", status(**fields))
+
+
+@pytest.mark.parametrize("field", ["boot_id", "seq", "stamp"])
+def test_a_status_that_cannot_be_told_from_old_news_is_refused(field: str) -> None:
+    raw = {"id": "a", "type": "lwd", "boot_id": "b", "seq": 1, "stamp": 1}
+    del raw[field]
+    with pytest.raises(WireError, match=f"AgentStatus: Object missing required field `{field}`"):
+        decode(json.dumps(raw).encode(), AgentStatus)
 
 
 def test_the_largest_numbers_pass() -> None:
@@ -89,7 +99,10 @@ def test_the_largest_numbers_pass() -> None:
         (b'"n": 99999999999999999999999999', r"an event with a whole number beyond 2\*\*61"),
         (b'"result": {"x": 99999999999999999999999999}', r"an event whose result holds a whole number beyond 2\*\*61"),
         (b'"result": {"x": ' + DEEP + b"}", "an event whose result holds values more than 32 deep"),
-        (b'"status": {"id": "a", "type": "lwd", "seq": 99999999999999999999999999}', "a status with a whole number"),
+        (
+            b'"status": {"id": "a", "type": "lwd", "boot_id": "b", "stamp": 1, "seq": 99999999999999999999999999}',
+            "a status with a whole number",
+        ),
     ],
 )
 def test_an_event_with_numbers_out_of_bounds_is_refused(rest: bytes, says: str) -> None:

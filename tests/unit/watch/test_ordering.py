@@ -212,6 +212,17 @@ def test_a_quarantined_machine_is_cleared_after_a_second_key() -> None:
     watching(order, source)
 
 
+def test_one_that_is_there_twice_cannot_be_cleared() -> None:
+    source = FakeSource()
+    source.agents = [agent("hwd_1", quarantine="double")]
+
+    async def order(room: Room) -> None:
+        await room.press("n", "1", "y")
+        assert room.sent == []
+
+    watching(order, source)
+
+
 def test_an_order_hits_what_was_chosen_when_rows_change_places_under_the_cursor() -> None:
     source = FakeSource()
     source.tasks = many(40)

@@ -67,6 +67,7 @@ def test_what_keeps_it(state: EngineState, fields: dict[str, Any], code: str, te
     ("liveness", "quarantine", "hint"),
     [
         ("ALIVE", "abandoned", "look at it, then: formiga agents clear hwd_1"),
+        ("ALIVE", "double", "two processes say that they are hwd_1: end one of them; it comes back by itself"),
         ("SUSPECT", "abandoned", "find it"),
         ("LOST", "lost", "find it; if you have taken it away: formiga agents removed hwd_1"),
         ("LOST", "removed", "when it is back and fit: formiga agents clear hwd_1"),
