@@ -25,7 +25,7 @@ WHERE: dict[str, Where] = {
     "held_tasks_go_on": 96,
     "orders_are_not_carried_out": ("cruising", "land the machine"),
     "orders_are_forgotten": ("cruising", "return the machine"),
-    "goals_are_sent_again_blindly": 19,
+    "goals_are_sent_again_blindly": 188,
     "returned_machines_are_left": ("quarantined in the air", "clear the machine"),
     "machines_are_granted_twice": 0,
     "state_changes_behind_the_journal": ("cruising", "abort"),

@@ -440,7 +440,7 @@ PLANTS: Final[dict[str, tuple[Callable[[Patch], None], Where, frozenset[str]]]] 
         (an_end_wakes_nobody, 0, *WAKE),
         (a_drained_goal_wakes_nobody, 0, *WAKE),
         (an_end_leaves_the_agent_busy, 0, "wait", "life"),
-        (a_result_is_dropped_without_a_look, 9, "wait", "left", "rest"),
+        (a_result_is_dropped_without_a_look, 10, "wait", "left", "rest"),
         (a_cancel_is_not_repeated, 0, "wait"),
         (a_cancel_forgets_its_goal, 0, "leak", "exception", *WAKE),
         (a_goal_is_sent_again_blindly, 13, "twice"),

@@ -29,7 +29,7 @@ def wait_until(done: Callable[[], bool]) -> None:
 
 @pytest.mark.parametrize("thin", [False, True])
 def test_snapshots_written_beside_are_the_fold_up_to_them(taken: Journal, thin: bool) -> None:
-    recording = Recording(taken, thin=thin, snapshot_steps=40, beside=True)
+    recording = Recording(taken, thin=thin, snapshot_steps=20, beside=True)
     for first in range(0, len(LONG), 40):
         recording.feed(LONG[first : first + 40], 8)
         wait_until(lambda: not recording.writer._shadow._given)  # type: ignore[union-attr]

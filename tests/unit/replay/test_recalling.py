@@ -42,7 +42,7 @@ def told(picture: TaskPicture) -> tuple[object, ...]:
     return picture.task, picture.steps, picture.lines, picture.values, picture.goals
 
 
-@pytest.mark.parametrize(("begins", "asked"), [(20, 60), (60, 61), (100, 100), (140, 190)])
+@pytest.mark.parametrize(("begins", "asked"), [(20, 60), (60, 61), (75, 75), (80, 95)])
 def test_what_was_before_is_shown_and_goes_on(begins: int, asked: int, good: Flown) -> None:
     with good.machine() as machine:
         whole, view, rest = whole_and_view(machine, begins, asked)
@@ -63,7 +63,7 @@ def test_what_was_before_is_shown_and_goes_on(begins: int, asked: int, good: Flo
 def test_without_it_the_beginning_is_missing(good: Flown) -> None:
     """So the test above can fail."""
     with good.machine() as machine:
-        whole, view, _ = whole_and_view(machine, 100, 100)
+        whole, view, _ = whole_and_view(machine, 75, 75)
         assert told(seen(view.ledger, machine).task("PickUp-1")) != told(seen(whole, machine).task("PickUp-1"))
 
 
@@ -97,7 +97,7 @@ def test_it_waits_while_the_journal_lacks_steps_and_survives_one_that_cannot_be_
     good: Flown, caplog: pytest.LogCaptureFixture
 ) -> None:
     with good.machine() as machine:
-        whole, view, _ = whole_and_view(machine, 100, 100)
+        whole, view, _ = whole_and_view(machine, 75, 75)
         recall = Recall(view, good.machine)
         here, there = seen(view.ledger, machine, recall), seen(whole, machine)
         view.state.counters[JOURNAL] = LEVELS["full"]
@@ -109,7 +109,7 @@ def test_it_waits_while_the_journal_lacks_steps_and_survives_one_that_cannot_be_
         def broken() -> TimeMachine:
             raise JournalError("it is away")
 
-        _, view, _ = whole_and_view(machine, 100, 100)
+        _, view, _ = whole_and_view(machine, 75, 75)
         here = seen(view.ledger, machine, Recall(view, broken))
         with caplog.at_level(logging.WARNING):
             assert here.task("PickUp-1").task.id == "PickUp-1"
