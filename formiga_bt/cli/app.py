@@ -40,7 +40,8 @@ def run(argv: Sequence[str]) -> int:
     """
     try:
         code = _carry_out(argv)
-        sys.stdout.flush()
+        if sys.stdout is not None:  # who closes it wants to read nothing
+            sys.stdout.flush()
     except OSError as error:
         if error.errno not in NOT_WRITTEN or error.filename is not None:
             raise

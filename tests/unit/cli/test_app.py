@@ -84,6 +84,12 @@ def test_a_full_disk_is_told_in_one_line(words: list[str]) -> None:
     assert done.stderr == "formiga: cannot write what it has to say: No space left on device\n"
 
 
+def test_who_closed_its_output_gets_the_code_and_no_traceback(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys, "stdout", None)
+    assert run(["--version"]) == 0
+    assert run(["check", "no/such.yaml"]) == 2
+
+
 def test_ctrl_c_while_things_are_imported_is_silent(monkeypatch: pytest.MonkeyPatch) -> None:
     def interrupted() -> None:
         raise KeyboardInterrupt
