@@ -146,8 +146,7 @@ class Admission:
     def let_go(self, agent_id: str) -> None:
         """A machine that is admitted no more rests, and nothing holds it: it is no longer ours."""
         agent = self._core.state.agents[agent_id]
-        free = agent.pool != "QUARANTINED" and not self.is_in_use(agent)
-        if agent.refused_at_rest and free:
+        if agent.refused_at_rest and agent.pool != "QUARANTINED" and not self.is_in_use(agent):
             self._core.put_agent(agent_id, refused=agent.refused_at_rest, refused_at_rest="")
 
     # -- the judgement -----------------------------------------------------------------------------------------------

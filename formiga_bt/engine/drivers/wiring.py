@@ -36,6 +36,8 @@ class Switchboard:
     def __init__(self, transports: Sequence[AgentTransport]) -> None:
         self.transports = list(transports)
         self._of: dict[str, AgentTransport] = {}
+        self._hearing = {id(one): one for one in self.transports if isinstance(one, Hearing)}
+        """Looked at for each agent every few seconds, so told apart once."""
 
     def open(self, wake: Callable[[], None]) -> None:
         """Open all transports, or none.
@@ -67,8 +69,8 @@ class Switchboard:
 
     def heard(self, agent: str) -> Micros:
         """Return when the wire that has an agent last heard it, where it knows that besides its statuses; else 0."""
-        transport = self._of.get(agent)
-        return transport.heard(agent) if isinstance(transport, Hearing) else 0
+        hearing = self._hearing.get(id(self._of.get(agent)))
+        return hearing.heard(agent) if hearing is not None else 0
 
     def carry_out(self, effect: inp.Effect, beat: int) -> inp.EffectFailed | None:
         """Carry out one effect; an agent that no wire has is unreachable. Notices and alarms are the listeners'."""
