@@ -97,4 +97,4 @@ def test_against_a_wind_that_nothing_comes_home_in_it_does_not_wait() -> None:
 def replace_east(at: object, east_m: float) -> object:
     from msgspec.structs import replace as put
 
-    return put(at, east_m=at.east_m + east_m)  # type: ignore[attr-defined,type-var]
+    return put(at, east_m=at.east_m + east_m)

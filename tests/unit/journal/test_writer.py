@@ -153,7 +153,7 @@ def test_another_program_that_holds_the_file_is_full_too(rig: Rig, monkeypatch: 
 def test_an_engine_that_flies_waits_for_others_a_moment_only(rig: Rig) -> None:
     def patience_ms() -> int:
         assert rig.journal._write is not None
-        return int(rig.journal._write.connection.dbapi_connection.execute("PRAGMA busy_timeout").fetchone()[0])  # type: ignore[union-attr]
+        return int(rig.journal._write.connection.dbapi_connection.execute("PRAGMA busy_timeout").fetchone()[0])
 
     assert patience_ms() == 200
     rig.give(LONG[:5])

@@ -184,7 +184,7 @@ def test_ids_that_the_journal_may_not_know_are_passed_over(
     runtime, killed = tmp_path / ".formiga", tmp_path / "killed"
     with start(journal=JournalAt(durability="full")):
         pass
-    with start(journal=JournalAt(durability=durability) if durability else None) as service:  # type: ignore[arg-type]
+    with start(journal=JournalAt(durability=durability) if durability else None) as service:
         assert service.submit("Hello") == "Hello-1"
         service.ends("Hello-1")
         journal = service.host.journaling.journal
