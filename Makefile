@@ -4,7 +4,7 @@
 #   make test     run the tests            (make test EXTERNAL=1: also those that need more than pip installs)
 #   make lint     formatting, lint, types, import directions
 #   make bench    run the benchmarks           (make bench-peers: only those beside other engines, all sizes, some minutes)
-#   make pictures draw the pictures of the documents anew (needs graphviz)
+#   make pictures draw the pictures of the documents anew
 
 PYTHON ?= python3
 EXTERNAL ?=
@@ -71,7 +71,6 @@ bench-peers: $(STAMP)
 	@$(PY) benchmarks/bench_leak.py
 
 pictures: $(STAMP)
-	@command -v dot >/dev/null || { echo "pictures need graphviz (Debian, Ubuntu: apt install graphviz)" >&2; exit 1; }
 	@set -e; for file in docs/pictures/make_*.py; do $(PY) "$$file"; done
 
 wheel: $(STAMP)

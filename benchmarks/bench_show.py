@@ -1,4 +1,4 @@
-"""What drawing a tree costs: in the terminal, and as SVG through graphviz, for a task of 2,000 steps; reading the file apart.
+"""What drawing a tree costs: in the terminal, and as SVG, for a task of 2,000 steps; reading the file apart.
 
 python benchmarks/bench_show.py [--steps N]
 """
@@ -12,10 +12,10 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from formiga_bt.cli.inputs import read_task, read_world
-from formiga_bt.show.dot import svg_of
 from formiga_bt.show.drawing import drawing_of, is_step, walk
 from formiga_bt.show.facts import StepFact
 from formiga_bt.show.formats import as_text
+from formiga_bt.show.svg import svg_of
 from formiga_bt.show.terminal import draw
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "docs" / "pictures"))
@@ -49,7 +49,7 @@ def main() -> None:
     print(f"{len(steps)} steps, half of them with a status; best of three")
     print(f"from the checked model to facts  {best(lambda: drawing_of(task)) * 1e3:7.0f} ms")
     print(f"terminal, 100 columns            {best(lambda: draw(drawing, facts)) * 1e3:7.0f} ms")
-    print(f"svg, graphviz included           {best(lambda: svg_of(drawing, facts)) * 1e3:7.0f} ms")
+    print(f"svg                              {best(lambda: svg_of(drawing, facts)) * 1e3:7.0f} ms")
     for form in ("html", "mermaid", "json"):
         print(f"{form:33}{best(lambda form=form: as_text(form, drawing, facts)) * 1e3:7.0f} ms")
 

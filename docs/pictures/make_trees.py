@@ -1,6 +1,6 @@
 """Draws the trees of docs/trees.md, that of the README, and one of 300 steps, as SVG: `make pictures`.
 
-The same files and the same graphviz give the same pictures.
+The same files give the same pictures.
 
 python docs/pictures/make_trees.py [FOLDER]
 """
@@ -11,9 +11,9 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from formiga_bt.cli.inputs import read_task, read_world
-from formiga_bt.show.dot import svg_of
 from formiga_bt.show.drawing import drawing_of
 from formiga_bt.show.facts import Drawing
+from formiga_bt.show.svg import svg_of
 
 ROOT = Path(__file__).parents[2]
 TASKS = (

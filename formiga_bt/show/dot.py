@@ -1,37 +1,22 @@
-"""A drawing as text for graphviz, with places of its own, and as the SVG and PNG that graphviz makes of it.
+"""A drawing as text for graphviz, with places of its own: `dot -Tsvg` paints it as the graph says `layout=nop2`.
 
-The layout is that of `outline`; graphviz only paints (`neato -n2`; `dot` does, too: the graph says `layout=nop2`), so that
-2,000 steps take a moment.
+The layout is that of `outline`. Pictures are not made from it (see `svg`): it is for those who go on with graphviz.
 """
 
-import re
 from collections.abc import Iterator, Mapping
-from typing import Final
 from xml.sax.saxutils import escape
 
-from formiga_bt.errors import FormigaError
-from formiga_bt.show.drawing import text_of
-from formiga_bt.show.facts import Box, Drawing, StepFact
-from formiga_bt.show.legend import CONDITIONS, SHAPES, legend_of
-from formiga_bt.show.outline import BADGE, LINE, PAD, SIZE, SMALL, Outline, Row, outline_of
-from formiga_bt.show.textsize import FONT, Lines, Run, text_width
+from graphviz.quoting import escape as as_word
+from graphviz.quoting import quote
 
-TINTS: Final = ("#d5e8f7", "#fde3c8", "#d6efe1", "#f5dbe8", "#fbf3c0", "#e4dff2", "#dcefef", "#ece4d8")
-"""Of the roles, in the order of the file."""
-SUBTREE: Final = "#f6f6f6"
-INK: Final = "#202020"
-GREY: Final = "#6a6a6a"
-LINE_COLOUR: Final = "#9a9a9a"
-TALLEST_PX: Final = 32_000
-"""Painters of PNG take no more."""
-PNG_DPI: Final = 144
-LEAST_DPI: Final = 60
+from formiga_bt.show.drawing import tip_of
+from formiga_bt.show.facts import Box, Drawing, StepFact
+from formiga_bt.show.legend import legend_of
+from formiga_bt.show.looks import GREY, INK, LINE_COLOUR, Look, badge_look, step_look, tints_of
+from formiga_bt.show.outline import BADGE, LINE, PAD, SIZE, SMALL, Outline, Row, outline_of
+from formiga_bt.show.textsize import FONT, Lines, Run, printable, text_width
 
 Steps = Mapping[str, StepFact]
-
-
-class NoGraphviz(FormigaError):  # noqa: N818 - it names what is wrong
-    """The programs of graphviz are missing, or fail."""
 
 
 def dot_of(drawing: Drawing, steps: Steps | None = None, title: str = "") -> str:
@@ -45,73 +30,13 @@ def dot_of(drawing: Drawing, steps: Steps | None = None, title: str = "") -> str
     return _Graph(drawing, outline_of(drawing, steps, title), steps is not None).text()
 
 
-def svg_of(drawing: Drawing, steps: Steps | None = None, title: str = "") -> str:
-    """Return a picture as SVG.
-
-    Raises:
-        NoGraphviz: graphviz is not there.
-    """
-    return slim(painted(dot_of(drawing, steps, title), "svg").decode())
-
-
-def png_of(drawing: Drawing, steps: Steps | None = None, title: str = "") -> bytes:
-    """Return a picture as PNG.
-
-    Raises:
-        NoGraphviz: graphviz is not there.
-        FormigaError: the tree is too long for a PNG.
-    """
-    graph = _Graph(drawing, outline_of(drawing, steps, title), steps is not None)
-    text = graph.text()
-    dpi = min(PNG_DPI, int(TALLEST_PX * 72 / graph.height))
-    if dpi < LEAST_DPI:
-        raise FormigaError(
-            f"the tree is too long for a PNG: {graph.height / 72:.0f} inches\n"
-            "  help: draw an svg or html, or less of it: --depth N, --collapse NAME"
-        )
-    return painted(text, "png", dpi)
-
-
-def painted(text: str, form: str, dpi: int = 72) -> bytes:
-    """Return what graphviz makes of a graph with places.
-
-    Raises:
-        NoGraphviz: graphviz is not there, or fails.
-    """
-    import graphviz
-
-    text = text.replace("graph [", f"graph [dpi={dpi} ", 1)
-    try:
-        found: bytes = graphviz.pipe("neato", form, text.encode(), neato_no_op=2, quiet=True)
-    except graphviz.ExecutableNotFound as error:
-        raise NoGraphviz(
-            f"cannot draw {form}: the programs of graphviz are missing\n"
-            "  help: install the package graphviz (Debian, Ubuntu: apt install graphviz; macOS: brew install graphviz);\n"
-            "        html, mermaid, dot, json and terminal work without it"
-        ) from error
-    except graphviz.CalledProcessError as error:
-        said = (error.stderr or b"").decode(errors="replace").strip()
-        raise NoGraphviz(f"graphviz cannot draw the {form}: {said}") from error
-    return found
-
-
-def slim(svg: str) -> str:
-    """Return a picture without what each of its texts repeats; what shows when pointing at a step is a title, not a link."""
-    svg = re.sub(r"<!--.*?-->\n?", "", svg, flags=re.DOTALL)
-    svg = re.sub(r"<title>[nptlw]\d+(?:&#45;&gt;n\d+)?</title>\n|<title>(?:corner|cluster_\d+)</title>\n", "", svg)
-    svg = re.sub(r'<g id="a_\w+"><a xlink:title="([^"]*)">', r"<g><title>\1</title>", svg).replace("</a>\n</g>", "</g>")
-    svg = re.sub(r' id="(?:node|edge|clust)\d+"| text-anchor="start"', "", svg)
-    font = f' font-family="{FONT}"'
-    return svg.replace(font, "").replace("<svg ", f"<svg{font} ", 1)
-
-
 class _Graph:
     """Writes an outline as a graph."""
 
     def __init__(self, drawing: Drawing, outline: Outline, runs: bool) -> None:
         self._drawing = drawing
         self._outline = outline
-        self._tints = {box.role: TINTS[at % len(TINTS)] for at, box in enumerate(drawing.roles)}
+        self._tints = tints_of(drawing)
         self._legend = legend_of(outline, runs)
         self.height = outline.height + (max((entry.y for entry in self._legend), default=0) + LINE + 8)
         self._width = outline.width
@@ -160,10 +85,9 @@ class _Graph:
                 f"t{at}", start, row.y, row.width, row.height, _table(row.lines, row.width, row), _tip(box)
             )
         else:
-            look = self._look(box, row)
-            yield self._node(
-                f"n{at}", row.x, row.y, row.width, row.height, _table(row.lines, row.width, row), _tip(box) + look
-            )
+            look = step_look(box, row, self._tints)
+            more = _tip(box) + (_attributes(look) if look else "")
+            yield self._node(f"n{at}", row.x, row.y, row.width, row.height, _table(row.lines, row.width, row), more)
         if row.place:
             width = text_width(row.place, SMALL) + 2
             label = f'<<font point-size="{SMALL:g}" color="{GREY}">{escape(row.place)}</font>>'
@@ -174,20 +98,8 @@ class _Graph:
         badge = row.badge
         assert badge is not None
         y = row.middle - BADGE / 2
-        return self._node(
-            name, row.x, y, BADGE, BADGE, _quoted(badge.symbol), f" shape={badge.shape} fontsize=11{_outline(row)}"
-        )
-
-    def _look(self, box: Box, row: Row) -> str:
-        if box.kind in ("section", "branch"):
-            return ""
-        if box.kind in ("param", "var"):
-            return ""
-        shape = SHAPES.get(box.kind, "box")
-        fill = self._tints.get(box.task_role or box.role.partition(",")[0], "white")
-        style = "rounded,filled" if box.kind in CONDITIONS else "filled"
-        thick = " penwidth=1.8" if box.kind == "call" and row.mark is None else ""
-        return f' shape={shape} fillcolor="{fill}"{_outline(row, style)}{thick}'
+        more = f" fontsize=11{_attributes(badge_look(row))}"
+        return self._node(name, row.x, y, BADGE, BADGE, _quoted(badge.symbol), more)
 
     def _node(self, name: str, x: float, y: float, width: float, height: float, label: str, more: str = "") -> str:
         centre = f"{x + width / 2:.1f},{self.height - y - height / 2:.1f}"
@@ -205,23 +117,20 @@ class _Graph:
     def _legend_lines(self) -> Iterator[str]:
         top = self._outline.height
         for at, (words, symbol, look, x, y, width) in enumerate(self._legend):
-            yield self._node(f"l{at}", x, top + y, BADGE, BADGE - 4, _quoted(symbol), f" {look}")
+            yield self._node(f"l{at}", x, top + y, BADGE, BADGE - 4, _quoted(symbol), _attributes(look))
             label = f'<<font point-size="{SMALL:g}" color="{GREY}">{escape(words)}</font>>'
             yield self._node(f"w{at}", x + BADGE + 3, top + y + 2, width, LINE, label)
 
 
-def _outline(row: Row, style: str = "filled") -> str:
-    """Return how a node's outline says its status."""
-    if row.mark is None:
-        return f' style="{style}"' + (' fillcolor="white"' if row.badge else "")
-    fill = ' fillcolor="white"' if row.badge else ""
-    return f' style="{style},{row.mark.line}" color="{row.mark.colour}" penwidth={row.mark.width:g}{fill}'
+def _attributes(look: Look) -> str:
+    """Return a look as graphviz says it, where it is not that of every node."""
+    style = ",".join(["rounded"] * look.rounded + ["filled", look.line])
+    ink = f' fontcolor="{look.ink}"' if look.ink != INK else ""
+    return f' shape={look.shape} fillcolor="{look.fill}" style="{style}" color="{look.colour}" penwidth={look.width:g}{ink}'
 
 
 def _tip(box: Box) -> str:
-    where = f"{box.spot.file}:{box.spot.line}" if box.spot else ""
-    words = " ".join(part for part in (where, text_of(box), *box.modifiers) if part)
-    return f" tooltip={_quoted(words)}"
+    return f" tooltip={_quoted(tip_of(box))}"
 
 
 def _table(lines: Lines, width: float, row: Row | None = None) -> str:
@@ -233,7 +142,7 @@ def _table(lines: Lines, width: float, row: Row | None = None) -> str:
 
 
 def _run(run: Run, row: Row | None) -> str:
-    inner = _printable(run.text)
+    inner = printable(run.text)
     bare = inner.strip(" ")
     if bare:  # SVG drops a space at the end of a piece
         before, _, after = inner.partition(bare)
@@ -254,12 +163,6 @@ def _run(run: Run, row: Row | None) -> str:
     return text
 
 
-def _printable(text: str) -> str:
-    """Return a text without the characters that XML has no place for."""
-    return text if text.isprintable() else "".join(c if c.isprintable() else " " for c in text)
-
-
 def _quoted(text: str) -> str:
-    """Return a text as a quoted string of the language."""
-    clean = _printable(text).replace("\\", "\\\\").replace('"', '\\"')
-    return f'"{clean}"'
+    """Return a text as a word of the language, in quotes where it needs them."""
+    return str(quote(as_word(printable(text))))

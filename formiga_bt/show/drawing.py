@@ -122,6 +122,12 @@ def text_of(box: Box) -> str:
     return "".join(span.text for span in box.label)
 
 
+def tip_of(box: Box) -> str:
+    """Return what a picture says when a step is pointed at: its line of the file and its text in full."""
+    where = f"{box.spot.file}:{box.spot.line}" if box.spot else ""
+    return " ".join(part for part in (where, text_of(box), *box.modifiers) if part)
+
+
 def names_of(box: Box) -> tuple[str, ...]:
     """Return what a step can be called by: its path, its name, the subtree that it calls or the task that it requests."""
     names = [span.text.removesuffix(": ") for span in box.label if span.style == "title"]

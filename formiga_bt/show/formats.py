@@ -61,7 +61,7 @@ def as_text(name: str, drawing: Drawing, steps: Steps | None = None, title: str 
 
             return dot_of(drawing, steps, title)
         case "svg":
-            from formiga_bt.show.dot import svg_of
+            from formiga_bt.show.svg import svg_of
 
             return svg_of(drawing, steps, title)
         case "mermaid":
@@ -79,7 +79,7 @@ def as_text(name: str, drawing: Drawing, steps: Steps | None = None, title: str 
 
 def as_png(drawing: Drawing, steps: Steps | None = None, title: str = "") -> bytes:
     """Return a drawing as a PNG."""
-    from formiga_bt.show.dot import png_of
+    from formiga_bt.show.png import png_of
 
     return png_of(drawing, steps, title)
 

@@ -1,16 +1,11 @@
 """What the shapes of a picture mean: of those that it has, one entry each."""
 
-from collections.abc import Mapping
-from typing import Final, NamedTuple
+from typing import NamedTuple
 
+from formiga_bt.show.looks import CONDITIONS, SUBTREE_WIDTH, Look
 from formiga_bt.show.marks import MARKS
 from formiga_bt.show.outline import BADGE, BADGES, GAP, SMALL, Outline
 from formiga_bt.show.textsize import text_width
-
-SHAPES: Final[Mapping[str, str]] = {"ask": "note", "notify": "note", "request": "box3d"}
-"""Kinds without steps inside that are no plain box, as graphviz calls their shapes."""
-CONDITIONS: Final = frozenset({"check", "wait_until", "break_if"})
-"""Kinds that have round corners."""
 
 
 class Entry(NamedTuple):
@@ -18,8 +13,7 @@ class Entry(NamedTuple):
 
     words: str
     symbol: str
-    look: str
-    """Attributes of graphviz."""
+    look: Look
     x: float
     y: float
     width: float
@@ -44,22 +38,20 @@ def legend_of(outline: Outline, runs: bool) -> list[Entry]:
     return entries
 
 
-def _needed(outline: Outline, runs: bool) -> list[tuple[str, str, str]]:
+def _needed(outline: Outline, runs: bool) -> list[tuple[str, str, Look]]:
     kinds = {row.box.kind for row in outline.rows if row.box and row.parent is not None}
-    found = [(badge.words, badge.symbol, f"shape={badge.shape}") for kind, badge in BADGES.items() if kind in kinds]
+    found = [(badge.words, badge.symbol, Look(shape=badge.shape)) for kind, badge in BADGES.items() if kind in kinds]
     leaves = (
-        ("goal of an agent", {"do"}, "shape=box"),
-        ("people", {"ask", "notify"}, "shape=note"),
-        ("another task", {"request"}, "shape=box3d"),
-        ("condition", CONDITIONS, 'shape=box style="rounded"'),
-        ("subtree", {"call"}, "shape=box penwidth=1.8"),
+        ("goal of an agent", {"do"}, Look()),
+        ("people", {"ask", "notify"}, Look(shape="note")),
+        ("another task", {"request"}, Look(shape="box3d")),
+        ("condition", CONDITIONS, Look(rounded=True)),
+        ("subtree", {"call"}, Look(width=SUBTREE_WIDTH)),
     )
     found += [(words, "", look) for words, of, look in leaves if kinds & of]
     if runs:
         used = {row.mark.status for row in outline.rows if row.mark}
         for mark in MARKS:
-            look = (
-                f'shape=box color="{mark.colour}" fontcolor="{mark.colour}" penwidth={mark.width:g} style="{mark.line}"'
-            )
+            look = Look(line=mark.line, colour=mark.colour, width=mark.width, ink=mark.colour)
             found += [(mark.words, mark.glyph, look)] if mark.status in used else []
     return found

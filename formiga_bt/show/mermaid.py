@@ -12,7 +12,7 @@ from typing import Final
 
 from formiga_bt.show.drawing import is_step, text_of
 from formiga_bt.show.facts import Box, Drawing, Spot, StepFact
-from formiga_bt.show.legend import CONDITIONS
+from formiga_bt.show.looks import CONDITIONS, TINTS
 from formiga_bt.show.marks import MARKS, mark_of, note_of
 from formiga_bt.show.outline import BADGES
 
@@ -20,7 +20,6 @@ COLUMNS: Final = 36
 LINES: Final = 4
 PLAIN: Final = frozenset(" ,.:()=/_+'?!")
 """Characters, with letters and digits, that stand for themselves inside quotes."""
-TINTS: Final = ("#d5e8f7", "#fde3c8", "#d6efe1", "#f5dbe8", "#fbf3c0", "#e4dff2", "#dcefef", "#ece4d8")
 DASHES: Final[Mapping[str, str]] = {"dashed": ",stroke-dasharray:6 4", "dotted": ",stroke-dasharray:2 3"}
 SHAPES: Final[Mapping[str, tuple[str, str]]] = {
     "fallback": ("{{", "}}"),

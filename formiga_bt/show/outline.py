@@ -7,7 +7,7 @@ are as readable as ten. Points (1/72 inch) from the top left.
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import PurePath
-from typing import Final
+from typing import Final, Literal
 
 from formiga_bt.show.drawing import is_step, walk
 from formiga_bt.show.facts import Box, Drawing, Spot, StepFact
@@ -27,12 +27,16 @@ LEAST: Final = 150.0
 """Narrowest room for a step's text: beyond that the picture grows wider."""
 
 
+Shape = Literal["box", "octagon", "parallelogram", "diamond", "circle", "note", "box3d"]
+"""Of what is painted, as graphviz calls them."""
+
+
 @dataclass(frozen=True, slots=True)
 class Badge:
     """The small shape before a step that has others inside."""
 
     symbol: str
-    shape: str
+    shape: Shape
     words: str
 
 

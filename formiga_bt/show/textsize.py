@@ -47,6 +47,11 @@ def run_width(run: Run, size: float) -> float:
     return text_width(run.text, size, run.style in ("bold", "note", "mark"))
 
 
+def printable(text: str) -> str:
+    """Return a text without the characters that XML has no place for."""
+    return text if text.isprintable() else "".join(c if c.isprintable() else " " for c in text)
+
+
 def flow(runs: Sequence[Run], room: float, size: float, most: int = 4) -> Lines:
     """Return pieces broken into lines at spaces; the last of `most` lines ends in an ellipsis if there is more."""
     lines: Lines = [[]]

@@ -11,18 +11,23 @@ import xml.etree.ElementTree as ET
 from collections.abc import Callable
 from html.parser import HTMLParser
 from pathlib import Path
+from typing import get_args
 
 import pytest
 
 from formiga_bt.cli.inputs import read_task, read_world
-from formiga_bt.show.dot import NoGraphviz, dot_of, painted, png_of, svg_of
+from formiga_bt.show.dot import dot_of
 from formiga_bt.show.drawing import cut, drawing_of, is_step, walk
 from formiga_bt.show.facts import Box, Drawing, Span, Spot, StepFact
-from formiga_bt.show.formats import SUFFIXES, UnknownFormat, as_text, format_of, json_of
+from formiga_bt.show.formats import SUFFIXES, UnknownFormat, as_png, as_text, format_of, json_of
 from formiga_bt.show.html import html_of
+from formiga_bt.show.looks import Look
 from formiga_bt.show.marks import IGNORED_FAILURE, MARKS, mark_of, note_of
 from formiga_bt.show.mermaid import mermaid_of
-from formiga_bt.show.outline import WIDTH, outline_of
+from formiga_bt.show.outline import WIDTH, Shape, outline_of
+from formiga_bt.show.png import painted, png_of
+from formiga_bt.show.shapes import shape_of
+from formiga_bt.show.svg import svg_of
 from formiga_bt.show.terminal import draw, legend
 
 ROOT = Path(__file__).parents[3]
@@ -117,6 +122,8 @@ def terminal(drawing: Drawing, steps: Steps | None, width: int = 90, ascii_only:
         ("task.mmd", lambda d, f: mermaid_of(d, f, "Look-1 ACTIVE")),
         ("file.dot", lambda d, f: dot_of(d)),
         ("task.dot", lambda d, f: dot_of(d, f, "Look-1 ACTIVE")),
+        ("file.svg", lambda d, f: svg_of(d)),
+        ("task.svg", lambda d, f: svg_of(d, f, "Look-1 ACTIVE")),
         ("task.json", json_of),
         ("task.html", lambda d, f: html_of(d, f, "Look-1").partition("<body>")[2].partition("<script>")[0]),
     ],
@@ -200,47 +207,86 @@ def test_a_very_deep_tree_keeps_room_for_its_words() -> None:
     assert outline.width < 2 * WIDTH
 
 
-def test_a_missing_graphviz_is_told_with_what_works_without(drawing: Drawing, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_no_picture_needs_a_program(drawing: Drawing, facts: Steps, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PATH", "/nowhere")
-    with pytest.raises(NoGraphviz) as error:
-        svg_of(drawing)
-    assert str(error.value) == (
-        "cannot draw svg: the programs of graphviz are missing\n"
-        "  help: install the package graphviz (Debian, Ubuntu: apt install graphviz; macOS: brew install graphviz);\n"
-        "        html, mermaid, dot, json and terminal work without it"
-    )
+    for form in ("svg", "dot", "html", "mermaid", "json"):
+        assert as_text(form, drawing, facts)
+    assert as_png(drawing, facts)[:8] == b"\x89PNG\r\n\x1a\n"
 
 
-def test_a_tree_too_long_for_png_is_refused_before_it_is_drawn(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("PATH", "/nowhere")
+def test_a_tree_too_long_for_png_is_refused() -> None:
     with pytest.raises(Exception, match=r"too long for a PNG: \d{3} inches"):
         png_of(big(2_000))
 
 
-@pytest.mark.external
-def test_graphviz_paints_every_step_once_without_a_link(drawing: Drawing, facts: Steps) -> None:
+SVG = "{http://www.w3.org/2000/svg}"
+
+
+def test_an_svg_has_every_step_once_and_no_link(drawing: Drawing, facts: Steps) -> None:
     svg = svg_of(drawing, facts)
     root = ET.fromstring(svg)
-    tips = [one.text or "" for one in root.iter("{http://www.w3.org/2000/svg}title")]
+    tips = [one.text or "" for one in root.iter(f"{SVG}title")]
     steps = [box for box in walk(drawing.sections) if is_step(box)]
     for box in steps:
         assert box.spot is not None
-        assert any(tip.startswith(f"{box.spot.file}:{box.spot.line} ") for tip in tips)
-    assert "href" not in svg.replace("xmlns:xlink", "")
+        assert len([tip for tip in tips if tip.startswith(f"{box.spot.file}:{box.spot.line} ")]) == 1
+    assert "href" not in svg
     assert "<script" not in svg
-    assert (root.attrib["width"], len(tips) > len(steps)) == ("509pt", True)
+    assert (root.attrib["width"], len(tips) > len(steps)) == ("508pt", True)
+
+
+def test_all_of_an_svg_is_on_its_page(drawing: Drawing, facts: Steps) -> None:
+    root = ET.fromstring(svg_of(drawing, facts))
+    left, top, width, height = (float(word) for word in root.attrib["viewBox"].split())
+    for one in root.iter():
+        for x, y in places_of(one):
+            assert left <= x <= left + width
+            assert top <= y <= top + height
+
+
+def places_of(one: ET.Element) -> list[tuple[float, float]]:
+    """Return the corners of an element of a picture."""
+    at = one.attrib
+    match one.tag.removeprefix(SVG):
+        case "text":
+            return [(float(at["x"]), float(at["y"]))]
+        case "circle":
+            x, y, r = (float(at[key]) for key in ("cx", "cy", "r"))
+            return [(x - r, y - r), (x + r, y + r)]
+        case "rect":
+            x, y, width, height = (float(at[key]) for key in ("x", "y", "width", "height"))
+            return [(x, y), (x + width, y + height)]
+        case "polygon" | "polyline":
+            return [(float(x), float(y)) for x, y in (pair.split(",") for pair in at["points"].split())]
+    return []
+
+
+@pytest.mark.parametrize("shape", get_args(Shape))
+def test_a_shape_stays_inside_its_place(shape: Shape) -> None:
+    root = ET.fromstring(f'<svg xmlns="{SVG[1:-1]}">{shape_of(Look(shape=shape), 10, 20, 40, 40)}</svg>')
+    places = [place for one in root.iter() for place in places_of(one)]
+    assert (min(x for x, _ in places), max(x for x, _ in places)) == (10, 50)
+    assert (min(y for _, y in places), max(y for _, y in places)) == (20, 60)
+
+
+def test_a_png_has_letters_and_the_size_of_the_page(drawing: Drawing) -> None:
+    png = png_of(drawing)
+    height = float(ET.fromstring(svg_of(drawing)).attrib["height"].removesuffix("pt"))
+    assert int.from_bytes(png[16:20]) == 2 * 508
+    assert abs(int.from_bytes(png[20:24]) - 2 * height) <= 1
+    with_words = (
+        f'<svg xmlns="{SVG[1:-1]}" width="40pt" height="20pt"><text y="15" font-family="DejaVu Sans">{{}}</text></svg>'
+    )
+    assert painted(with_words.format("►⇉")) != painted(with_words.format(""))
 
 
 @pytest.mark.external
-def test_plain_dot_paints_the_same_places(drawing: Drawing) -> None:
-    text = dot_of(drawing)
-    by_dot = subprocess.run(["dot", "-Tsvg"], input=text.encode(), capture_output=True, check=True).stdout
-    assert ET.fromstring(by_dot).attrib["viewBox"] == ET.fromstring(painted(text, "svg")).attrib["viewBox"]
-
-
-@pytest.mark.external
-def test_a_png_is_one(drawing: Drawing) -> None:
-    assert png_of(drawing)[:8] == b"\x89PNG\r\n\x1a\n"
+def test_graphviz_paints_the_places_of_the_layout(drawing: Drawing) -> None:
+    outline = outline_of(drawing)
+    by_dot = subprocess.run(["dot", "-Tsvg"], input=dot_of(drawing).encode(), capture_output=True, check=True).stdout
+    _, _, width, height = (float(word) for word in ET.fromstring(by_dot).attrib["viewBox"].split())
+    assert abs(width - outline.width - 8) < 2
+    assert height > outline.height
 
 
 @pytest.mark.parametrize("name", [path.stem for path in sorted((ROOT / "docs/pictures/trees").glob("*.svg"))])
@@ -326,7 +372,7 @@ def test_an_unknown_ending_names_those_that_are_known(name: str) -> None:
         format_of(Path(name))
 
 
-@pytest.mark.parametrize("form", ["dot", "mermaid", "html", "json"])
+@pytest.mark.parametrize("form", ["dot", "svg", "mermaid", "html", "json"])
 def test_what_is_cut_is_said_in_every_format(form: str, drawing: Drawing) -> None:
     text = as_text(form, cut(drawing, collapse=["Twice"]))
     assert ('"hidden": 1' if form == "json" else "(1 more)") in text
