@@ -24,7 +24,7 @@ from formiga_bt.engine.library import Bundles
 from formiga_bt.engine.resume import copy_of
 from formiga_bt.errors import FormigaError, SiteError, TaskError
 from formiga_bt.lang.model import Catalogue, Site, Task
-from formiga_bt.services import api, crew, server, shown
+from formiga_bt.services import api, beginning, crew, server, shown
 from formiga_bt.services import models as m
 from formiga_bt.services.answering import Answering
 from formiga_bt.services.bundles import BundleStore
@@ -157,6 +157,7 @@ class EngineHost:
         self.view = View(self.epoch, state=copy_of(back.state) if back is not None else None)
         flights = FlightLog(self._folder.path, self.site)
         state = self.journaling.first_state(now_us, counters) if back is None else back.state
+        start_at = beginning.begin_at(self.site, state.now, back)
         self._folder.reserve(state.counters, state.now)
         engine = Engine(
             self.site, self._catalogue, self._tasks, state=state, resumes=back is not None,
@@ -175,7 +176,8 @@ class EngineHost:
             ],
             persist=self.journaling if fails is None else fails.persist(self.journaling, lambda: engine.state),
             first=self._first(back, engine) if back is not None else None,
-            start_at=back.begins_at if back is not None else 0,
+            start_at=start_at,
+            follows_wall=beginning.follows_wall(self.site),
         )  # fmt: skip
         if fails is not None and self.journaling.journal is not None:
             self.journaling.journal.in_snapshot = lambda: fails.passing("in_snapshot")

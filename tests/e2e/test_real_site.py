@@ -20,7 +20,11 @@ pytestmark = pytest.mark.network
 REAL = "people: {watchers: [watcher_1], approvers: [ann, bob]}\npilots: [{id: pia, max_airborne: 1}]\n"
 
 
-FAST = "from formiga_bt.cli import main, up; up.gaps = lambda site, speed: []; main()"
+FAST = (
+    "from formiga_bt.cli import main, up; up.gaps = lambda site, speed: []\n"
+    "from formiga_bt.services import beginning; beginning.follows_wall = lambda site: False\n"
+    "main()"
+)
 """`formiga`, but a real site may have a clock of another speed: the drones of this test are simulated."""
 
 

@@ -1,7 +1,8 @@
 """The realtime driver: one thread that feeds the engine, over real transports and a real clock.
 
-Engine time starts at max(wall clock, what was journaled last) and then follows the monotonic clock times the speed; it never
-goes back. Liveness, cancels and heartbeats are wall time and do not scale with the speed.
+Engine time starts at max(wall clock, what was journaled last) and never goes back. Then it follows the monotonic clock times
+the speed, or (mode real) approaches the wall clock (`clock.EngineClock`). Liveness, cancels and heartbeats are wall time and do
+not scale with the speed.
 
 Steps that come within a few milliseconds are one batch: they are persisted together, then their effects leave in order, and
 only then listeners and callers are told. A batch never waits for a step that is not there yet. While the disk is waited for, a
@@ -11,13 +12,12 @@ busy engine goes on with the next batch (`persist.Ahead`).
 import heapq
 import logging
 import threading
-import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future, wait
 
 from msgspec import Struct
 
-from formiga_bt.clock import SECOND, Micros
+from formiga_bt.clock import SECOND, EngineClock, Micros, monotonic_us, wall_clock_us
 from formiga_bt.engine import changes as ch
 from formiga_bt.engine import inputs as inp
 from formiga_bt.engine.drivers.inbox import MOST_REQUESTS, Inbox, InboxLoad
@@ -83,6 +83,7 @@ class RealtimeDriver:
         persist: keeps steps before their effects leave.
         first: the engine's first input; by default `Started`.
         start_at: engine time does not begin before it.
+        follows_wall: engine time approaches the wall clock (mode real); the speed is 1 then.
     """
 
     def __init__(
@@ -96,8 +97,10 @@ class RealtimeDriver:
         persist: Persist | None = None,
         first: inp.Input | None = None,
         start_at: Micros = 0,
+        follows_wall: bool = False,
     ) -> None:
         _check_speed(speed)
+        assert speed == 1.0 or not follows_wall, "a clock that follows the wall clock has no speed"
         self.engine = engine
         self.switchboard = Switchboard(transports)
         self.listeners = list(listeners)
@@ -126,23 +129,21 @@ class RealtimeDriver:
         self._door = threading.Lock()
         self._refusing = False
         self._thread: threading.Thread | None = None
-        self._clock = (self._wall_now(), max(time.time_ns() // 1000, engine.state.now, start_at), speed)
-        """Wall time, engine time and speed since the last change of speed; replaced whole."""
+        self.clock = EngineClock(max(wall_clock_us(), engine.state.now, start_at), speed, follows_wall=follows_wall)
 
     # -- time ------------------------------------------------------------------------------------------------------
     @staticmethod
     def _wall_now() -> Micros:
-        return time.monotonic_ns() // 1000
+        return monotonic_us()
 
     def now(self) -> Micros:
         """Return the engine time; may be called from any thread."""
-        wall0, engine0, speed = self._clock
-        return engine0 + round((self._wall_now() - wall0) * speed)
+        return self.clock.now()
 
     @property
     def speed(self) -> float:
         """Return engine seconds per wall second."""
-        return self._clock[2]
+        return 1.0 if self.clock.follows_wall else self.clock.rate
 
     def statistics(self) -> DriverLoad:
         """Return how far the engine keeps up; may be called from any thread."""
@@ -159,8 +160,8 @@ class RealtimeDriver:
             ValueError: not above 0, or more than 20.
         """
         _check_speed(speed)
-        wall, engine = self._wall_now(), self.now()
-        self._clock = (wall, engine, speed)
+        assert not self.clock.follows_wall, "a clock that follows the wall clock has no speed"
+        self.clock.set_rate(speed)
         self._next_beat = 0
         self._inbox.wake()
 
@@ -431,8 +432,13 @@ class RealtimeDriver:
             return
         self._next_beat = wall + SECOND
         self._beat += 1
+        self.clock.steer()
         beat = ClockBeat(
-            wall_us=time.time_ns() // 1000, engine_us=self.now(), speed=self.speed, epoch=self._epoch, beat=self._beat
+            wall_us=wall_clock_us(),
+            engine_us=self.now(),
+            speed=self.clock.rate,
+            epoch=self._epoch,
+            beat=self._beat,
         )
         for transport in self.switchboard.transports:
             transport.publish_clock(beat)
@@ -444,7 +450,7 @@ class RealtimeDriver:
             waits.append(self._wall[0][0] - wall)
         due = self.engine.next_deadline()
         if due is not None:
-            waits.append(round((due[0] - self.now()) / self.speed) + 1)
+            waits.append(round((due[0] - self.now()) / self.clock.rate) + 1)
         return max(0.0, min(waits) / SECOND)
 
 
