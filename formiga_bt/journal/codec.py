@@ -333,5 +333,8 @@ class Codec:
             ) from error
 
 
-RESTORE: Final = "put a copy of the journal in its place, or move it away and start anew (docs/journal.md#damaged)"
+RESTORE: Final = (
+    "put a copy of the journal in its place; or begin anew, it is set aside: formiga up --start-anew "
+    "(docs/journal.md#damaged)"
+)
 """What to do with a journal that is damaged."""

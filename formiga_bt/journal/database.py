@@ -22,7 +22,8 @@ from sqlalchemy.exc import ArgumentError, DBAPIError, OperationalError, SQLAlche
 from formiga_bt.errors import JournalError
 from formiga_bt.journal import schema
 from formiga_bt.journal.codec import RESTORE
-from formiga_bt.journal.looking import Look, look_at
+from formiga_bt.journal.files import beside, check_file, size_of
+from formiga_bt.journal.looking import look_at
 
 Durability = Literal["full", "normal"]
 """`full`: a commit survives a power cut. `normal`: it survives the end of the process; a power cut may take the last ones."""
@@ -39,7 +40,8 @@ SERVER: Final = {
     "connect_timeout": 2, "tcp_user_timeout": 2000, "keepalives_idle": 2, "keepalives_interval": 1, "keepalives_count": 2,
 }  # fmt: skip
 """A PostgreSQL server that went away is noticed soon: an engine that waits for it does nothing else."""
-SQLITE_HEAD: Final = b"SQLite format 3\x00"
+CHECK_BYTES: Final = 256 * 1024 * 1024
+"""A smaller SQLite file is looked through after an end that was not clean."""
 
 
 def read_url(word: str) -> URL:
@@ -87,16 +89,16 @@ class Database:
         """As people are told; without a password."""
         self.durability = durability
         if self.is_sqlite:
-            _check_file(Path(self.where), create=create)
-        self._look = look_at(Path(self.where)) if self.is_sqlite and not create else Look()
-        self.note = self._look.note
+            check_file(Path(self.where), create=create)
+        self._look = look_at(Path(self.where)) if self.is_sqlite and not create else None
+        self.note = self._look.note if self._look is not None else ""
         """What people are told of how it is looked at; mostly nothing."""
         self.engine = self._engine()
 
     def close(self) -> None:
         """Let it go; may be called twice."""
         self.engine.dispose()
-        if self._look.folder is not None:
+        if self._look is not None and self._look.folder is not None:
             self._look.folder.cleanup()
 
     @property
@@ -123,7 +125,8 @@ class Database:
                 sa.event.listen(engine, "connect", self._on_connect_postgres)
                 return engine
             options: dict[str, Any] = {"timeout": BUSY_S, "check_same_thread": False}
-            if uri := self._look.uri:
+            if self._look is not None:
+                uri = self._look.uri
                 engine = sa.create_engine(self.url, creator=lambda: sqlite3.connect(uri, uri=True, **options))
             else:
                 engine = sa.create_engine(self.url, connect_args=options)
@@ -143,7 +146,8 @@ class Database:
 
     def _on_connect_sqlite(self, connection: Any, _record: Any) -> None:
         connection.isolation_level = None  # transactions begin where we say so
-        for pragma in (f"synchronous = {self.durability.upper()}", "foreign_keys = ON", "temp_store = MEMORY"):
+        only = ("query_only = ON",) if self._look is not None else ()
+        for pragma in (f"synchronous = {self.durability.upper()}", "foreign_keys = ON", "temp_store = MEMORY", *only):
             connection.execute(f"PRAGMA {pragma}")
 
     def hurry(self, connection: Connection, *, on: bool = True) -> None:
@@ -162,11 +166,14 @@ class Database:
         Raises:
             JournalError: the database is damaged, newer, not ours, or cannot be reached; nothing in it was changed.
         """
+        if self.file is not None:
+            self._check_log(self.file)
         with mapped(self.where), self.engine.connect() as connection:
             if self.is_sqlite:
                 self._check_ours(connection)
                 connection.rollback()
                 raw: Any = connection.connection.dbapi_connection
+                self._check_size(raw)
                 if not raw.execute("PRAGMA page_count").fetchone()[0]:
                     raw.execute("PRAGMA page_size = 8192")
                     raw.execute("PRAGMA auto_vacuum = INCREMENTAL")
@@ -191,6 +198,32 @@ class Database:
             if found != len(schema.MIGRATIONS):
                 what = f"is of schema {found}, this version reads {len(schema.MIGRATIONS)}" if found else "is empty"
                 raise JournalError(f"{self.where} {what}\n  help: an engine that starts with it makes it ready")
+
+    def _check_log(self, file: Path) -> None:
+        """Look through a file in whose write-ahead log steps wait, before they are brought into it: it may be cut short."""
+        size = size_of(file)
+        if not size or size > CHECK_BYTES or not size_of(beside(file)):
+            return
+        try:
+            plain = sqlite3.connect(f"{file.resolve().as_uri()}?mode=ro", uri=True, timeout=BUSY_S)
+            try:
+                said = plain.execute("PRAGMA quick_check(1)").fetchone()[0]
+            finally:
+                plain.close()
+        except sqlite3.Error as error:
+            raise JournalError(told(self.where, error)) from error
+        if said != "ok":
+            raise JournalError(f"the journal {self.where} is damaged: {said.splitlines()[-1]}\n  help: {RESTORE}")
+
+    def _check_size(self, raw: Any) -> None:
+        """Refuse a file that is cut short."""
+        assert self.file is not None
+        pages, page = (raw.execute(f"PRAGMA {name}").fetchone()[0] for name in ("page_count", "page_size"))
+        size = size_of(self.file) or 0
+        if not size_of(beside(self.file)) and size < pages * page:
+            raise JournalError(
+                f"the journal {self.where} is damaged: it is cut short, {size} of {pages * page} bytes\n  help: {RESTORE}"
+            )
 
     def _check_ours(self, connection: Connection) -> None:
         names = sa.inspect(connection).get_table_names()
@@ -234,29 +267,6 @@ def _lock_file(path: Path) -> Callable[[], None] | None:
         lock.close()
         return None
     return lock.close
-
-
-def _check_file(path: Path, *, create: bool) -> None:
-    """Look at an SQLite file before SQLite does: what is none is never written to."""
-    try:
-        if path.exists():
-            with path.open("rb") as file:
-                head = file.read(len(SQLITE_HEAD))
-            if head and head != SQLITE_HEAD:
-                raise JournalError(
-                    f"{path} is no journal: it is not a database\n"
-                    f"  help: name another file: formiga up --journal FILE; if it was one, {RESTORE}"
-                )
-        elif create:
-            if path.parent.exists() and not path.parent.is_dir():
-                raise JournalError(f"cannot use the journal {path}: {path.parent} is no folder")
-            path.parent.mkdir(parents=True, exist_ok=True)
-        else:
-            raise JournalError(f"there is no journal {path}\n  help: formiga up makes one")
-    except OSError as error:
-        raise JournalError(
-            f"cannot use the journal {path}: {error.strerror or error}\n  help: look who may read the file and its folder"
-        ) from error
 
 
 def _begin(connection: Connection) -> None:
@@ -368,14 +378,19 @@ class mapped:  # noqa: N801 - it is used as a statement
 
 
 REFUSED: Final = ("readonly database", "unable to open database file")
-DAMAGED: Final = ("malformed", "not a database", "corrupt")
+DAMAGED: Final = ("malformed", "corrupt")
 FULL: Final = ("database or disk is full", "No space left", "disk I/O error")
 
 
-def told(where: str, error: SQLAlchemyError) -> str:
+def told(where: str, error: SQLAlchemyError | sqlite3.Error) -> str:
     """Return what a database's error means, and what to do."""
     text = str(error.orig if isinstance(error, DBAPIError) and error.orig is not None else error).strip()
     text = text.splitlines()[0] if text else type(error).__name__
+    if "not a database" in text:
+        return (
+            f"{where} is no journal: it is not a database\n"
+            f"  help: name another file: formiga up --journal FILE; if it was one, {RESTORE}"
+        )
     if any(word in text for word in DAMAGED):
         return f"the journal {where} is damaged: {text}\n  help: {RESTORE}"
     if any(word in text for word in FULL):

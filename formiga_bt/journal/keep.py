@@ -18,7 +18,7 @@ from formiga_bt.clock import SECOND, Micros
 from formiga_bt.errors import FormigaError, JournalError
 from formiga_bt.journal import schema
 from formiga_bt.journal.database import mapped, read_url, writing
-from formiga_bt.journal.looking import beside
+from formiga_bt.journal.files import all_of, size_of
 from formiga_bt.journal.past import Past
 from formiga_bt.journal.store import Journal
 
@@ -257,6 +257,6 @@ def file_bytes(where: str) -> int | None:
         return None
     file = Path(url.database)
     try:
-        return sum(one.stat().st_size for one in (file, beside(file)) if one.exists())
+        return sum(size_of(one) or 0 for one in all_of(file)[:2])
     except OSError as error:
         raise JournalError(f"cannot read {file}: {error.strerror or error}") from error

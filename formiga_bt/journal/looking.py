@@ -1,20 +1,24 @@
-"""Looking at an SQLite journal that lies where nothing can be written: a copy from a site, a read-only disk, another's folder.
+"""Looking at an SQLite journal, which never writes: no table, no step, and no file stays beside it that was not there.
 
-In WAL mode SQLite makes files beside the one that it only reads. Where it may not, this finds another way, in this order:
+| what lies there | how it is opened |
+|---|---|
+| the file, its log and the log's index: an engine writes it, or was killed | read-only, the index too |
+| the file alone: its engine has ended | `query_only`; an engine may start meanwhile; SQLite takes its files away again |
+| the file alone, where nothing can be written | as a file that nobody changes |
+| the log without its index: a copy of a killed engine's files | a copy of both, in a temporary folder |
 
-1. as ever: it can, or the files that it needs are there (also those of an engine that writes now),
-2. as a file that nobody changes, if no steps wait in the write-ahead log,
-3. in a copy of the file and its write-ahead log.
+`immutable` takes no locks, and a copy opens the files: neither happens where an engine has the journal open.
 """
 
 import os
-import shutil
 import sqlite3
+import subprocess
 from pathlib import Path
 from tempfile import TemporaryDirectory, gettempdir
 from typing import Final, NamedTuple
 
 from formiga_bt.errors import JournalError
+from formiga_bt.journal.files import beside, index_of, size_of
 
 TRIES: Final = 3
 """A copy is made so often, if somebody writes meanwhile."""
@@ -24,8 +28,8 @@ _CANNOT: Final = (sqlite3.SQLITE_CANTOPEN, sqlite3.SQLITE_READONLY, sqlite3.SQLI
 class Look(NamedTuple):
     """How a journal is opened to be read."""
 
-    uri: str = ""
-    """For SQLite; empty: as ever."""
+    uri: str
+    """For SQLite."""
     note: str = ""
     """What people are told of it; mostly nothing."""
     folder: "TemporaryDirectory[str] | None" = None
@@ -38,31 +42,27 @@ def look_at(file: Path) -> Look:
     Raises:
         JournalError: there is no way.
     """
-    if is_writable(file) or not is_refused(file):
-        return Look()
-    wal = beside(file)
+    wal, name = beside(file), file.resolve().as_uri()
     try:
-        waiting = wal.stat().st_size if wal.exists() else 0
+        waiting, has_index = size_of(wal), size_of(index_of(file)) is not None
+        if has_index and waiting is not None:
+            for way in ("mode=ro&readonly_shm=1", "mode=ro"):
+                if not is_refused(f"{name}?{way}"):
+                    return Look(f"{name}?{way}")
+        if waiting is None and not has_index and is_writable(file) and not is_refused(f"{name}?mode=rw"):
+            return Look(f"{name}?mode=rw")
         if not waiting:
-            return Look(f"{file.resolve().as_uri()}?mode=ro&immutable=1")
+            return Look(f"{name}?mode=ro&immutable=1")
         folder = _copied(file, wal)
     except OSError as error:
         raise JournalError(
-            f"cannot look at the journal {file}: nothing can be written beside it, its newest steps are in {wal.name}, "
+            f"cannot look at the journal {file}: its newest steps are in {wal.name}, without the index of that, "
             f"and no copy of both could be made in {gettempdir()}: {_told(error)}\n"
             f"  help: copy {file.name} and {wal.name} into a folder of yours, and name that: --journal FILE; "
             "if only room is missing: TMPDIR=FOLDER formiga ..."
         ) from error
-    note = (
-        f"{file} lies where nothing can be written, and its newest steps are in {wal.name}: "
-        f"a copy of both is looked at, in {folder.name}"
-    )
+    note = f"the newest steps of {file} are in {wal.name}, without its index: a copy of both is looked at, in {folder.name}"
     return Look((Path(folder.name) / file.name).as_uri(), note, folder)
-
-
-def beside(file: Path) -> Path:
-    """Return the write-ahead log of an SQLite file."""
-    return file.with_name(file.name + "-wal")
 
 
 def is_writable(file: Path) -> bool:
@@ -72,10 +72,10 @@ def is_writable(file: Path) -> bool:
     return os.access(file, os.W_OK, effective_ids=own) and os.access(folder, os.W_OK | os.X_OK, effective_ids=own)
 
 
-def is_refused(file: Path) -> bool:
-    """Return whether SQLite cannot open the file as ever because it may not write."""
+def is_refused(uri: str) -> bool:
+    """Return whether SQLite cannot open a file so because of what it may do there."""
     try:
-        connection = sqlite3.connect(file)
+        connection = sqlite3.connect(uri, uri=True)
         try:
             connection.execute("PRAGMA schema_version").fetchone()
         finally:
@@ -95,16 +95,20 @@ def _copied(file: Path, wal: Path) -> "TemporaryDirectory[str]":
     try:
         for _ in range(TRIES):
             before = _marks(file, wal)
-            for one in (file, wal):
-                target = Path(folder.name) / one.name
-                target.unlink(missing_ok=True)
-                shutil.copyfile(one, target)
+            _copy(file, wal, folder=folder.name)
             if _marks(file, wal) == before:
                 return folder
         raise OSError(None, "somebody writes it all the time")
     except BaseException:
         folder.cleanup()
         raise
+
+
+def _copy(*files: Path, folder: str) -> None:
+    """Copy files in a process of its own, which has no locks that it could drop."""
+    done = subprocess.run(["cp", "--", *map(str, files), folder], capture_output=True, text=True, check=False)
+    if done.returncode:
+        raise OSError(None, done.stderr.strip().replace("\n", "; ") or f"cp ended with {done.returncode}")
 
 
 def _told(error: OSError) -> str:

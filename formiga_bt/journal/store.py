@@ -25,7 +25,7 @@ from formiga_bt.engine.inputs import Step
 from formiga_bt.engine.state import EngineState
 from formiga_bt.errors import JournalError, SiteError
 from formiga_bt.journal import codec, schema
-from formiga_bt.journal.database import OWN_S, Database, Durability, Prepared, mapped, told, writing
+from formiga_bt.journal.database import CHECK_BYTES, OWN_S, Database, Durability, Prepared, mapped, told, writing
 from formiga_bt.journal.reading import Readable
 from formiga_bt.journal.records import SITE_FILES, BundleRow, Gap, Kept, Row, Start
 from formiga_bt.journal.thin import Block, pack
@@ -33,8 +33,6 @@ from formiga_bt.nodes.memory import NODE_STATE_VERSION
 
 __all__ = ["SITE_FILES", "BundleRow", "Gap", "Journal", "Kept", "Overtaken", "Row", "Start", "Unwritable"]
 
-CHECK_BYTES: Final = 256 * 1024 * 1024
-"""A smaller SQLite file is looked through after an end that was not clean."""
 DICTIONARIES: Final = 255
 
 

@@ -214,8 +214,8 @@ def test_a_file_that_is_no_database_is_left_alone(tmp_path: Path) -> None:
     path.write_text("buy milk\n" * 100)
     assert refused(path) == (
         f"{path} is no journal: it is not a database\n"
-        "  help: name another file: formiga up --journal FILE; if it was one, put a copy of the journal in its place, "
-        "or move it away and start anew (docs/journal.md#damaged)"
+        "  help: name another file: formiga up --journal FILE; if it was one, put a copy of the journal in its place; "
+        "or begin anew, it is set aside: formiga up --start-anew (docs/journal.md#damaged)"
     )
     assert path.read_text() == "buy milk\n" * 100
 
@@ -251,7 +251,7 @@ def test_a_damaged_file_is_told_and_left_alone(tmp_path: Path) -> None:
     spoiled = bytearray(whole)
     spoiled[16:8192] = b"\xee" * (8192 - 16)
     path.write_bytes(spoiled)
-    assert refused(path).startswith(f"the journal {path} is damaged: ")
+    assert refused(path).startswith(f"{path} is no journal: it is not a database")
     assert path.read_bytes() == bytes(spoiled)
 
 

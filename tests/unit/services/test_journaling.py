@@ -16,6 +16,7 @@ from formiga_bt.journal.past import Past
 from formiga_bt.journal.store import Journal, Unwritable
 from formiga_bt.services.journaling import SITE_FILES, JournalAt
 from formiga_bt.services.words import NOT_KEPT
+from tests.copying import copied
 from tests.unit.services.conftest import Start
 
 pytestmark = pytest.mark.network
@@ -194,7 +195,7 @@ def test_ids_that_the_journal_may_not_know_are_passed_over(
                 patch.setattr(journal, "stage", full)
                 service.post("/v1/orders", {"order": "hold"})
             service.wait(lambda: service.host.driver.engine.state.counters.get("journal") == 0)
-        shutil.copytree(runtime, killed)
+        copied(runtime, killed)
     if how != "ended":
         shutil.rmtree(runtime)
         killed.rename(runtime)

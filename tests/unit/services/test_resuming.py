@@ -5,7 +5,6 @@ The kill is a copy of the site's folder, taken while the service runs: what a de
 
 import json
 import re
-import shutil
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
@@ -28,6 +27,7 @@ from formiga_bt.replay.story import tale
 from formiga_bt.services.host import EngineHost
 from formiga_bt.services.journaling import JournalAt
 from formiga_bt.services.resuming import ALIVE, RESUMING, Blame, Sign, _check_catalogue, last_sign
+from tests.copying import copied
 from tests.unit.services.conftest import TREES, Service
 from tests.unit.services.wire import Wire
 
@@ -78,7 +78,7 @@ def kill(tmp_path: Path) -> Callable[[str, str], Path]:
     """Leave what a service would leave that is killed now, in another folder; return its runtime folder."""
 
     def copy(where: str, to: str) -> Path:
-        shutil.copytree(tmp_path / where, tmp_path / to)
+        copied(tmp_path / where, tmp_path / to)
         return tmp_path / to / ".formiga" / "meadow"
 
     return copy
