@@ -73,7 +73,7 @@ class Core:
         self.woken: dict[str, dict[str, None]] = {}
         """task -> node keys to wake, in order"""
         self.stands_by = False
-        """The first input will be `Resumed`: nothing happens before it."""
+        """The next input is `Resumed` or `Outage`: nothing happens before it."""
         self.at_work = ""
         """The task that was settled last: if the engine stops by a bug, that one's."""
         self.running = ""

@@ -92,7 +92,7 @@ class Engine:
         self.tasks.allocation, self.tasks.admit = self.allocation, self.authority.admit
         self.rescue = Rescue(core, self.goals, self.people, self.tasks)
         self.reconcile = Reconcile(core, self.fleet, self.goals, self.authority, self.rescue)
-        self.goals.is_expired = self.reconcile.is_expired
+        self.goals.is_expired, self.goals.stood = self.reconcile.is_expired, self.reconcile.stood
         core.stands_by = resumes
         self.unbuilt: dict[str, str] = {}
         """Tasks whose trees could not be rebuilt -> why."""
@@ -135,6 +135,8 @@ class Engine:
         """
         core = self.core
         assert now >= core.now, f"time goes back from {core.now} to {now}"
+        if type(given) is inp.Outage:
+            core.stands_by = True  # what came up meanwhile waits until it is known what happened
         due = core.next_deadline()
         assert due is None or due[0] >= now or isinstance(given, inp.TimerDue), (
             f"deadline {due} was passed over at {now}"
@@ -207,6 +209,8 @@ class Engine:
                     self.core.emit(ch.CounterSet("deposed", 0))
             case inp.Resumed():
                 self.reconcile.begin(given)
+            case inp.Outage():
+                self.reconcile.stood_still(given)
             case inp.JournalState():
                 note_journal(self.core, given)
         return ""

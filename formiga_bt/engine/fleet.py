@@ -237,7 +237,7 @@ class Fleet:
             was = agent.liveness
             core.put_agent(agent_id, liveness="ALIVE")
             if was == "SUSPECT":
-                self._ask_about_goals(agent_id)
+                self.ask_about_goals(agent_id)
         if agent.human:
             self.people.invalidate(agent_id)
         kind = core.catalogue.types.get(agent.type)  # None: not admitted
@@ -269,7 +269,8 @@ class Fleet:
         if agent is not None and agent.quarantine == "asked":
             self._core.put_agent(agent_id, quarantine="lost")
 
-    def _ask_about_goals(self, agent_id: str) -> None:
+    def ask_about_goals(self, agent_id: str) -> None:
+        """Ask an agent what became of the goals that it was sent."""
         goals = tuple(g.id for g in self._core.index.goals_of(agent_id) if g.in_flight)
         if goals:
             self._core.effect(QueryGoal(agent_id, goals))

@@ -45,6 +45,8 @@ class Goals:
 
     is_expired: Callable[[Micros | None, float], bool]
     """Tells whether a goal that was sent then is older than its life in seconds, an outage counted (`engine.reconcile`)."""
+    stood: Callable[[], bool]
+    """Tells whether the engine's own process stood still just now: what came too late for its agent is sent anew."""
 
     def __init__(self, core: Core, fleet: Fleet, gatekeeper: Gatekeeper) -> None:
         self._core = core
@@ -231,6 +233,9 @@ class Goals:
         ):
             self._stopped(goal)
             return
+        if event.code == "goal_expired" and event.state == "rejected" and self._came_late(goal):
+            self.again(goal.id)
+            return
         result: dict[str, Any] = {}
         if event.state == "succeeded":
             if spec.effect and not core.state.agents[goal.agent].human and not _is_past(event):
@@ -270,6 +275,8 @@ class Goals:
             self._stopped(goal)
         elif goal.cancel_asked:
             self.end(goal.id, "canceled")
+        elif self._came_late(goal):
+            self.again(goal.id)
         elif goal.state == "sent" and self.is_expired(goal.sent_at, QUESTION_BEATS if asked else TTL_BEATS):
             self.end(
                 goal.id, "rejected", "goal_expired", "the engine was away, and the order is too old to be sent again"
@@ -280,6 +287,11 @@ class Goals:
             self._back_to_the_gate(goal)
         else:
             self.end(goal.id, "in_doubt")
+
+    def _came_late(self, goal: GoalRecord) -> bool:
+        """Return whether a goal of a step never began because the engine stood still: its next attempt is due, no failure."""
+        late = goal.state == "sent" and goal.owner not in ("!question", "!none") and not goal.cancel_asked
+        return late and self.stood() and self.is_expired(goal.sent_at, TTL_BEATS)
 
     def _back_to_the_gate(self, goal: GoalRecord) -> None:
         core = self._core

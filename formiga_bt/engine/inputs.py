@@ -201,6 +201,24 @@ class Resumed(Struct, frozen=True, tag=True, kw_only=True):
     """Digests of approvals that were taken back, and the journal does not know it."""
 
 
+class Outage(Struct, frozen=True, tag=True, kw_only=True):
+    """The engine itself stood still: its process was stopped, its machine slept, or one step or commit took long.
+
+    Given by the driver before any deadline that came up and any message that came in meanwhile.
+    """
+
+    at: Micros
+    """Engine time when the engine was last at work."""
+    since: Micros
+    """Wall time then."""
+    wall: Micros
+    """Wall time now."""
+    heard: Micros = 0
+    """Now, on the clock that statuses are stamped with when they come in."""
+    speed: float = 1.0
+    """Engine seconds per wall second."""
+
+
 class JournalState(Struct, frozen=True, tag=True):
     """How the journal stands: `ok`, `slow`, or `full`: it cannot be written. Given by the driver when that changes."""
 
@@ -212,7 +230,7 @@ class JournalState(Struct, frozen=True, tag=True):
 Input = (
     Submit | Serve | Abort | Operator | LockdownOrder | Approve | Duty | AgentSeenInput | AgentGoneInput | AgentStatusInput
     | GoalEventInput | AgentEventInput | QueryReplyInput | BadStatusInput | TimerDue | WallDue | EffectFailed | Started
-    | JournalState | Resumed
+    | JournalState | Resumed | Outage
 )  # fmt: skip
 
 # -- effects -----------------------------------------------------------------------------------------------------------

@@ -1,6 +1,6 @@
 """After the engine was away: find out what happened meanwhile, before anything goes on.
 
-    Resumed -> asking -> overdue -> watching -> over
+    Resumed, or Outage -> asking -> overdue -> watching -> over
 
 | phase | ends |
 |---|---|
@@ -11,6 +11,9 @@
 While asking, no timer fires: a result that came while nobody listened counts before a deadline that passed. Until a machine was
 heard of, and in the first two phases, nothing but safety goals leaves. A machine that is not as it was left (its control, its
 port, on the ground or in the air) lets its task come back HELD, like a long outage does all tasks.
+
+`Resumed` is the first input of an engine that goes on from its journal. `Outage` comes from the driver of an engine whose
+process stood still: its trees, and who is connected, are as they were; what it did not hear meanwhile is nobody's silence.
 
 What an agent is asked, and what its reply does, is the same as after any silence: `fleet` and `goals` do it.
 """
@@ -65,25 +68,7 @@ class Reconcile:
             core.stale.add(EVERYTHING)  # goals that the other engine held up wait for something else now
         if core.state.counters.get(JOURNAL):
             core.emit(ch.CounterSet(JOURNAL, LEVELS["ok"]))
-        old = core.state.resume
-        again = old is not None and old.phase != "watching"  # it went away once more before all was known
-        since = old.since if old is not None and again else given.since
-        at = old.at if old is not None and again else given.at
-        core.emit(
-            ch.ResumePut(
-                Resuming(
-                    phase="asking",
-                    since=since,
-                    at=at,
-                    outage_us=max(0, given.wall - since),
-                    speed=given.speed,
-                    waits=self._in_doubt(),
-                    unheard=tuple(core.state.agents),
-                    before={**self._before(), **(old.before if old is not None else {})},
-                    cancels=(*(old.cancels if old is not None else ()), *_cancels(given)),
-                )
-            )
-        )
+        self._begin(given, tuple(core.state.agents), _cancels(given))
         self._fleet.read_anew()
         self._lose_touch(given.heard)
         for effect in given.again:
@@ -94,6 +79,45 @@ class Reconcile:
         if self._is_long:
             self._hold_all()
         core.set_wall(MARKS, ASK_US)
+
+    def stood_still(self, given: inp.Outage) -> None:
+        """The engine's process stood still, and goes on."""
+        core = self._core
+        core.stands_by = False
+        self._begin(given, (), ())
+        self._count_anew(given.heard)
+        self._authority.came_back(long=self._is_long)
+        if self._is_long:
+            self._hold_all()
+        core.set_wall(MARKS, ASK_US)
+        for agent_id in self._resume.waits:
+            if core.state.agents[agent_id].present:  # who is not is asked when it is back
+                self._fleet.ask_about_goals(agent_id)
+
+    def _begin(
+        self, given: inp.Resumed | inp.Outage, unheard: tuple[str, ...], cancels: tuple[tuple[str, str, str], ...]
+    ) -> None:
+        old = self._core.state.resume
+        again = old is not None and old.phase != "watching"  # it went away once more before all was known
+        since = old.since if old is not None and again else given.since
+        at = old.at if old is not None and again else given.at
+        stood = isinstance(given, inp.Outage) and (old is None or old.stood or not again)
+        self._core.emit(
+            ch.ResumePut(
+                Resuming(
+                    phase="asking",
+                    since=since,
+                    at=at,
+                    outage_us=max(0, given.wall - since),
+                    speed=given.speed,
+                    waits=self._in_doubt(),
+                    unheard=unheard or (old.unheard if old is not None else ()),
+                    before={**self._before(), **(old.before if old is not None else {})},
+                    cancels=(*(old.cancels if old is not None else ()), *cancels),
+                    stood=stood,
+                )
+            )
+        )
 
     def _in_doubt(self) -> tuple[str, ...]:
         agents = self._core.state.agents
@@ -142,6 +166,22 @@ class Reconcile:
             )
             if agent.pool == "QUARANTINED" and agent.may_be_airborne and not agent.human:
                 self._fleet.warn_of(agent, agent.quarantine or "lost")
+        self._set_walls_anew()
+
+    def _count_anew(self, heard: Micros) -> None:
+        """The engine heard nobody, whoever spoke: silence is counted from now on."""
+        core = self._core
+        for agent in list(core.state.agents.values()):
+            passed = heard - agent.heard_wall
+            if agent.liveness != "LOST" and passed > 0:
+                core.put_agent(
+                    agent.id, heard_wall=heard, boot_wall=agent.boot_wall + passed,
+                    twice_wall=agent.twice_wall + passed if agent.twice_wall else 0,
+                )  # fmt: skip
+        self._set_walls_anew()
+
+    def _set_walls_anew(self) -> None:
+        core = self._core
         for key, after in list(core.state.wall.items()):
             if not key.startswith("live|"):
                 core.set_wall(key, min(after, RESEND_US) if key.startswith("cancel|") else after)
@@ -343,8 +383,14 @@ class Reconcile:
             parts.append(f"{len(held) - 5} more HELD (formiga tasks --status held)")
         silent = [one for one in resume.waits if not core.state.agents[one].present]
         quiet = f"; not heard of: {', '.join(silent)}" if silent else ""
-        text = f"resumed after {resume.outage_us / SECOND:.1f} s: {'; '.join(parts) or 'nothing goes on'}{quiet}"
+        word = "on after a standstill of" if resume.stood else "resumed after"
+        text = f"{word} {resume.outage_us / SECOND:.1f} s: {'; '.join(parts) or 'nothing goes on'}{quiet}"
         core.effect(inp.Notify(text, tuple(core.site.people.get("watchers", ())), "info"))
+
+    def stood(self) -> bool:
+        """Return whether it was the engine's process that stood still, and all of it is not known again."""
+        resume = self._core.state.resume
+        return resume is not None and resume.stood
 
     def is_expired(self, sent_at: Micros | None, life_s: float) -> bool:
         """Return whether a goal that was sent before the engine was away is older than its time to live."""

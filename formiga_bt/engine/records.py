@@ -565,6 +565,8 @@ class Resuming(Struct, frozen=True, kw_only=True):
     before: dict[str, Before] = {}
     cancels: tuple[tuple[str, str, str], ...] = ()
     """Agent, goal and action of cancels that may not have left, of goals that are forgotten here."""
+    stood: bool = False
+    """The engine's process stood still; it did not end, so what its agents do not know of surely never left it."""
 
 
 class Deadline(Struct, frozen=True):

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 from msgspec.structs import replace
 
 from formiga_bt import __version__
+from formiga_bt.clock import passed_us
 from formiga_bt.engine import changes as ch
 from formiga_bt.engine.drivers.failpoints import Failpoint
 from formiga_bt.engine.drivers.realtime import Listener, RealtimeDriver, stop_words
@@ -109,7 +110,7 @@ class EngineHost:
         self._listeners = tuple(listeners)
         self._needs_token = needs_token or not is_loopback(server.read_address(http)[0])
         self._desk_types = dict(desk or {})
-        self._desk = DeskTransport(now=lambda: time.monotonic_ns() // 1000, boot_id=f"desk-{time.time_ns()}")
+        self._desk = DeskTransport(now=passed_us, boot_id=f"desk-{time.time_ns()}")
         own = ZenohTransport(site.name, listen=listen or listen_of(site)) if wires is None else None
         self._wires: list[AgentTransport] = [own] if own is not None else list(wires or ())
         self._trees = beside / "trees"

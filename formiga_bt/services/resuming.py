@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, Any, Final
 import msgspec
 from msgspec import Struct
 
-from formiga_bt.clock import SECOND, Micros
+from formiga_bt.clock import SECOND, Micros, passed_us
 from formiga_bt.engine import changes as ch
 from formiga_bt.engine.inputs import Alarm, CancelGoal, Notify, Resumed, Serve, Step
 from formiga_bt.engine.keeping import JOURNAL, LEVELS
@@ -216,7 +216,7 @@ class Comeback:
             at=self.sign.at,
             since=self.sign.wall,
             wall=self._wall,
-            heard=time.monotonic_ns() // 1000,
+            heard=passed_us(),
             speed=self.sign.speed,
             node_state=self.node_state,
             rebuilt=self.rebuilt,

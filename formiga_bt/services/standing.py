@@ -1,8 +1,6 @@
 """Standing orders and lockdown as the API shows them; their words are in `show.why.standing`."""
 
-import time
-
-from formiga_bt.clock import Micros
+from formiga_bt.clock import Micros, passed_us
 from formiga_bt.engine.records import StandingOrder
 from formiga_bt.engine.state import EngineState
 from formiga_bt.services.order_models import LockdownOut, StandingOrderOut
@@ -11,7 +9,7 @@ from formiga_bt.show.why.standing import doing, lockdown_text
 
 def wall_us() -> Micros:
     """Return now on the clock in which the silence of agents is counted."""
-    return time.monotonic_ns() // 1000
+    return passed_us()
 
 
 def standing_out(state: EngineState, order: StandingOrder, now: Micros) -> StandingOrderOut:

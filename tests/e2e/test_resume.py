@@ -21,6 +21,7 @@ from formiga_bt.site_folder import EngineAddress, find_engines
 from tests.e2e.test_service import Shell, new_site, wait_for_agents
 
 pytestmark = pytest.mark.network
+ROOT = Path(__file__).parents[2]
 SLOW = ("--speed", "10")
 """An outage lasts some seconds of wall time here; a leg should last longer."""
 
@@ -131,3 +132,26 @@ def test_after_a_long_outage_a_person_says_that_it_goes_on(shell: Shell, tmp_pat
         wait(lambda: "SUCCEEDED" in shell.run("tasks"), what="the end of Hello-1")
         shell.run("down", "--yes")
         assert "they wait for a person, for the outage was long; see formiga why Hello-1" in shell.ended()
+
+
+def test_an_engine_that_was_stopped_goes_on_and_no_machine_is_lost(shell: Shell, tmp_path: Path) -> None:
+    """SIGSTOP for longer than `lost_after`: nobody was silent, the engine was deaf."""
+    actions = tmp_path / "actions.yaml"
+    shipped = (ROOT / "actions/base.yaml").read_text(encoding="utf-8")
+    quick = shipped.replace("suspect_after: 3 s\n    lost_after: 30 s", "suspect_after: 1 s\n    lost_after: 3 s")
+    assert quick != shipped
+    actions.write_text(quick, encoding="utf-8")
+    address = shell.up("--desk", "watcher_1", "--actions", str(actions), "--speed", "5")
+    with fleet(shell, address, tmp_path / "sim"):
+        wait_for_agents(shell, 5)
+        shell.run("run", "Hello", "--param", "target=lake_shore")
+        wait(lambda: flying(shell, "GoTo"), what="a leg of Hello-1")
+        engine = shell.engines[-1]
+        os.kill(engine.pid, signal.SIGSTOP)
+        time.sleep(6.0)  # the process must really stand still for longer than `lost_after`
+        os.kill(engine.pid, signal.SIGCONT)
+        wait(lambda: "SUCCEEDED" in shell.run("tasks"), what="the end of Hello-1")
+        shell.run("down", "--yes")
+        said = shell.ended()
+        assert re.search(r"on after a standstill of \d+\.\d s: Hello-1 on", said), said
+        assert all(n == 1 for n in goals_begun(shell, "my_meadow").values())

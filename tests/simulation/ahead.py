@@ -4,6 +4,7 @@ Steps are taken at once; their effects leave, and who asked is answered, when th
 that dies takes with it all that was not: the batch under way is on disk or not, what came after it never was.
 """
 
+from collections.abc import Callable
 from functools import partial
 from random import Random
 from typing import TYPE_CHECKING, Final
@@ -32,6 +33,9 @@ class AheadDriver(VirtualDriver):
     staged: bool
     dead: bool
     due: bool
+    late: list[str]
+    """What comes up while the process stands still."""
+    stood_at: Micros
 
     @classmethod
     def begin(cls, driver: VirtualDriver, world: "World", dice: Random) -> None:
@@ -41,6 +45,7 @@ class AheadDriver(VirtualDriver):
         driver.world, driver.dice = world, dice
         driver.batch, driver.under_way = [], None
         driver.staged = driver.dead = driver.due = False
+        driver.late, driver.stood_at = [], -1
 
     def _handle(self, now: Micros, given: inp.Input) -> inp.Step:
         step = self.engine.handle(now, given)
@@ -56,7 +61,9 @@ class AheadDriver(VirtualDriver):
 
     def _later(self, after_us: Micros, call: str) -> None:
         def go() -> None:
-            if not self.dead:
+            if self._waits is not None:
+                self.late.append(call)
+            elif not self.dead:
                 getattr(self, call)()
 
         self.scheduler.call_at(self.scheduler.now() + after_us, go)
@@ -92,14 +99,31 @@ class AheadDriver(VirtualDriver):
         for step in steps:
             self.world.release(step)
             for effect in step.effects:
-                failure = self.switchboard.carry_out(effect, self._beat)
+                failure = self._too_late(step, effect) or self.switchboard.carry_out(effect, self._beat)
                 if failure is not None:
                     self.scheduler.call_at(self.scheduler.now() + 1, partial(self._news, failure))
         self._hand_over_soon()
 
     def _news(self, given: inp.Input) -> None:
         if not self.dead:
-            self.feed(given)
+            self._feed(given)
+
+    def stand_still(self, us: Micros, wall: Callable[[], Micros] | None = None) -> inp.Step:
+        """Stand still, commits too; what did not leave before does so only if it is no goal of a step."""
+        self.stood_at = self.scheduler.now()
+        step = super().stand_still(us, wall)
+        late, self.late = self.late, []
+        for call in late:
+            if not self.dead:
+                getattr(self, call)()
+        return step
+
+    def _too_late(self, step: inp.Step, effect: inp.Effect) -> inp.EffectFailed | None:
+        if step.at > self.stood_at or not isinstance(effect, inp.SendGoal) or effect.safety:
+            return None
+        if self.engine.state.agents[effect.agent].human:
+            return None
+        return inp.EffectFailed(effect.agent, "goal", effect.goal_id, "unreachable", "the engine stood still")
 
     def flush(self) -> None:
         """Commit and release all that was taken."""

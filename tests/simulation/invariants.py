@@ -35,6 +35,7 @@ RULES: Final = {
     "left": "no machine stays in the air without a task, an order, an errand, or a quarantine with an alarm",
     "fold": "the folded steps give the live state",
     "journal": "what is read from the journal is the state that was kept",
+    "silence": "no machine is lost for what the engine did not hear while it stood still itself",
     "seq": "steps are numbered without gaps, and time never goes back",
     "durable": "nothing leaves before its step is kept, unless the journal is full",
     "forgotten": "what a client or an agent has heard of is known after a restart",
@@ -204,6 +205,13 @@ class Invariants:
                 self._task(task, before)
 
     def _agent(self, agent: AgentRecord, before: AgentRecord | None) -> None:
+        stood, kind = self.world.stood_until, self.world.engine.core.catalogue.types.get(agent.type)
+        if stood is not None and kind is not None and agent.liveness == "LOST" and before and before.liveness != "LOST":
+            silent = self.world.now - stood
+            if silent < kind.lost_after_us:
+                self.tell(
+                    "silence", f"{agent.id} is LOST {silent / SECOND:.1f} s after the engine stood still", agent.id
+                )
         if agent.pool != "QUARANTINED" and (before is None or before.pool != agent.pool):
             self._alarmed.discard(agent.id)
         released = before is not None and before.task and not agent.task and agent.pool == "STANDBY"

@@ -251,7 +251,7 @@ TABLES: Final[Mapping[str, Mapping[str, tuple[str, ...]]]] = MappingProxyType({
             "lost", "succeeded", "superseded", "taken_over",
         ),
         "sent": (
-            "-", "accepted", "canceled", "canceling", "failed", "gated", "in_doubt", "interrupted",
+            "-", "accepted", "again", "canceled", "canceling", "failed", "gated", "in_doubt", "interrupted",
             "lost", "rejected", "running", "succeeded", "superseded", "taken_over",
         ),
         "succeeded": ("-",),

@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 
 MORE_FROM: Final = 1000
 """The first seed that draws these."""
+STILL_FROM: Final = 30_000
+"""The first seed whose engine's process may stand still."""
 PILOTS: Final = {"ann": 3, "bo": 2}
 APPROVER: Final = "chief"
 STORIES: Final = (
@@ -51,6 +53,8 @@ def more(drawn: "Plan") -> "Plan":
     )  # how a real file is filled here would undo what is written ahead
     if dice.random() < 0.1:
         deeds += _story(dice, "blame_in_cleanup", round(dice.uniform(5.0, lasts - 5.0), 3), machines, people)
+    if drawn.seed >= STILL_FROM:
+        deeds += _standstills(Random(f"simulation/still/{drawn.seed}"), lasts)
     deeds = sorted([*drawn.deeds, *deeds], key=lambda deed: deed.at)
     return replace(drawn, asks=asks, deeds=tuple(deeds), real=real, ahead=ahead)
 
@@ -70,6 +74,18 @@ def _words(dice: Random, tasks: Sequence[str], lasts: float) -> list["Deed"]:
             task = dice.choice(tasks)
             found += [Deed(at, "revoke", task), Deed(until, "approve", task)]
     return [*found, *(Deed(at, "duty", pilot, "on") for at in (lasts / 3, lasts / 2) for pilot in PILOTS)]
+
+
+def _standstills(dice: Random, lasts: float) -> list["Deed"]:
+    """The engine's process is stopped, sleeps, or waits for a disk."""
+    from tests.simulation.plan import Deed
+
+    return [
+        Deed(
+            round(dice.uniform(2.0, lasts - 5.0), 3), "standstill", much=dice.choice((1.0, 4.0, 8.0, 15.0, 29.0, 35.0))
+        )
+        for _ in range(dice.randint(1, 4))
+    ]
 
 
 def _story(dice: Random, story: str, at: float, machines: Sequence[str], people: Sequence[str]) -> list["Deed"]:

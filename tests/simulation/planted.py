@@ -432,6 +432,11 @@ def a_hold_of_an_outage_is_left_out(patch: Patch) -> None:
     patch.setattr(reconcile, "hold", holding)
 
 
+def a_standstill_goes_unnoticed(patch: Patch) -> None:
+    """An engine whose process stood still goes on as if no time had passed."""
+    patch.setattr(Reconcile, "stood_still", lambda self, given: setattr(self._core, "stands_by", False))
+
+
 WAKE = ("wait", "wake")
 PLANTS: Final[dict[str, tuple[Callable[[Patch], None], Where, frozenset[str]]]] = {
     plant.__name__: (plant, seed, frozenset(rules))
@@ -474,6 +479,7 @@ PLANTS: Final[dict[str, tuple[Callable[[Patch], None], Where, frozenset[str]]]] 
         (a_snapshot_lacks_orders, 23, "wait", "left"),
         (a_finally_is_skipped_after_a_kill, (22, 72.5, 1), "tree"),
         (the_epoch_stays, 1, "epoch"),
+        (a_standstill_goes_unnoticed, 30_000, "reconcile"),
         (timers_fire_before_results_are_in, 1, "reconcile"),
         (goals_leave_before_results_are_in, 11, "reconcile"),
         (unknown_goals_are_waited_for, 9, "wait"),

@@ -48,7 +48,7 @@ def of_step(state: EngineState, step: inp.Step) -> Found:
     resume = state.resume
     if isinstance(given, inp.TimerDue) and resume is not None and resume.phase == "asking":
         yield "reconcile", f"{given.key} fires while machines are asked what they did"
-    if resume is None and step.at > state.now and not isinstance(given, inp.Resumed):
+    if resume is None and step.at > state.now and not isinstance(given, inp.Resumed | inp.Outage):
         for key, deadline in state.deadlines.items():
             if deadline.at < step.at:
                 yield "late", f"{key} was due {(step.at - deadline.at) / 1e6:.3f} s ago"
@@ -59,6 +59,8 @@ def of_effects(state: EngineState, step: inp.Step) -> Found:
     for change in step.changes:
         if isinstance(change, ch.Granted) and state.lockdown is not None and not state.tasks[change.task].system_agent:
             yield "held_back", f"{change.task} gets machines in lockdown"
+    if isinstance(step.input, inp.Outage) and not any(isinstance(c, ch.ResumePut) for c in step.changes):
+        yield "reconcile", "the engine stood still, and asks nobody what happened meanwhile"
     sent = [effect.goal_id for effect in step.effects if isinstance(effect, inp.SendGoal)]
     if len(sent) != len(set(sent)):
         yield "again", f"a goal is sent twice in one step: {', '.join(sent)}"

@@ -11,7 +11,7 @@ import pytest
 
 from tests.simulation import runs
 from tests.simulation.invariants import Violation
-from tests.simulation.more import MORE_FROM
+from tests.simulation.more import MORE_FROM, STILL_FROM
 from tests.simulation.plan import FAULTS, MIN_AGENTS, MIN_FAULTS, MIN_TASKS, Plan, plan, plan_without
 from tests.simulation.runs import Report, play
 
@@ -69,8 +69,15 @@ def test_seeds_with_rarer_faults_draw_what_the_others_do_and_more() -> None:
         assert (before.real, before.ahead) == (False, False)
 
 
+def test_it_holds_when_the_engines_process_stands_still() -> None:
+    """Seeds from `STILL_FROM` on: stopped, asleep or in a long commit for 1 to 35 s, beside all else."""
+    assert violated([STILL_FROM, next(n for n in range(STILL_FROM, STILL_FROM + 40) if plan(n).ahead)]) == []
+
+
 @pytest.mark.external
-@pytest.mark.parametrize("first", [*range(FEW, MORE, 10), *range(MORE_FROM, MORE_FROM + MORE, 10)])
+@pytest.mark.parametrize(
+    "first", [*range(FEW, MORE, 10), *range(MORE_FROM, MORE_FROM + MORE, 10), *range(STILL_FROM, STILL_FROM + MORE, 10)]
+)
 def test_it_holds_in_hundreds_of_seeds(first: int) -> None:
     """So many in CI."""
     assert violated(range(first, first + 10)) == []

@@ -159,6 +159,8 @@ class World:
         self._epoch = 0
         self.drones: dict[str, Drone] = {}
         self.rarer = Rarer(self)
+        self.stood_until: Micros | None = None
+        """When the engine's process went on after it had stood still last."""
         self._begin = self.now
         self._down: set[str] = set()
         self._frozen: set[str] = set()
@@ -445,6 +447,8 @@ class World:
                 self.wall_off += round(deed.much * SECOND)
             case "wire" | "wire_off" | "slow" | "slow_off":
                 self._wire(deed)
+            case "standstill" if self.alive:
+                self._stand_still(deed.much)
             case "crash" if who not in self._down:
                 self._down.add(who)
                 self._frozen.discard(who)
@@ -461,6 +465,15 @@ class World:
             case _:
                 self._trouble(deed)
         self.rarer.do(deed)
+
+    def _stand_still(self, seconds: float) -> None:
+        """The engine's process does nothing for so long; orders come when it goes on."""
+        self.alive = False
+        try:
+            self.stood_until = self.now + round(seconds * SECOND)
+            self.flight.driver.stand_still(round(seconds * SECOND), self.wall)
+        finally:
+            self.alive = True
 
     def _trouble(self, deed: Deed) -> None:
         who, sim = deed.whom, self.sim

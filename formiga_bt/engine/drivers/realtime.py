@@ -7,6 +7,10 @@ not scale with the speed.
 Steps that come within a few milliseconds are one batch: they are persisted together, then their effects leave in order, and
 only then listeners and callers are told. A batch never waits for a step that is not there yet. While the disk is waited for, a
 busy engine goes on with the next batch (`persist.Ahead`).
+
+All that is judged in a turn of the loop is judged by the time at its beginning. Between two turns the driver looks whether it
+stood still itself: the process was stopped, the machine slept, a step or a commit took long. Then `Outage` goes before
+all else, and what was to leave before it and did not, leaves no more.
 """
 
 import heapq
@@ -14,10 +18,11 @@ import logging
 import threading
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future, wait
+from typing import Final
 
 from msgspec import Struct
 
-from formiga_bt.clock import SECOND, EngineClock, Micros, monotonic_us, wall_clock_us
+from formiga_bt.clock import SECOND, EngineClock, Micros, passed_us, wall_clock_us
 from formiga_bt.engine import changes as ch
 from formiga_bt.engine import inputs as inp
 from formiga_bt.engine.drivers.inbox import MOST_REQUESTS, Inbox, InboxLoad
@@ -27,6 +32,7 @@ from formiga_bt.engine.engine import Engine
 from formiga_bt.engine.keeping import NOT_KEPT, begins_something
 from formiga_bt.engine.turns import REST
 from formiga_bt.errors import FormigaError, TaskError
+from formiga_bt.lang.model import Catalogue
 from formiga_bt.transport.base import AgentTransport
 from formiga_bt.transport.messages import ClockBeat
 
@@ -41,10 +47,23 @@ TIMERS_A_TURN = 64
 BEHIND_US = 1_000_000
 """An engine whose deadlines are given so late is overloaded, which is told."""
 
+STANDSTILL_US: Final[Micros] = 3 * SECOND
+"""The engine stood still for so long: at most. It is as long as the shortest silence after which a machine is not trusted, and
+half that after which it is lost: a shorter standstill makes nobody silent."""
+LEAST_STANDSTILL_US: Final[Micros] = SECOND // 2
+"""So long a busy computer may let its processes wait."""
+
 Listener = Callable[[inp.Step], None]
-Batch = list[tuple[inp.Step, "Future[str] | None"]]
-"""Steps, each with whoever waits for its reply."""
+Batch = list[tuple[inp.Step, "Future[str] | None", Micros]]
+"""Steps, each with whoever waits for its reply, and when it was made."""
 log = logging.getLogger("formiga.driver")
+
+
+def standstill_us(catalogue: Catalogue) -> Micros:
+    """Return how long an engine must have stood still for its agents to be asked; wall time."""
+    machines = [kind for kind in catalogue.types.values() if not kind.human]
+    silences = [silence for kind in machines for silence in (kind.suspect_after_us, kind.lost_after_us // 2)]
+    return max(LEAST_STANDSTILL_US, min(STANDSTILL_US, *silences))
 
 
 def _check_speed(speed: float) -> None:
@@ -125,16 +144,22 @@ class RealtimeDriver:
         self._wall_seq = 0
         self._beat = 0
         self._next_beat: Micros = 0
+        self._beat_at: Micros | None = None
+        self._standstill = standstill_us(engine.core.catalogue)
         self._stopping = threading.Event()
         self._door = threading.Lock()
         self._refusing = False
         self._thread: threading.Thread | None = None
         self.clock = EngineClock(max(wall_clock_us(), engine.state.now, start_at), speed, follows_wall=follows_wall)
+        self._turn, self._turn_at = self._wall_now(), self.clock.now()
+        """Wall time and engine time at the beginning of this turn of the loop."""
+        self._until: Micros = self._turn
+        """When the next turn was to begin at the latest."""
 
     # -- time ------------------------------------------------------------------------------------------------------
     @staticmethod
     def _wall_now() -> Micros:
-        return monotonic_us()
+        return passed_us()
 
     def now(self) -> Micros:
         """Return the engine time; may be called from any thread."""
@@ -221,13 +246,15 @@ class RealtimeDriver:
     # -- the thread ------------------------------------------------------------------------------------------------
     def _run(self) -> None:
         try:
+            self._turn = self._until = self._wall_now()
             while not self._stopping.is_set():
+                self._look_at_clock()
                 self._publish_clock()
                 self._collect()
                 if self._one():
                     self._hand_over()
                 elif not self._flush():
-                    self._inbox.wait(self._idle_s())
+                    self._idle()
             self._flush()
         except BaseException as error:
             self.error = error
@@ -246,7 +273,7 @@ class RealtimeDriver:
             self._flush()
         except Exception:
             log.exception("the last steps were not kept")
-        for _, waiter in batch:
+        for _, waiter, _ in batch:
             if waiter is not None and not waiter.done():
                 waiter.set_exception(EngineStopped(self._why()))
 
@@ -263,14 +290,34 @@ class RealtimeDriver:
     def _why(self) -> str:
         return stop_words(self.error) if self.error is not None else "the engine is stopped"
 
-    def _collect(self) -> None:
+    def _look_at_clock(self) -> None:
+        """Begin a turn; tell the engine first if it stood still since the last one was to end."""
         wall = self._wall_now()
+        stood, last = wall - max(self._turn, self._until), self._turn_at
+        self._turn, self._turn_at, self._until = wall, self.now(), wall
+        if stood <= self._standstill or self.engine.core.stands_by:
+            return
+        log.warning("the engine stood still for %.1f s", stood / SECOND)
+        now = wall_clock_us()
+        self._handle(
+            max(self._turn_at, self.engine.state.now),
+            inp.Outage(at=last, since=now - stood, wall=now, heard=wall, speed=self.speed),
+        )
+
+    def _idle(self) -> None:
+        """Wait until there is something to do; a turn that took as long as a standstill ends at once."""
+        idle_s, wall = self._idle_s(), self._wall_now()
+        if wall - self._turn <= self._standstill:
+            self._until = wall + round(idle_s * SECOND)
+            self._inbox.wait(idle_s)
+
+    def _collect(self) -> None:
         for event in self.switchboard.poll():
-            self._inbox.put(to_input(event, wall))
+            self._inbox.put(to_input(event, self._turn))
 
     def _one(self) -> bool:
         """Handle what is due, then one input; return False when there was nothing to do."""
-        now = self.now()
+        now = self._turn_at
         worked = self._timers(now, including=False) | self._wall_timers()
         self._note_load(now)
         item = self._inbox.take()
@@ -317,27 +364,30 @@ class RealtimeDriver:
     def _wall_timers(self) -> bool:
         worked = False
         for _ in range(TIMERS_A_TURN):
-            if not self._wall or self._wall[0][0] > self._wall_now():
+            if not self._wall or self._wall[0][0] > self._turn:
                 break
-            at, seq, key = heapq.heappop(self._wall)
+            _, seq, key = heapq.heappop(self._wall)
             if self._wall_live.get(key) == seq:
-                later = self.engine.put_off(key, self._wall_now())
+                later = self.engine.put_off(key, self._turn)
                 self._set_wall(key, later)
                 if later is not None:
                     continue
-                self._timers(self.now(), including=False)
-                self._handle(self._stamp(self.now()), inp.WallDue(key, max(at, self._wall_now())))
+                self._timers(self._turn_at, including=False)
+                self._handle(self._stamp(self._turn_at), inp.WallDue(key, self._turn))
                 worked = True
         return worked
 
     def _handle(self, now: Micros, given: inp.Input, waiter: "Future[str] | None" = None) -> None:
         # A deadline that came up between stamping and handling goes first.
-        while (due := self.engine.next_deadline()) is not None and due[0] < now and not isinstance(given, inp.TimerDue):
+        while not isinstance(given, inp.TimerDue | inp.Outage):
+            due = self.engine.next_deadline()
+            if due is None or due[0] >= now:
+                break
             self._handle(max(due[0], self.engine.state.now), inp.TimerDue(due[1]))
         step = self.engine.handle(now, given)
         if not self._batch:
             self._batch_from = self._wall_now()
-        self._batch.append((step, waiter))
+        self._batch.append((step, waiter, self._turn))
         for change in step.changes:
             if isinstance(change, ch.WallTimerSet):
                 self._set_wall(change.key, change.after_us)
@@ -356,7 +406,7 @@ class RealtimeDriver:
             self._release_ahead(ahead)
         batch, self._batch = self._batch, []
         try:
-            ahead.begin(batch, [step for step, _ in batch])
+            ahead.begin(batch, [step for step, *_ in batch])
         except BaseException as error:
             _refuse(batch, error)
             raise
@@ -377,7 +427,7 @@ class RealtimeDriver:
         if not batch and (self._try_again_at is None or self._wall_now() < self._try_again_at):
             return False
         try:
-            kept = DURABLE if self._persist is None else self._persist.keep([step for step, _ in batch])
+            kept = DURABLE if self._persist is None else self._persist.keep([step for step, *_ in batch])
         except BaseException as error:
             _refuse(batch, error)
             raise
@@ -394,9 +444,14 @@ class RealtimeDriver:
             for late, reply in self._unanswered:
                 late.set_result(reply)
             self._unanswered.clear()
-        for step, waiter in batch:
+        wall = self._wall_now()
+        for step, waiter, made in batch:
+            too_old = wall - made > self._standstill
+            if too_old:
+                self._publish_clock()  # agents take what leaves now by this beat
             for effect in step.effects:
-                failed = self.switchboard.carry_out(effect, self._beat)
+                failed = self._too_late(effect) if too_old else None
+                failed = failed or self.switchboard.carry_out(effect, self._beat)
                 if failed is not None:
                     self._inbox.put(failed)
             for listener in self.listeners:
@@ -404,7 +459,16 @@ class RealtimeDriver:
             if waiter is not None:
                 self._answer(step, waiter, durable=kept.durable)
         if kept.news is not None:
-            self._handle(max(self.now(), self.engine.state.now), kept.news)
+            self._handle(max(self._turn_at, self.engine.state.now), kept.news)
+
+    def _too_late(self, effect: inp.Effect) -> inp.EffectFailed | None:
+        """Return that a goal was not sent: the engine stood still since it was to leave, and must look at it again."""
+        if not isinstance(effect, inp.SendGoal) or effect.safety:
+            return None
+        agent = self.engine.state.agents.get(effect.agent)
+        if agent is None or agent.human:
+            return None
+        return inp.EffectFailed(effect.agent, "goal", effect.goal_id, "unreachable", "the engine stood still")
 
     def _answer(self, step: inp.Step, waiter: "Future[str]", *, durable: bool) -> None:
         """Answer a caller; one whose step is not durable is told so, or waits until it is, and a request is taken back."""
@@ -430,8 +494,9 @@ class RealtimeDriver:
         wall = self._wall_now()
         if wall < self._next_beat:
             return
-        self._next_beat = wall + SECOND
-        self._beat += 1
+        passed = 0 if self._beat_at is None else (wall - self._beat_at) // SECOND
+        self._next_beat, self._beat_at = wall + SECOND, wall
+        self._beat += max(1, passed)  # the life of a goal is counted in beats, also over a standstill
         self.clock.steer()
         beat = ClockBeat(
             wall_us=wall_clock_us(),
@@ -456,6 +521,6 @@ class RealtimeDriver:
 
 def _refuse(batch: Batch, error: BaseException) -> None:
     """Tell whoever waits that the engine stopped."""
-    for _, waiter in batch:
+    for _, waiter, _ in batch:
         if waiter is not None and not waiter.done():
             waiter.set_exception(EngineStopped(stop_words(error)))

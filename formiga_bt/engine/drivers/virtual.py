@@ -41,6 +41,8 @@ class VirtualDriver:
         self._wall_live: dict[str, int] = {}
         self._wall_seq = 0
         self._beat = 0
+        self._waits: list[inp.Input] | None = None
+        """While the engine's process stands still: what it is fed when it goes on."""
         self.switchboard.open(lambda: None)
         self._publish_clock()
 
@@ -65,7 +67,10 @@ class VirtualDriver:
         return self._handle(now, given)
 
     def _feed(self, given: inp.Input) -> None:
-        self.feed(given)
+        if self._waits is None:
+            self.feed(given)
+        else:
+            self._waits.append(given)
 
     def _handle(self, now: Micros, given: inp.Input) -> inp.Step:
         step = self.engine.handle(now, given)
@@ -95,6 +100,30 @@ class VirtualDriver:
         while self._wall and self._wall_live.get(self._wall[0][2]) != self._wall[0][1]:
             heapq.heappop(self._wall)
         return self._wall[0][0] if self._wall else None
+
+    def stand_still(self, us: Micros, wall: Callable[[], Micros] | None = None) -> inp.Step:
+        """Let the world go on for so long while the engine's process does nothing; return the step with which it goes on.
+
+        Args:
+            us: how long.
+            wall: the time of day; by default the virtual time.
+        """
+        wall = wall or self.scheduler.now
+        at, since = self.scheduler.now(), wall()
+        waits: list[inp.Input] = []
+        self._waits = waits
+        while (world := self.scheduler.next_time()) is not None and world <= at + us:
+            self.scheduler.run_next()
+        self.scheduler.advance_to(at + us)
+        self._publish_clock()
+        now = self.scheduler.now()
+        given = inp.Outage(at=max(at, self.engine.state.now), since=since, wall=wall(), heard=now)
+        self._waits = None
+        step = self._handle(max(now, self.engine.state.now), given)
+        for waiting in waits:
+            self.feed(waiting)
+        self.drain()
+        return step
 
     # -- running -------------------------------------------------------------------------------------------------
     def drain(self) -> None:

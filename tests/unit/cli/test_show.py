@@ -97,8 +97,8 @@ def test_a_name_means_a_task_that_ships(capsys: pytest.CaptureFixture[str]) -> N
     ("name", "begins"),
     [
         ("t.txt", "Look  priority medium"),
-        ("t.dot", 'digraph Look {'),
-        ("t.svg", '<svg xmlns='),
+        ("t.dot", "digraph Look {"),
+        ("t.svg", "<svg xmlns="),
         ("t.mmd", '---\ntitle: "Look"'),
         ("t.HTML", "<!DOCTYPE html>"),
         ("t.json", '{\n  "formiga_tree": 1,'),

@@ -1,5 +1,6 @@
 """The realtime driver over a wire that records: order of timers, wall timers, replies, ends."""
 
+import dataclasses
 import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -9,7 +10,7 @@ from msgspec.structs import replace
 
 from formiga_bt.engine import inputs as inp
 from formiga_bt.engine.drivers.persist import DURABLE, Outcome
-from formiga_bt.engine.drivers.realtime import TIMERS_A_TURN, EngineStopped, RealtimeDriver
+from formiga_bt.engine.drivers.realtime import TIMERS_A_TURN, EngineStopped, RealtimeDriver, standstill_us
 from formiga_bt.engine.engine import Engine
 from formiga_bt.errors import TaskError, TransportError
 from formiga_bt.geo import Position
@@ -339,3 +340,96 @@ def test_who_sends_more_requests_than_can_wait_is_told_busy(
     assert refused.value.code == "busy"
     assert driver.statistics().inbox.waiting == {"requests": 2}
     assert not any(one.done() for one in waiting)
+
+
+class Stopped(RealtimeDriver):
+    """A driver whose process can be made to have stood still."""
+
+    stood_us = 0
+
+    def _wall_now(self) -> int:  # type: ignore[override]
+        return RealtimeDriver._wall_now() + self.stood_us
+
+    def stand_still(self, seconds: float) -> None:
+        self.stood_us += round(seconds * 1e6)
+        self._inbox.wake()
+
+
+def test_after_a_standstill_of_the_process_agents_are_asked_and_none_is_lost(
+    engine: WatchedEngine, wire: FakeTransport
+) -> None:
+    driver = Stopped(engine, [wire])
+    driver.start()
+    wire.put(AgentSeen(card()), StatusArrived(replace(status(), position=Position(0.0, 0.0, 0.0))))
+    until(lambda: "live|lwd_1" in engine.state.wall and engine.state.agents["lwd_1"].position)
+    beat = wire.beats[-1].beat
+    before = len(engine.inputs)
+
+    driver.stand_still(120.0)
+    until(lambda: engine.seen(inp.Outage))
+    until(lambda: len(wire.beats) > beat and wire.beats[-1].beat >= beat + 119)
+    driver.ask(MOVE)
+    driver.stop()
+
+    (_, first), *rest = engine.inputs[before:]
+    assert isinstance(first, inp.Outage)
+    assert 119e6 < first.wall - first.since < 125e6
+    assert not [given for _, given in rest if isinstance(given, inp.WallDue) and given.key == "live|lwd_1"]
+    assert engine.state.agents["lwd_1"].liveness == "ALIVE"
+
+
+def test_a_step_that_takes_long_is_a_standstill_too(engine: WatchedEngine, wire: FakeTransport) -> None:
+    driver = Stopped(engine, [wire])
+    engine.before = lambda given: driver.stand_still(40.0) if isinstance(given, inp.Submit) else None
+    driver.start()
+    driver.ask(MOVE)
+    until(lambda: engine.seen(inp.Outage))
+    driver.stop()
+    times = [at for at, _ in engine.inputs]
+    assert times == sorted(times)
+
+
+def test_waiting_for_something_to_do_is_no_standstill(engine: WatchedEngine, wire: FakeTransport) -> None:
+    driver = Stopped(engine, [wire])
+    driver._standstill = 200_000
+    driver.start()
+    until(lambda: len(wire.beats) > 2)
+    driver.stop()
+    assert not engine.seen(inp.Outage)
+
+
+def test_a_goal_that_was_to_leave_before_a_standstill_is_looked_at_again(
+    engine: WatchedEngine, wire: FakeTransport
+) -> None:
+    """What was decided half a minute ago does not leave after it; nor is it begun twice."""
+
+    class Slow:
+        sent = 0
+
+        def keep(self, steps: Sequence[inp.Step]) -> Outcome:
+            if not self.sent and any(isinstance(e, inp.SendGoal) for step in steps for e in step.effects):
+                self.sent += 1
+                driver.stand_still(25.0)  # a commit that takes as long
+            return DURABLE
+
+    driver = Stopped(engine, [wire], persist=Slow())
+    driver.start()
+    ready(engine, wire)
+    driver.ask(MOVE)
+    until(lambda: engine.seen(inp.Outage) and engine.seen(inp.EffectFailed))
+    assert wire.goals == []
+    last = engine.state.agents["lwd_1"]
+    wire.put(StatusArrived(replace(status(seq=last.seq + 1), position=last.position)))
+    until(lambda: wire.goals)
+    driver.stop()
+    assert len(wire.goals) == 1
+    assert wire.goals[0].beat >= 25
+    assert not [task for task in engine.state.tasks.values() if task.code]
+
+
+def test_a_standstill_is_as_long_as_the_shortest_silence_that_counts(engine: WatchedEngine) -> None:
+    catalogue = engine.core.catalogue
+    lwd = catalogue.types["lwd"]
+    assert standstill_us(catalogue) == 3_000_000
+    quick = dataclasses.replace(lwd, suspect_after_us=2_000_000, lost_after_us=2_400_000)
+    assert standstill_us(dataclasses.replace(catalogue, types={**catalogue.types, "lwd": quick})) == 1_200_000
