@@ -2,7 +2,7 @@
 
 import json
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import IO, Any
 
@@ -85,6 +85,34 @@ def remove_durably(file: Path) -> None:
         _sync_folder(file.parent)
     except OSError as error:
         raise SiteError(f"cannot remove {file}: {error.strerror or error}") from error
+
+
+def move_aside(files: Sequence[Path], name: str = "aside") -> Path | None:
+    """Move files of one folder, in this order, into a folder NAME-N beside them.
+
+    It is the last there is, if none of them is in it yet. Files that are not there are passed over; None: none is there.
+
+    Raises:
+        SiteError: they cannot be moved; some may be.
+    """
+    there = [one for one in files if one.exists() or one.is_symlink()]
+    if not there:
+        return None
+    beside = there[0].parent
+    try:
+        numbers = (one.name.removeprefix(f"{name}-") for one in beside.glob(f"{name}-*"))
+        last = max((int(one) for one in numbers if one.isascii() and one.isdecimal()), default=0)
+        if not last or any((beside / f"{name}-{last}" / one.name).exists() for one in there):
+            last += 1
+        target = beside / f"{name}-{last}"
+        target.mkdir(exist_ok=True)
+        for one in there:
+            one.rename(target / one.name)
+        _sync_folder(target)
+        _sync_folder(beside)
+    except OSError as error:
+        raise SiteError(f"cannot set {there[0]} aside: {error.strerror or error}") from error
+    return target
 
 
 def _sync_folder(path: Path) -> None:

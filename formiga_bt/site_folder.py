@@ -12,6 +12,7 @@
 | `bundles/` | tasks that were loaded into the engine while it ran (`services.bundles`) |
 | `journal.db` | the journal: every step of the engine (`formiga_bt.journal`) |
 | `journal.at` | where the journal is instead, if it was told to be elsewhere: a path or a URL without password |
+| `no-journal` | the last start kept no journal, or none has begun yet |
 | `flights.jsonl` | the flight log: a line for each flight that has ended |
 | `flying.json` | flights that have not ended |
 
@@ -29,7 +30,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import IO, Any, Final
 
-from formiga_bt.durable import append_line, read_lines, remove_durably, write_durably
+from formiga_bt.durable import append_line, move_aside, read_lines, remove_durably, write_durably
 from formiga_bt.errors import SiteError
 
 __all__ = [
@@ -53,6 +54,11 @@ JOURNAL_AT: Final = "journal.at"
 FLIGHTS: Final = "flights.jsonl"
 FLYING: Final = "flying.json"
 EXACT: Final = "exact"
+NO_JOURNAL: Final = "no-journal"
+EVIDENCE: Final = ("epoch", "marks.json", FLYING, "alive.json", JOURNAL_AT)
+"""Files that an earlier start left."""
+UNKNOWN: Final = 1_000_000
+"""Ids of each kind are passed over for each earlier start, if it is not known how many were used."""
 COUNTERS: Final = ("task", "question", "clearance", "safety")
 """The counters that ids of goals, and numbers of questions, are made of."""
 TAKE_TRIES: Final = 5
@@ -94,6 +100,7 @@ class SiteFolder:
         self.lack = ""
         """Why something that was noted is not on disk; empty: all of it is."""
         self._clock = clock
+        self._is_anew = False
         self._lock: IO[str] | None = None
         self._reserved = dict.fromkeys(COUNTERS, 0)
         self._last = dict.fromkeys(COUNTERS, 0)
@@ -187,6 +194,36 @@ class SiteFolder:
         elif journal_of(self.path) != where:
             write_durably(file, f"{where}\n")
 
+    @property
+    def had_journal(self) -> bool:
+        """Return whether an earlier start kept a journal, by what it left here."""
+        return not (self.path / NO_JOURNAL).exists() and any((self.path / one).exists() for one in EVIDENCE)
+
+    def note_journal(self, on: bool) -> None:
+        """Note whether a journal has this site from now on.
+
+        Raises:
+            SiteError: it cannot be noted.
+        """
+        file = self.path / NO_JOURNAL
+        if on != file.exists():
+            return
+        if on:
+            remove_durably(file)
+        else:
+            write_durably(file, "")
+
+    def begin_anew(self) -> Path | None:
+        """Set aside what has a meaning only with the former engine's history; return the folder where it is now.
+
+        Engine time is forgotten. Counters, the epoch, approvals, what was loaded, and flights stay.
+
+        Raises:
+            SiteError: it cannot be set aside.
+        """
+        self._is_anew = True
+        return move_aside([self.path / one for one in ("alive.json", "resuming.json")])
+
     def marks(self) -> tuple[int, dict[str, int]]:
         """Return the engine time reached by the last start, and the counters to go on from.
 
@@ -196,7 +233,7 @@ class SiteFolder:
         file = self.path / "marks.json"
         try:
             data: Any = json.loads(file.read_text(encoding="utf-8")) if file.exists() else {}
-            self._now_us = int(data.get("now_us", 0))
+            self._now_us = 0 if self._is_anew else int(data.get("now_us", 0))
             told = data.get("counters", {})
             self._last = {name: int(told.get(name, UNTOLD if told else 0)) for name in COUNTERS}
         except (OSError, ValueError, TypeError, AttributeError) as error:

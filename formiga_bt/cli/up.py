@@ -80,6 +80,13 @@ def command(
     no_journal: Annotated[
         bool, typer.Option("--no-journal", help="Keep no history: a killed engine knows nothing of its tasks.")
     ] = False,
+    start_anew: Annotated[
+        bool,
+        typer.Option(
+            "--start-anew",
+            help="Begin a new history: tasks, orders and lockdown of the last engine are forgotten; its journal is set aside.",
+        ),
+    ] = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Do not print what happens.")] = False,
 ) -> None:
     """Start the engine of a site as a service: it takes tasks over HTTP and from the other verbs.
@@ -117,6 +124,7 @@ def command(
         world.site, world.catalogue, served,
         beside=beside, speed=speed, http=http, desk=people, listen=listen, refused=refused, needs_token=token,
         journal=kept, texts=texts, failpoint=named(os.environ, world.site.mode),
+        start_anew=start_anew,
     )  # fmt: skip
     with host, _fleet(host, world, people, sim) as agents, Collector() as collector, short_turns():
         _banner(host, people, sim)
@@ -248,6 +256,7 @@ def _banner(host: "EngineHost", people: dict[str, str], sim: bool) -> None:
         f"  API     {host.address.url}/v1   (OpenAPI: {host.address.url}/v1/openapi.json)",
         f"  journal {host.journaling.text}",
     ]
+    rows += [f"  aside   {text}" for text in host.journaling.aside]
     rows += [f"  resume  {text}" for text in host.resumed]
     rows += [f"  note    {text}" for text in host.restored]
     first = "Hello" if "Hello" in served else "TASK"

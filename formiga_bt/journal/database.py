@@ -237,7 +237,7 @@ class Database:
     def lock(self, site: str, connection: Connection) -> Callable[[], None] | None:
         """Take the site; return what gives it back, or None if somebody has it."""
         if self.is_sqlite:
-            return _lock_file(Path(f"{self.where}.{site}.lock"))
+            return lock_file(Path(f"{self.where}.{site}.lock"))
         key = lock_key(site)
         taken = connection.execute(sa.select(sa.func.pg_try_advisory_lock(key))).scalar()
         connection.commit()
@@ -256,7 +256,12 @@ def lock_key(site: str) -> int:
     return int.from_bytes(hashlib.sha256(f"formiga journal {site}".encode()).digest()[:8], "big", signed=True)
 
 
-def _lock_file(path: Path) -> Callable[[], None] | None:
+def lock_file(path: Path) -> Callable[[], None] | None:
+    """Take the lock of a site's journal; return what gives it back, or None if somebody has it.
+
+    Raises:
+        JournalError: it cannot be written.
+    """
     try:
         lock: IO[str] = path.open("a+", encoding="utf-8")
     except OSError as error:

@@ -74,6 +74,7 @@ class EngineHost:
         journal: which journal is kept; None = none.
         texts: the files that the tasks were read from, by task; under `SITE_FILES` those of the site: path -> text.
         failpoint: where this engine kills itself, to test what follows a crash.
+        start_anew: begin a new history; what there is of another one is set aside, nothing is deleted.
 
     Raises:
         JournalError: the journal cannot be used.
@@ -99,6 +100,7 @@ class EngineHost:
         journal: JournalAt | None = None,
         texts: Mapping[str, Mapping[str, str]] | None = None,
         failpoint: Failpoint | None = None,
+        start_anew: bool = False,
     ) -> None:
         self.site = site
         self.refused = tuple(refused)
@@ -115,7 +117,7 @@ class EngineHost:
         self._wires: list[AgentTransport] = [own] if own is not None else list(wires or ())
         self._trees = beside / "trees"
         self._folder = SiteFolder(beside, site.name)
-        self.journaling = Journaling(self._folder, site.name, journal, self._keep)
+        self.journaling = Journaling(self._folder, site.name, journal, self._keep, start_anew=start_anew)
         self._texts = dict(texts or {})
         self._failpoint = failpoint
         self._server: server.HttpServer | None = None
@@ -147,9 +149,9 @@ class EngineHost:
         sock = server.listen(self._http)
         self._opened.append(sock.close)
         token = self._folder.token()
-        now_us, counters = self._folder.marks()
         self._opened.append(self.journaling.close)
         self.journaling.open()
+        now_us, counters = self._folder.marks()
         self.epoch = self.journaling.take()
         self._restore_tasks()
         served = dict(self._tasks)

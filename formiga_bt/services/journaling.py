@@ -6,6 +6,7 @@ Called by `services.host`, which hands it to the driver as what keeps steps.
 import time
 from collections.abc import Callable, Mapping, Sequence
 from importlib import metadata
+from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from msgspec import Struct
@@ -15,10 +16,10 @@ from formiga_bt.engine.drivers.persist import DURABLE, Outcome
 from formiga_bt.engine.inputs import JournalState, Step
 from formiga_bt.engine.library import Bundles
 from formiga_bt.engine.state import EngineState
-from formiga_bt.errors import SiteError
+from formiga_bt.errors import JournalError, SiteError
 from formiga_bt.lang.model import Catalogue, Site, Task
 from formiga_bt.services.bundles import Stored
-from formiga_bt.site_folder import JOURNAL, RESERVE, SiteFolder, journal_of
+from formiga_bt.site_folder import COUNTERS, JOURNAL, RESERVE, UNKNOWN, SiteFolder, journal_of
 
 if TYPE_CHECKING:
     from formiga_bt.journal.database import Durability
@@ -45,11 +46,25 @@ class Journaling:
         folder: the runtime folder, taken.
         site: its name.
         at: which journal; None = none.
+        start_anew: begin a new history; what there is of another one is set aside.
         also: called with each step before it is kept; what it wants to be kept it hands to the folder.
     """
 
-    def __init__(self, folder: SiteFolder, site: str, at: JournalAt | None, also: Callable[[Step], None]) -> None:
+    def __init__(
+        self,
+        folder: SiteFolder,
+        site: str,
+        at: JournalAt | None,
+        also: Callable[[Step], None],
+        *,
+        start_anew: bool = False,
+    ) -> None:
         self._folder, self._site, self._at, self._also = folder, site, at, also
+        self._start_anew = start_anew
+        self.aside: list[str] = []
+        """Where is what this start has set aside, for people."""
+        self._knows_ids = True
+        self._passed_over = self._last_epoch = 0
         self.journal: Journal | None = None
         self._writer: Writer | None = None
         self._housekeeper: Housekeeper | None = None
@@ -74,12 +89,50 @@ class Journaling:
         """Open the journal, if there shall be one.
 
         Raises:
-            JournalError: it cannot be used.
+            JournalError: it cannot be used, or what an earlier start kept in it is gone and nobody said to begin anew.
+            SiteError: what is there cannot be set aside.
         """
-        if self._at is not None:
-            from formiga_bt.journal.store import Journal  # loads SQLAlchemy: only where it is wanted
+        if self._start_anew:
+            self._begin_anew()
+        if self._at is None:
+            return
+        from formiga_bt.journal.store import Journal  # loads SQLAlchemy: only where it is wanted
 
-            self.journal = Journal(self._where(self._at), self._site, durability=self._at.durability)
+        where = self._where(self._at)
+        is_known = self._folder.had_journal and not self._start_anew
+        if is_known:
+            self._refuse_lost(where)
+        self.journal = Journal(where, self._site, durability=self._at.durability)
+        if is_known and self.journal.number is None:
+            self.close()
+            raise JournalError(self._lost(self.journal.where, "has nothing of it"))
+
+    def _refuse_lost(self, where: str) -> None:
+        from formiga_bt.journal.database import read_url
+        from formiga_bt.journal.files import lost
+
+        url = read_url(where)
+        if url.get_backend_name() == "sqlite" and (what := lost(Path(url.database or ""))):
+            raise JournalError(self._lost(url.database or "", what))
+
+    def _lost(self, where: str, what: str) -> str:
+        return (
+            f"the site '{self._site}' has run before, but its journal {where} {what}: "
+            "its tasks, orders and lockdown would be forgotten\n"
+            "  help: put it back, with its -wal, or name it: --journal FILE|URL; or begin anew: formiga up --start-anew"
+        )
+
+    def _begin_anew(self) -> None:
+        self._knows_ids = not self._folder.had_journal or (self._folder.path / "marks.json").exists()
+        found = [self._folder.begin_anew()]
+        self.aside = [str(one) for one in found if one is not None]
+        if self._at is not None:
+            from formiga_bt.journal.aside import last_epoch, set_aside
+
+            where = self._where(self._at)
+            self._last_epoch = last_epoch(where, self._site)
+            there = set_aside(where, self._site, self._folder.path)
+            self.aside = [there, *self.aside] if there else self.aside
 
     def take(self) -> int:
         """Return the epoch of this start, higher than any that the folder or the journal knows.
@@ -88,18 +141,25 @@ class Journaling:
             SiteError: another engine writes this journal.
             JournalError: it cannot be written.
         """
+        if self.journal is None or not self._folder.had_journal:
+            self._folder.note_journal(False)  # who is killed before the journal has the site has forgotten nothing
         epoch = self._folder.next_epoch()
         if self.journal is not None:
-            taken = self.journal.take(epoch)
+            taken = self.journal.take(max(epoch, self._last_epoch + 1))
             self._folder.keep_journal_at(self.journal.database.address)
+            self._folder.note_journal(True)
             if taken > epoch:
                 self._folder.raise_epoch(taken)
             epoch = taken
+        if not self._knows_ids:
+            self._passed_over = epoch * UNKNOWN
         return epoch
 
     def first_state(self, now: Micros, counters: Mapping[str, int]) -> EngineState:
         """Return the state that an engine begins with: no number and no instant comes twice."""
         seq, last = self.journal.last() if self.journal is not None else (0, 0)
+        if self._passed_over:
+            counters = dict.fromkeys(COUNTERS, self._passed_over)
         return EngineState(
             seq=seq, now=max(now, last + 1 if seq else 0), counters={name: n for name, n in counters.items() if n}
         )

@@ -143,7 +143,7 @@ def test_the_banner_names_what_is_not_served(capsys: pytest.CaptureFixture[str])
     host = SimpleNamespace(
         served=["Hello"], refused=tuple(NotServed(f"f{n}.yaml: bad") for n in range(SHOWN + 2)), endpoint="tcp/here:1", epoch=3,
         site=SimpleNamespace(name="north", mode="simulation"), address=SimpleNamespace(url="http://here"),
-        journaling=SimpleNamespace(text="none"), resumed=[], restored=[],
+        journaling=SimpleNamespace(text="none", aside=[]), resumed=[], restored=[],
     )  # fmt: skip
 
     _banner(host, {}, False)  # type: ignore[arg-type]

@@ -102,8 +102,9 @@ def test_a_journal_elsewhere_is_found_by_the_next_start_and_by_who_looks_at_it(s
         assert service.host.journaling.word == str(where)
     assert not file_of(tmp_path).exists()
     assert journals(tmp_path / "site.yaml") == [Place(str(where), "meadow")]
-    with start(journal=JournalAt(str(file_of(tmp_path)), "normal")):
+    with start(journal=JournalAt(str(file_of(tmp_path)), "normal"), start_anew=True):
         pass
+    assert where.exists(), "it is another one, and stays"
     assert not (beside / "journal.at").exists()
     assert journals(tmp_path) == [Place(str(file_of(tmp_path)), "meadow")]
 
