@@ -19,11 +19,12 @@ from formiga_bt.clock import SECOND
 from formiga_bt.engine.drivers.realtime import RealtimeDriver
 from formiga_bt.engine.engine import Engine
 from formiga_bt.engine.inputs import Abort, Step, Submit
+from formiga_bt.engine.records import TaskRecord
 from formiga_bt.errors import FormigaError, TaskError
 from formiga_bt.lang.model import Catalogue, Site, Task
 from formiga_bt.lang.scenario import Scenario, ScenarioFault, ScenarioOrder
 from formiga_bt.show.runlog import RunLog
-from formiga_bt.simulation import Played, Timetable, site_of, specs_of
+from formiga_bt.simulation import SILENT, Played, Timetable, site_of, specs_of, waiting_for_people
 from formiga_bt.transport.desk import OpenQuestion
 from formiga_bt.transport.zenoh import ZenohTransport
 
@@ -256,14 +257,22 @@ class ScenarioDemo(Demo):
         )
         self.played = Played()
         self._table = Timetable(scenario)
+        self._own_speed = scenario.speed
+        self._silent: dict[str, None] = {}
+        """Agents that a fault has made silent for a time."""
 
     def open_questions(self) -> tuple[OpenQuestion, ...]:
         """Return what the person at the keyboard is asked."""
         return self.host.desk.open_questions() if self.host is not None else ()
 
     def keep_pace(self) -> None:
-        """Run at real time while the person at the keyboard is asked, else at the demo's speed."""
-        pace = min(1.0, self.speed) if self.open_questions() else self.speed
+        """Run at real time while the person at the keyboard is asked, else at the demo's speed.
+
+        While a fault makes an agent silent for a time it is at most the scenario's own: silence is counted in wall time, and at
+        another speed the scenario would have another course, which its orders do not fit.
+        """
+        pace = min(self._own_speed, self.speed) if self._silent else self.speed
+        pace = min(1.0, pace) if self.open_questions() else pace
         if self.driver.speed != pace:
             self.driver.set_speed(pace)
 
@@ -276,17 +285,32 @@ class ScenarioDemo(Demo):
         assert self.fleet is not None, "the demo was not entered"
         due = self._table.due(self.driver.now())
         for entry in due:
-            if isinstance(entry, ScenarioFault) and entry.kind in ("kill", "restart"):
-                (self.down.add if entry.kind == "kill" else self.down.discard)(entry.agent)
+            if isinstance(entry, ScenarioFault):
+                self._note_silence(entry)
             self.played.carry_out(entry, self.driver.now(), self.fleet, self.driver.ask, self.log.state.tasks)
         return [entry for entry in due if isinstance(entry, ScenarioFault | ScenarioOrder)]
+
+    def _note_silence(self, fault: ScenarioFault) -> None:
+        if fault.kind in ("kill", "restart"):
+            (self.down.add if fault.kind == "kill" else self.down.discard)(fault.agent)
+        if fault.kind in SILENT or fault.kind in SILENT.values():
+            self._silent.pop(fault.agent, None)
+        if self._table.silence_ends(fault):
+            self._silent[fault.agent] = None
+            self.keep_pace()
+
+    def left_waiting(self) -> list[TaskRecord]:
+        """Return the tasks that wait for a word that nobody will say; empty while anything may still happen."""
+        if not self._table.is_done or self.me or self.host is not None:
+            return []
+        return waiting_for_people(self.log.state)
 
     def wait_s(self, most_s: float) -> float:
         """Return the wall time until the next thing is due, at most `most_s`."""
         at = self._table.next_time()
         if at is None:
             return most_s
-        return min(most_s, max(0.0, (at - self.driver.now()) / SECOND / self.speed))
+        return min(most_s, max(0.0, (at - self.driver.now()) / SECOND / self.driver.speed))
 
     @property
     def is_over(self) -> bool:

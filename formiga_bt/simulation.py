@@ -12,8 +12,10 @@ from agents_sim.faults import Order
 from agents_sim.referee import Verdict
 from agents_sim.world import AgentSpec, is_person
 from formiga_bt.clock import Micros
+from formiga_bt.engine.core import clock_stands
 from formiga_bt.engine.inputs import Abort, LockdownOrder, Operator, OperatorOrder, Step, Submit
 from formiga_bt.engine.records import TaskRecord
+from formiga_bt.engine.state import EngineState
 from formiga_bt.errors import TaskError
 from formiga_bt.geo import Place, Position
 from formiga_bt.lang.model import Port, Site, SiteAgent
@@ -180,6 +182,17 @@ def describe(entry: ScenarioFault | ScenarioOrder) -> str:
     return f"{entry.agent}: {entry.kind}{more}{times}"
 
 
+SILENT = {"link_loss": "link_loss", "freeze": "thaw", "kill": "restart"}
+"""Kind of a fault by which an agent is silent -> kind of the one that ends it (`link_loss`: with `on` false)."""
+
+
+def waiting_for_people(state: EngineState) -> list[TaskRecord]:
+    """Return the tasks that are left, if each of them is HELD until a person says a word and nothing else is under way."""
+    left = [task for task in state.tasks.values() if not task.ended]
+    goes_on = any(goal.in_flight for goal in state.goals.values()) or state.questions
+    return [] if goes_on or not all(clock_stands(task) for task in left) else left
+
+
 class Timetable:
     """What a scenario still has to do: requests, faults and orders in order of time, from the instant `begin`.
 
@@ -210,6 +223,17 @@ class Timetable:
     def is_done(self) -> bool:
         """Return whether everything was handed out."""
         return not self._left
+
+    def silence_ends(self, fault: ScenarioFault) -> bool:
+        """Return whether a fault makes its agent silent and another one, that is still to come, ends that."""
+        end = SILENT.get(fault.kind) if fault.on else None
+        return any(
+            isinstance(one, ScenarioFault)
+            and one.agent == fault.agent
+            and one.kind == end
+            and (one.kind in SILENT) != one.on
+            for one in self._left
+        )
 
 
 @dataclass(slots=True)

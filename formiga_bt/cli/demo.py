@@ -157,7 +157,7 @@ def _stay(demo: "ScenarioDemo", view: "View", desk: Keyboard | None) -> None:
 def _turn(demo: "ScenarioDemo", view: "View", desk: Keyboard | None, seconds: float) -> None:
     if desk is not None:
         desk.look()
-        demo.keep_pace()
+    demo.keep_pace()
     _pump(demo, view, seconds)
     view.show(demo.log, demo.driver.now())
 
@@ -192,6 +192,10 @@ def _fly(demo: "ScenarioDemo", view: "View", desk: Keyboard | None) -> bool:
                 break
             if demo.driver.now() > until:
                 raise FormigaError(f"the missions did not end within {LIMIT_S} s of engine time")
+            if left := demo.left_waiting():
+                names = ", ".join(f"{task.id} ({', '.join(task.held)})" for task in left)
+                view.say(f"the scenario is over; what is left waits for a person's word that it does not have: {names}")
+                break
             for entry in demo.play_due():
                 view.say(f"{'order' if isinstance(entry, ScenarioOrder) else 'fault'}: {describe(entry)}")
             _turn(demo, view, desk, demo.wait_s(0.2))

@@ -3,19 +3,22 @@
 from dataclasses import replace
 
 import pytest
+from msgspec import structs
 
 from agents_sim.referee import Verdict
 from agents_sim.world import grid_fleet
 from formiga_bt.clock import SECOND
+from formiga_bt.demo import ScenarioDemo
 from formiga_bt.engine.inputs import Abort, LockdownOrder, Operator
-from formiga_bt.engine.records import TaskRecord
+from formiga_bt.engine.records import GoalRecord, TaskRecord
+from formiga_bt.engine.state import EngineState
 from formiga_bt.errors import TaskError
 from formiga_bt.geo import horizontal_m
 from formiga_bt.lang.loader import load_catalogue
 from formiga_bt.lang.scenario import Scenario, ScenarioFault, ScenarioOrder, load_scenario
 from formiga_bt.packaged import files, folder
 from formiga_bt.show.runlog import RunLog
-from formiga_bt.simulation import VirtualRun, describe, fleet_site, order_of, specs_of
+from formiga_bt.simulation import Timetable, VirtualRun, describe, fleet_site, order_of, specs_of, waiting_for_people
 
 
 def shipped(name: str) -> Scenario:
@@ -142,3 +145,51 @@ def test_a_grid_of_any_size_has_room_for_everyone() -> None:
 def test_agents_of_a_scenario_know_the_base_only_if_asked() -> None:
     assert {spec.base for spec in specs_of(shipped("demo"))} == {None}
     assert {spec.base for spec in specs_of(shipped("demo"), with_base=True)} == {(66.5, 25.7)}
+
+
+def test_while_a_fault_makes_an_agent_silent_for_a_time_a_demo_runs_at_the_scenarios_own_speed() -> None:
+    """Silence is wall time: at 20x the lost link of `bad-day` would last 1.3 s, and its orders would fit no more."""
+    play = shipped("bad-day")
+    demo = ScenarioDemo(play, speed=20.0)
+    now = [0]
+    demo.driver.now = lambda: now[0]  # type: ignore[method-assign]
+    demo.driver.ask = lambda given, timeout_s=10.0: "ok"  # type: ignore[method-assign]
+    demo.fleet = Deaf()  # type: ignore[assignment]
+    demo.begin()
+    paces = {}
+    for second in range(90):
+        now[0] = second * SECOND
+        demo.play_due()
+        demo.keep_pace()
+        paces[second] = demo.driver.speed
+    demo.fleet = None
+    demo.close()
+
+    assert {second for second, pace in paces.items() if pace == play.speed} == set(range(50, 76))
+    assert {second for second, pace in paces.items() if pace == 20.0} == {*range(50), *range(76, 90)}
+
+
+def test_a_silence_that_nothing_ends_slows_nothing_down() -> None:
+    table = Timetable(shipped("one-killed"))
+    table.begin(0)
+    kills = [one for one in table.due(10**12) if isinstance(one, ScenarioFault) and one.kind == "kill"]
+    assert kills
+    assert not any(table.silence_ends(one) for one in kills)
+
+
+def test_what_waits_for_a_word_that_nobody_says_is_told_apart_from_what_goes_on() -> None:
+    held = TaskRecord(id="A-1", name="A", order=1, bundle="", status="ACTIVE", section="steps", held=("lockdown",))
+    ended = TaskRecord(id="B-2", name="B", order=2, bundle="", status="SUCCEEDED", section="done")
+    goal = GoalRecord(id="A-1/1/x", agent="lwd_1", action="GoTo", task="A-1", state="running")
+    tasks = {"A-1": held, "B-2": ended}
+
+    assert waiting_for_people(EngineState(tasks=tasks)) == [held]
+    assert waiting_for_people(EngineState(tasks=tasks, goals={goal.id: goal})) == []
+    assert waiting_for_people(EngineState(tasks={**tasks, "A-1": structs.replace(held, held=())})) == []
+    assert waiting_for_people(EngineState(tasks={"B-2": ended})) == []
+
+
+class Deaf:
+    """A fleet on which faults have no effect."""
+
+    def order(self, agent: str, order: object) -> None: ...
