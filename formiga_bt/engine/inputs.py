@@ -220,9 +220,12 @@ class Outage(Struct, frozen=True, tag=True, kw_only=True):
 
 
 class JournalState(Struct, frozen=True, tag=True):
-    """How the journal stands: `ok`, `slow`, or `full`: it cannot be written. Given by the driver when that changes."""
+    """How the journal stands: `ok`, `slow`, `full`: it cannot be written, or `gone`: its files are missing or others.
 
-    state: Literal["ok", "slow", "full"]
+    Given by the driver when that changes.
+    """
+
+    state: Literal["ok", "slow", "full", "gone"]
     text: str = ""
     """Why, and what to do."""
 

@@ -22,7 +22,17 @@ JOURNAL: Final = "journal"
 """The counter that tells how the journal stands."""
 NOT_KEPT: Final = "ok:not_kept"
 """The reply to an order that was carried out although it could not be kept: after a crash the engine knows nothing of it."""
-LEVELS: Final = {"ok": 0, "slow": 1, "full": 2}
+LEVELS: Final = {"ok": 0, "slow": 1, "full": 2, "gone": 3}
+"""From `full` on nothing can be kept."""
+LACKS: Final = {
+    LEVELS["full"]: ("journal_full", "the journal cannot be written", "make room on its disk"),
+    LEVELS["gone"]: (
+        "journal_gone",
+        "the journal's files were moved, removed or replaced",
+        "put them back, or end the engine (formiga down) and start it again",
+    ),
+}
+"""Level at which nothing can be kept -> code, what is wrong, and what to do."""
 
 
 def note_journal(core: Core, given: JournalState) -> None:
@@ -32,7 +42,9 @@ def note_journal(core: Core, given: JournalState) -> None:
         return
     core.emit(ch.CounterSet(JOURNAL, now))
     why = f": {given.text}" if given.text else ""
-    if given.state == "full":
+    if given.state == "gone":
+        core.effect(Alarm("journal_gone", f"nothing can be kept, no new task is admitted; what flies goes on{why}"))
+    elif given.state == "full":
         core.effect(Alarm("journal_full", f"nothing can be kept, no new task is admitted; what flies goes on{why}"))
     elif given.state == "slow":
         core.effect(Alarm("journal_slow", f"the journal is slow, orders and answers wait for it{why}"))
@@ -60,8 +72,10 @@ def refuse_if_full(core: Core, given: Input) -> None:
     """Refuse what would begin something while nothing can be kept.
 
     Raises:
-        TaskError: `journal_full`.
+        TaskError: `journal_full`, `journal_gone`.
     """
-    if core.state.counters.get(JOURNAL, 0) == LEVELS["full"] and begins_something(given):
+    lack = LACKS.get(core.state.counters.get(JOURNAL, 0))
+    if lack is not None and begins_something(given):
+        code, why, remedy = lack
         what = "no task is admitted" if isinstance(given, Submit) else "nothing new is begun or allowed"
-        raise TaskError("journal_full", f"the journal cannot be written, so {what}; make room on its disk")
+        raise TaskError(code, f"{why}, so {what}; {remedy}")

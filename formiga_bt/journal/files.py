@@ -87,3 +87,43 @@ def _unusable(file: Path, error: OSError) -> JournalError:
     return JournalError(
         f"cannot use the journal {file}: {error.strerror or error}\n  help: look who may read the file and its folder"
     )
+
+
+class Identity:
+    """The files that an engine has open, by their inodes. SQLite goes on writing into one that has no name any more.
+
+    Args:
+        file: of the journal; its log and index are there, too.
+
+    Raises:
+        OSError: one cannot be looked at.
+    """
+
+    def __init__(self, file: Path) -> None:
+        self._known = {one: _inode(one) for one in all_of(file)}
+        self._file = file
+
+    def gone(self) -> str:
+        """Return which file is missing or another one; an empty text if all are what they were."""
+        try:
+            for one, known in self._known.items():
+                if _inode(one) != known:
+                    return f"{one} is another file than the one that this engine writes"
+            return "" if self._file.stat().st_size else f"{self._file} was emptied"
+        except FileNotFoundError as error:
+            return f"{error.filename} is missing"
+        except OSError as error:
+            return f"{error.filename}: {error.strerror or error}"
+
+    @property
+    def is_only_the_log_lost(self) -> bool:
+        """Return whether the file itself is there, and nobody began another log."""
+        try:
+            return _inode(self._file) == self._known[self._file] and not size_of(beside(self._file))
+        except OSError:
+            return False
+
+
+def _inode(file: Path) -> tuple[int, int]:
+    found = file.stat()
+    return found.st_dev, found.st_ino

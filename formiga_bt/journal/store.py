@@ -26,12 +26,13 @@ from formiga_bt.engine.state import EngineState
 from formiga_bt.errors import JournalError, SiteError
 from formiga_bt.journal import codec, schema
 from formiga_bt.journal.database import CHECK_BYTES, OWN_S, Database, Durability, Prepared, mapped, told, writing
+from formiga_bt.journal.files import Identity
 from formiga_bt.journal.reading import Readable
 from formiga_bt.journal.records import SITE_FILES, BundleRow, Gap, Kept, Row, Start
 from formiga_bt.journal.thin import Block, pack
 from formiga_bt.nodes.memory import NODE_STATE_VERSION
 
-__all__ = ["SITE_FILES", "BundleRow", "Gap", "Journal", "Kept", "Overtaken", "Row", "Start", "Unwritable"]
+__all__ = ["SITE_FILES", "BundleRow", "Gap", "Gone", "Journal", "Kept", "Overtaken", "Row", "Start", "Unwritable"]
 
 DICTIONARIES: Final = 255
 
@@ -42,6 +43,10 @@ class Overtaken(SiteError):  # noqa: N818 - it names the state
 
 class Unwritable(JournalError):  # noqa: N818 - it names the state
     """The journal cannot be written now: its disk is full, or its server is away. Nothing was written."""
+
+
+class Gone(Unwritable):
+    """The journal's files are missing, or others have their names. Nothing was written."""
 
 
 class Journal(Readable):
@@ -67,6 +72,7 @@ class Journal(Readable):
         self._release: Callable[[], None] | None = None
         self._write: Connection | None = None
         self._hurries = False
+        self._identity: Identity | None = None
         self._hot = _Hot(self.database)
 
     def __enter__(self) -> "Journal":
@@ -121,7 +127,20 @@ class Journal(Readable):
                         .where(schema.sites.c.site == self.number)
                         .values(epoch=self.epoch, holder=holder)
                     )
+            if self.database.file is not None:
+                self._identity = Identity(self.database.file)
         return self.epoch
+
+    def gone(self) -> str:
+        """Return which of the files that this engine writes is missing or another one; an empty text if none, or no files."""
+        return self._identity.gone() if self._identity is not None else ""
+
+    def rescue(self) -> None:
+        """Bring what was committed into the file, if only its log was removed: else a kill would lose it."""
+        if self._identity is not None and self._identity.is_only_the_log_lost and self._write is not None:
+            with suppress(SQLAlchemyError):  # then it is lost, which was told
+                raw: Any = self._write.connection.dbapi_connection
+                raw.execute("PRAGMA wal_checkpoint(PASSIVE)").fetchall()
 
     def hold(self) -> bool:
         """Keep engines from the site until `close`, without being one; return False if an engine has it."""
@@ -379,6 +398,8 @@ class _Transaction:
         self._writing: writing | None = None
 
     def __enter__(self) -> Connection:
+        if gone := self._journal.gone():
+            raise Gone(gone)
         try:
             self._writing = writing(self._journal._writer(), OWN_S)
             connection = self._writing.__enter__()

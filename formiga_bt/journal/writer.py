@@ -18,7 +18,7 @@ from formiga_bt.engine.resume import copy_of
 from formiga_bt.engine.state import EngineState
 from formiga_bt.journal.past import without_ended
 from formiga_bt.journal.shadow import SNAPSHOT_STEPS, Cadence, Item, Shadow
-from formiga_bt.journal.store import Gap, Journal, Overtaken, Row, Unwritable
+from formiga_bt.journal.store import Gap, Gone, Journal, Overtaken, Row, Unwritable
 from formiga_bt.journal.thin import Thinner
 
 LESSON: Final = 256
@@ -35,7 +35,7 @@ MEND_S: Final = 60.0
 """Between two attempts to write snapshots again after a fault."""
 BACKLOG_BYTES: Final = 64 * 1024 * 1024
 
-Level = Literal["ok", "slow", "full"]
+Level = Literal["ok", "slow", "full", "gone"]
 
 
 class Writer:
@@ -90,6 +90,7 @@ class Writer:
         self._commit: Callable[[], None] | None = None
         self._outcome: Outcome | None = None
         self._error: Unwritable | None = None
+        self._gone = ""
 
     def begin(self, versions: dict[str, str] | None = None, at: Micros | None = None) -> None:
         """Note the start of the engine, at this engine time.
@@ -117,14 +118,14 @@ class Writer:
             if self._thinner.keeps(step):
                 self._take(step, wall)
         blocks = self._thinner.blocks(self._state().now)
-        if self._level == "full":
+        if self._is_stuck:
             blocks = []  # where machines were meanwhile is not kept
             self._items.clear()
         if not (self._rows or blocks or self._gap):
-            self._outcome = DURABLE
+            self._outcome = self._unchanged()
             return False
         self._began = self._clock()
-        if self._level == "full" and self._began < self._retry_at:
+        if self._is_stuck and self._began < self._retry_at:
             self._bound()
             self._outcome = Outcome(False)
             return False
@@ -145,6 +146,7 @@ class Writer:
         assert self._commit is not None
         try:
             self._commit()
+            self._gone = self.journal.gone()
         except Unwritable as error:
             self._error = error
 
@@ -159,6 +161,8 @@ class Writer:
         kept = len(self._rows)
         self.kept += kept
         self._rows, self._rows_bytes, self._gap = [], 0, None
+        if self._gone:  # it went into files without a name
+            return self._lost(self._gone)
         news = self._level_after(self._began, self._clock())
         self._tidy(kept)
         return Outcome(True, news)
@@ -181,6 +185,23 @@ class Writer:
     def view(self, state: EngineState) -> EngineState:
         """Return the engine's present state as the fold of what is kept has it."""
         return without_ended(self._thinner.view(state))
+
+    @property
+    def _is_stuck(self) -> bool:
+        """Return whether nothing can be written."""
+        return self._level in ("full", "gone")
+
+    def _unchanged(self) -> Outcome:
+        """Return how the journal stands where there is nothing to write."""
+        if gone := self.journal.gone():
+            return self._lost(gone)
+        return Outcome(True, self._turn("ok", "")) if self._level == "gone" else DURABLE
+
+    def _lost(self, gone: str) -> Outcome:
+        news = self._turn("gone", gone)
+        if news is not None:
+            self.journal.rescue()
+        return Outcome(False, news)
 
     # -- one step ----------------------------------------------------------------------------------------------------
     def _take(self, step: Step, wall: Micros) -> None:
@@ -220,7 +241,7 @@ class Writer:
         """Return whether what is followed begins anew with the state that is written now."""
         if self._shadow is None:
             return False
-        return self._level == "full" or (self._shadow.is_broken and self._clock() >= self._mend_at)
+        return self._is_stuck or (self._shadow.is_broken and self._clock() >= self._mend_at)
 
     def _level_after(self, began: float, ended: float) -> JournalState | None:
         took = ended - began
@@ -228,7 +249,7 @@ class Writer:
             self._slow_at = ended
             text = f"a commit to {self.journal.where} took {took:.1f} s"
             return self._turn("slow", text)
-        if self._level == "full" or (self._level == "slow" and ended - self._slow_at >= CALM_S):
+        if self._is_stuck or (self._level == "slow" and ended - self._slow_at >= CALM_S):
             return self._turn("ok", "")
         return None
 
@@ -242,6 +263,8 @@ class Writer:
         now = self._clock()
         self._retry_at = now + min(MOST_RETRY_S, max(RETRY_S, RESTS * (now - self._began)))
         self._bound()
+        if isinstance(error, Gone):
+            return self._lost(str(error))
         return Outcome(False, self._turn("full", str(error).replace("\n  help: ", "; ")))
 
     def _put_snapshot(self, gap: Gap | None) -> None:

@@ -34,6 +34,7 @@ from formiga_bt.services.door import is_loopback
 from formiga_bt.services.doubles import OneEach
 from formiga_bt.services.feed import Feed
 from formiga_bt.services.flightlog import FlightLog
+from formiga_bt.services.journal_watch import Watch
 from formiga_bt.services.journaling import JournalAt, Journaling
 from formiga_bt.services.listening import listen_of
 from formiga_bt.services.loading import Loading, served_again
@@ -221,6 +222,9 @@ class EngineHost:
         self.pulse = Pulse(self._folder.path, self.driver.now, lambda: self.driver.speed, lambda: engine.state)
         if self.journaling.journal is not None:
             self.pulse.start()
+        watch = Watch(lambda: self.journaling.is_changed, self.driver.look_again)
+        self._opened.append(watch.stop)
+        watch.start()
         for version in back.newer if back is not None else ():
             self._tasks.serve(served[version.task])
             self.driver.ask(version)
@@ -433,6 +437,7 @@ class EngineHost:
                     replaced=load.inbox.replaced,
                     behind_s=load.behind_s,
                 ),
+                journal=self.journaling.stands,
                 text=repr(self.driver.error) if failed else "",
             )
 

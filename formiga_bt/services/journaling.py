@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from importlib import metadata
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, Literal
 
 from msgspec import Struct
 
@@ -198,6 +198,16 @@ class Journaling:
         is_near = all(known.get(name, 0) >= value - RESERVE for name, value in aside.items())
         return self._folder.was_exact and is_last and is_near
 
+    @property
+    def stands(self) -> Literal["ok", "slow", "full", "gone"]:
+        """Return how the journal and the runtime folder stand, as the engine was told."""
+        return self._told.state
+
+    @property
+    def is_changed(self) -> bool:
+        """Return whether the journal's files are gone or back, and the engine does not know it; called from any thread."""
+        return self.journal is not None and bool(self.journal.gone()) != (self._stands.state == "gone")
+
     def begin(self, state: Callable[[], EngineState], now: Callable[[], Micros]) -> None:
         """Note the start.
 
@@ -246,9 +256,9 @@ class Journaling:
         """Return what became of steps, their marks and approvals in the runtime folder included: that may be full, too."""
         self._stands = stands = kept.news or self._stands
         lack = self._folder.lack
-        if not kept.durable and self._told.state != "full":
+        if not kept.durable and self._told.state not in ("full", "gone"):
             self._folder.note_exact(False)
-        if lack and stands.state != "full":
+        if lack and stands.state not in ("full", "gone"):
             stands = JournalState("full", lack)
         news = stands if stands.state != self._told.state else None
         self._told = stands

@@ -351,4 +351,6 @@ class Health(BaseModel):
     lockdown: LockdownOut
     alarms: list[LineOut]
     load: Load
+    journal: Literal["ok", "slow", "full", "gone"] = "ok"
+    """Of `full` and `gone` no task is admitted."""
     text: str = ""

@@ -30,6 +30,7 @@ HINTS: Final[Mapping[str, str]] = {
     "order_under_way": "let it come to its end, or: formiga hold {target}",
     "lockdown": "formiga lockdown release",
     "not_admitted": "list it in site.yaml under agents, with a port as its home",
+    "journal_gone": "put the journal's files back, or end the engine and start it: formiga down; stops and lockdown work",
     "journal_full": "make room on the journal's disk: formiga journal stats tells where it is; stops, abort and lockdown work",
     "cut": "look at the machine; nothing takes a cut back",
 }

@@ -18,7 +18,7 @@ import logging
 import threading
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future, wait
-from typing import Final
+from typing import Final, Literal
 
 from msgspec import Struct
 
@@ -29,7 +29,7 @@ from formiga_bt.engine.drivers.inbox import MOST_REQUESTS, Inbox, InboxLoad
 from formiga_bt.engine.drivers.persist import DURABLE, Ahead, Outcome, Persist, PersistAhead
 from formiga_bt.engine.drivers.wiring import Switchboard, to_input
 from formiga_bt.engine.engine import Engine
-from formiga_bt.engine.keeping import NOT_KEPT, begins_something
+from formiga_bt.engine.keeping import LACKS, LEVELS, NOT_KEPT, begins_something
 from formiga_bt.engine.turns import REST
 from formiga_bt.errors import FormigaError, TaskError
 from formiga_bt.lang.model import Catalogue
@@ -134,6 +134,8 @@ class RealtimeDriver:
         """Callers whose steps wait in memory for the disk, with their replies."""
         self._try_again_at: Micros | None = None
         """While steps wait in memory: the disk is tried again then, also if nothing happens."""
+        self._stands: Literal["ok", "slow", "full", "gone"] = "ok"
+        """How the journal stands, as it was told last."""
         self._epoch = epoch
         self._first = first
         self._inbox = Inbox(self._is_high)
@@ -434,11 +436,18 @@ class RealtimeDriver:
         self._release(batch, kept)
         return bool(self._batch)
 
+    def look_again(self) -> None:
+        """Have the journal tell soon how it stands, also if nothing happens; may be called from any thread."""
+        self._try_again_at = 0
+        self._inbox.wake()
+
     def _release(self, batch: Batch, kept: Outcome) -> None:
         """Let the effects of a batch leave, and answer who waits."""
         self._try_again_at = None if kept.durable else self._wall_now() + SECOND
         if batch:
             self._released_seq = batch[-1][0].seq
+        if kept.news is not None:
+            self._stands = kept.news.state
         if kept.durable:
             self.kept_seq = self._released_seq
             for late, reply in self._unanswered:
@@ -475,9 +484,9 @@ class RealtimeDriver:
         if durable or step.reply.startswith("error:"):
             waiter.set_result(step.reply)
         elif isinstance(step.input, inp.Submit):
-            self._inbox.put(inp.Abort(step.reply, "", "engine", "journal_full"))
-            why = "the journal cannot be written; make room on its disk"
-            waiter.set_result(f"error:journal_full:{step.reply} is taken back: {why}")
+            code, why, remedy = LACKS[max(LEVELS["full"], LEVELS[self._stands])]
+            self._inbox.put(inp.Abort(step.reply, "", "engine", code))
+            waiter.set_result(f"error:{code}:{step.reply} is taken back: {why}; {remedy}")
         elif begins_something(step.input):
             self._unanswered.append((waiter, step.reply))
         else:
