@@ -235,12 +235,15 @@ def _alone(place: "Place") -> Iterator["Journal"]:
     Journal(place.where, place.site, read_only=True).close()  # it is there, and nothing is made where there is none
     file = Path(place.where)
     is_busy = file.name == JOURNAL and is_running(file.parent)
+    busy = FormigaError(
+        f"an engine writes {place.where} now; it removes by itself what is old, each hour\n"
+        "  help: to remove more, end it first: formiga down"
+    )
+    if is_busy:
+        raise busy
     with Journal(place.where, place.site) as journal:
-        if is_busy or not journal.hold():
-            raise FormigaError(
-                f"an engine writes {journal.where} now; it removes by itself what is old, each hour\n"
-                "  help: to remove more, end it first: formiga down"
-            )
+        if not journal.hold():
+            raise busy
         yield journal
 
 

@@ -10,6 +10,7 @@ import sys
 from datetime import UTC, datetime, tzinfo
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, NamedTuple
+from weakref import finalize
 
 import typer
 
@@ -161,10 +162,11 @@ def machine_of(site: Path | None, journal: str = "") -> "TimeMachine":
 
 
 def machine_at(place: Place) -> "TimeMachine":
-    """Return the time machine on a journal."""
+    """Return the time machine on a journal; it lets that go when nobody has it any more, or the process ends."""
     from formiga_bt.replay.machine import TimeMachine
 
     machine = TimeMachine(place.where, place.site)
+    finalize(machine, machine.journal.close)
     if machine.journal.database.note:
         print(machine.journal.database.note, file=sys.stderr)
     return machine

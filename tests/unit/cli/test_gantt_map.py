@@ -32,9 +32,9 @@ class Asked:
 @pytest.fixture
 def asked(monkeypatch: pytest.MonkeyPatch) -> Asked:
     source = Asked()
-    monkeypatch.setattr("formiga_bt.cli.picture_out.source_of", lambda *_: source)
     monkeypatch.setattr("formiga_bt.cli.gantt.source_of", lambda *_: source)
     monkeypatch.setattr("formiga_bt.cli.map.source_of", lambda *_: source)
+    monkeypatch.setattr("formiga_bt.cli.picture_out.source_of", lambda *_: source)
     return source
 
 
