@@ -67,6 +67,8 @@ class Writer:
         self.journal = journal
         self.kept = 0
         """Steps that were kept."""
+        self.written = 0
+        """`seq` of the last of them; may be read from any thread."""
         self.commits = 0
         self._state, self._wall, self._clock = state, wall, clock
         self._thinner = Thinner(state(), thin=thin)
@@ -160,6 +162,7 @@ class Writer:
         self.commits += 1
         kept = len(self._rows)
         self.kept += kept
+        self.written = self._rows[-1].seq if self._rows else self.written
         self._rows, self._rows_bytes, self._gap = [], 0, None
         if self._gone:  # it went into files without a name
             return self._lost(self._gone)

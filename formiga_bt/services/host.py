@@ -219,7 +219,13 @@ class EngineHost:
         self._opened.append(self._stop_server)
         self._opened.append(self._stop_driver)  # first: requests that wait for it are answered, then the server ends
         self.driver.start()
-        self.pulse = Pulse(self._folder.path, self.driver.now, lambda: self.driver.speed, lambda: engine.state)
+        self.pulse = Pulse(
+            self._folder.path,
+            self.driver.now,
+            lambda: self.driver.speed,
+            lambda: engine.state,
+            lambda: self.journaling.written,
+        )
         if self.journaling.journal is not None:
             self.pulse.start()
         watch = Watch(lambda: self.journaling.is_changed, self.driver.look_again)

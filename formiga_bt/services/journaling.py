@@ -204,6 +204,11 @@ class Journaling:
         return self._told.state
 
     @property
+    def written(self) -> int:
+        """Return `seq` of the last step that this start has on disk; 0: none."""
+        return self._writer.written if self._writer is not None else 0
+
+    @property
     def is_changed(self) -> bool:
         """Return whether the journal's files are gone or back, and the engine does not know it; called from any thread."""
         return self.journal is not None and bool(self.journal.gone()) != (self._stands.state == "gone")

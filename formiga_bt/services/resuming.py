@@ -16,6 +16,7 @@ import time
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import replace
+from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -58,6 +59,8 @@ class Sign(Struct, frozen=True):
     seq: int = 0
     kept: bool = True
     """Everything up to then is in the journal."""
+    written: int = 0
+    """`seq` of the last step that was on disk."""
 
 
 def last_sign(folder: Path) -> Sign | None:
@@ -76,11 +79,18 @@ class Pulse:
         now: engine time.
         speed: of the clock.
         state: the engine's; only its numbers are looked at.
+        written: `seq` of the last step that is on disk.
     """
 
     def __init__(
-        self, folder: Path, now: Callable[[], Micros], speed: Callable[[], float], state: Callable[[], EngineState]
+        self,
+        folder: Path,
+        now: Callable[[], Micros],
+        speed: Callable[[], float],
+        state: Callable[[], EngineState],
+        written: Callable[[], int] = lambda: 0,
     ) -> None:
+        self._written = written
         self._file = folder / ALIVE
         self._now, self._speed, self._state = now, speed, state
         self._end = threading.Event()
@@ -107,7 +117,7 @@ class Pulse:
     def _give(self) -> None:
         state = self._state()
         kept = state.counters.get(JOURNAL, 0) < LEVELS["full"]
-        sign = Sign(time.time_ns() // 1000, self._now(), self._speed(), state.seq, kept)
+        sign = Sign(time.time_ns() // 1000, self._now(), self._speed(), state.seq, kept, self._written())
         beside = self._file.with_name(f".{self._file.name}.new")
         beside.write_bytes(msgspec.json.encode(sign))
         beside.replace(self._file)
@@ -267,7 +277,9 @@ def find(journal: "Journal", folder: Path, tasks: Bundles, site: Site, catalogue
         wall = max(wall, starts[-1].wall, starts[-1].ended or 0)
     sign = last_sign(folder)
     heard = max((agent.heard_at for agent in state.agents.values()), default=0)
-    if sign is None:
+    older = sign is not None and sign.written > seq
+    if sign is None or older:  # how long the engine was away is counted from what is known of it
+        seq = max(seq, sign.seq) if sign is not None else seq
         sign = Sign(wall, max(at, heard), seq=seq)
     elif sign.wall < wall:  # a step, or a clean end, came after it
         sign = Sign(
@@ -284,9 +296,18 @@ def find(journal: "Journal", folder: Path, tasks: Bundles, site: Site, catalogue
         for effect in kept.step.effects
         if isinstance(effect, CancelGoal | Notify | Alarm)
     )
+    if older:
+        found.again += (Alarm("journal_older", _older(at)),)
     _check_catalogue(state, catalogue)
     _rebuild(found, journal.bundles(), tasks, site, catalogue)
     return found
+
+
+def _older(at: Micros) -> str:
+    return (
+        f"the journal ends at {datetime.fromtimestamp(at / SECOND).astimezone():%Y-%m-%d %H:%M:%S}, before the end of what was "
+        "kept: it is an older copy, or its -wal was removed; look at what its tasks did since"
+    )
 
 
 def _check_catalogue(state: EngineState, catalogue: Catalogue) -> None:

@@ -13,6 +13,7 @@ from formiga_bt.clock import SECOND, wall_clock_us
 from formiga_bt.errors import JournalError
 from formiga_bt.journal.store import Journal
 from formiga_bt.services.journaling import JournalAt
+from formiga_bt.services.resuming import last_sign
 from tests.copying import copied
 from tests.unit.services.conftest import Start
 
@@ -174,3 +175,21 @@ def test_a_start_that_ended_before_the_journal_had_the_site_is_no_earlier_run(st
     assert (tmp_path / ".formiga" / "meadow" / "epoch").exists()
     with start(journal=JournalAt(str(where), "normal")) as service:
         assert service.host.epoch == 2
+
+
+def test_a_journal_that_lacks_its_end_is_told(start: Start, killed: Callable[[], Path], tmp_path: Path) -> None:
+    folder = killed()
+    merge(folder / "journal.db")
+    copied(folder, tmp_path / "older")
+    with start(journal=KEPT) as service:
+        service.submit("Heavy")
+        wrote = service.host.journaling.written
+        service.wait(lambda: (sign := last_sign(folder)) is not None and sign.written >= wrote > 0)
+    assert last_sign(folder) is not None
+    (folder / "journal.db").unlink()
+    (tmp_path / "older" / "journal.db").rename(folder / "journal.db")
+    with start(journal=KEPT) as service:
+        service.wait(lambda: "journal_older" in str(service.get("/v1/health")["alarms"]))
+        assert service.host.driver.engine.state.seq > wrote, "no number comes twice"
+    with start(journal=KEPT) as service:
+        assert "journal_older" not in str(service.get("/v1/health")["alarms"])
