@@ -63,7 +63,8 @@ def _row(task: dict[str, Any]) -> tuple[str, ...]:
     at = datetime.fromtimestamp(task["unix_millis_submitted"] / 1000).astimezone()
     status = task["status"] + (" HELD" if task["held"] else "")
     orders = [order["text"] for order in task["orders"] if task["section"] != "done"]
-    why = "; ".join([", ".join(task["held"]), *orders]).strip("; ") or f"{task['code']} {task['reason']}".strip()
+    slow = ["throttled"] if task["throttled"] else []
+    why = "; ".join([", ".join(task["held"]), *orders, *slow]).strip("; ") or f"{task['code']} {task['reason']}".strip()
     took = f"{task['duration_s']:.0f} s"
     why = "; ".join(part for part in (why, _family(task)) if part)
     return task["id"], status, task["priority"], f"{at:%H:%M:%S}", took, " ".join(task["agents"]), why

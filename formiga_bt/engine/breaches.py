@@ -14,6 +14,7 @@ from formiga_bt.clock import SECOND
 from formiga_bt.engine.core import Core
 from formiga_bt.engine.inputs import Alarm
 from formiga_bt.engine.orders import Orders
+from formiga_bt.engine.overload import lag_since
 from formiga_bt.engine.records import AgentRecord, GoalRecord
 from formiga_bt.engine.tasks import Tasks
 from formiga_bt.geo import Place, horizontal_m
@@ -111,10 +112,13 @@ class Breaches:
         resume = core.state.resume
         if resume is not None and agent.id in resume.waits:
             return ()  # it may have ended while the engine was away
+        lag = lag_since(core.state, goal.sent_at)
+        if lag is None:
+            return ()  # the engine comes late, not the machine
         (start, end), speed = goal.leg, goal.fields.get("speed")
         pace = min(power.speed_m_s, float(speed)) if isinstance(speed, int | float) else power.speed_m_s
         typical_s = horizontal_m(start, end) / max(pace, 0.5) + abs(end.up_m - start.up_m) / max(power.climb_m_s, 0.2)
-        most_s, lasts_s = SLACK * typical_s + SPARE_S, (core.now - goal.sent_at) / SECOND
+        most_s, lasts_s = SLACK * typical_s + SPARE_S + lag / SECOND, (core.now - goal.sent_at) / SECOND
         if lasts_s <= most_s:
             return ()
         text = f"{goal.action} should take about {typical_s:.0f} s and runs for {lasts_s:.0f} s: it does not get on"

@@ -23,6 +23,7 @@ from formiga_bt.engine.records import (
     TaskRecord,
     Verdict,
     Version,
+    Wakes,
 )
 from formiga_bt.nodes.memory import Mem
 from formiga_bt.safety.drafted import Drafted
@@ -158,6 +159,13 @@ class DeadlineSet(Struct, frozen=True, tag=True):
     deadline: Deadline | None
 
 
+class WakesPut(Struct, frozen=True, tag=True):
+    """A task's budget of wakes now stands so."""
+
+    task: str
+    wakes: Wakes
+
+
 class WallTimerSet(Struct, frozen=True, tag=True):
     """The driver shall give WallDue(key) after so much wall time; None = forget it."""
 
@@ -226,4 +234,5 @@ Change = (
     TaskPut | AgentPut | GoalPut | GoalDrop | QuestionPut | QuestionDrop | ClearancePut | ScopePut | VarPut | NodeMem
     | DeadlineSet | WallTimerSet | RequestPut | Granted | Explained | CounterSet | TaskForget | OrderPut | LockdownPut
     | ApprovalPut | DutyPut | Happened | NodesEnded | LibraryPut | DraftedPut | TaskGone | ResumePut | Reexplained
+    | WakesPut
 )  # fmt: skip

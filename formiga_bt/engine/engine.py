@@ -25,6 +25,7 @@ from formiga_bt.engine.happenings import Happenings
 from formiga_bt.engine.keeping import note_journal, refuse_if_full
 from formiga_bt.engine.lockdown import Lockdowns
 from formiga_bt.engine.orders import Orders
+from formiga_bt.engine.overload import note_behind
 from formiga_bt.engine.people import People
 from formiga_bt.engine.reconcile import Reconcile
 from formiga_bt.engine.rescue import Rescue
@@ -209,6 +210,8 @@ class Engine:
                     self.core.emit(ch.CounterSet("deposed", 0))
             case inp.Resumed():
                 self.reconcile.begin(given)
+            case inp.Behind():
+                note_behind(self.core, given)
             case inp.Outage():
                 self.reconcile.stood_still(given)
             case inp.JournalState():

@@ -163,6 +163,10 @@ class Index:
         """Return the keys of a task's deadlines, in the order of setting."""
         return self._deadlines.of(task)
 
+    def deadline_count(self, task: str) -> int:
+        """Return how many deadlines a task has."""
+        return self._deadlines.count(task)
+
     # -- questions ---------------------------------------------------------------------------------------------------
     def question(self, question: Question) -> None:
         """A question is now so."""

@@ -230,10 +230,19 @@ class JournalState(Struct, frozen=True, tag=True):
     """Why, and what to do."""
 
 
+class Behind(Struct, frozen=True, tag=True):
+    """The engine's deadlines are given late, or (`late_us` 0) no longer. Given by the driver when that changes."""
+
+    late_us: Micros
+    """How late the earliest one is, engine time."""
+    worst_us: Micros = 0
+    """How late one was at most since the engine came late."""
+
+
 Input = (
     Submit | Serve | Abort | Operator | LockdownOrder | Approve | Duty | AgentSeenInput | AgentGoneInput | AgentStatusInput
     | GoalEventInput | AgentEventInput | QueryReplyInput | BadStatusInput | TimerDue | WallDue | EffectFailed | Started
-    | JournalState | Resumed | Outage
+    | JournalState | Resumed | Outage | Behind
 )  # fmt: skip
 
 # -- effects -----------------------------------------------------------------------------------------------------------

@@ -32,6 +32,7 @@ from formiga_bt.engine.fleet import Fleet
 from formiga_bt.engine.goals import RESEND_US, Goals
 from formiga_bt.engine.holds import hold
 from formiga_bt.engine.keeping import JOURNAL, LEVELS
+from formiga_bt.engine.overload import LATE
 from formiga_bt.engine.records import AgentRecord, Before, Found, Resuming, TaskRecord
 from formiga_bt.engine.rescue import Rescue
 from formiga_bt.geo import horizontal_m
@@ -68,6 +69,8 @@ class Reconcile:
             core.stale.add(EVERYTHING)  # goals that the other engine held up wait for something else now
         if core.state.counters.get(JOURNAL):
             core.emit(ch.CounterSet(JOURNAL, LEVELS["ok"]))
+        if core.state.counters.get(LATE):
+            core.emit(ch.CounterSet(LATE, 0))
         self._begin(given, tuple(core.state.agents), _cancels(given))
         self._fleet.read_anew()
         self._lose_touch(given.heard)

@@ -569,6 +569,19 @@ class Resuming(Struct, frozen=True, kw_only=True):
     """The engine's process stood still; it did not end, so what its agents do not know of surely never left it."""
 
 
+class Wakes(Struct, frozen=True, omit_defaults=True):
+    """What a task has used of its budget of wakes (`engine.pace`)."""
+
+    spent: Micros = 0
+    """Its budget is spent up to this instant; up to a second before now is saved up."""
+    since: Micros | None = None
+    """Its deadlines are rounded up since then."""
+    rounded: Micros | None = None
+    """When one was last."""
+    path: str = ""
+    """Of which node."""
+
+
 class Deadline(Struct, frozen=True):
     """An engine-time deadline; `seq` breaks ties in the order of setting. `task` owns it, if any."""
 

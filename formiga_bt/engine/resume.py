@@ -82,4 +82,5 @@ def copy_of(state: EngineState) -> EngineState:
         requests=dict(state.requests),
         explanations=dict(state.explanations),
         counters=dict(state.counters),
+        wakes=dict(state.wakes),
     )

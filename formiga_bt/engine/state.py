@@ -27,6 +27,7 @@ from formiga_bt.engine.records import (
     TaskRecord,
     Verdict,
     Version,
+    Wakes,
 )
 from formiga_bt.geo import Place, Position, Region
 from formiga_bt.lang.types import AgentRef
@@ -73,6 +74,8 @@ class EngineState(Struct):
     requests: dict[str, Request] = field(default_factory=dict)
     explanations: dict[str, tuple[Verdict, ...]] = field(default_factory=dict)
     counters: dict[str, int] = field(default_factory=dict)
+    wakes: dict[str, Wakes] = field(default_factory=dict)
+    """task -> what it has used of its budget of wakes, once it was in haste"""
 
 
 def apply(state: EngineState, board: Blackboard, change: ch.Change) -> None:
@@ -132,6 +135,10 @@ def _lockdown(state: EngineState, _: Blackboard, change: ch.LockdownPut) -> None
 
 def _resume(state: EngineState, _: Blackboard, change: ch.ResumePut) -> None:
     state.resume = change.resume
+
+
+def _wakes(state: EngineState, _: Blackboard, change: ch.WakesPut) -> None:
+    state.wakes[change.task] = change.wakes
 
 
 def _approval(state: EngineState, _: Blackboard, change: ch.ApprovalPut) -> None:
@@ -223,6 +230,7 @@ def _forget(state: EngineState, board: Blackboard, change: ch.TaskForget) -> Non
     task_id = change.task
     state.memory.pop(task_id, None)
     state.scopes.pop(task_id, None)
+    state.wakes.pop(task_id, None)
     board.drop(f"/allocation/requests/{task_id}")
     board.drop(f"/allocation/grants/{task_id}")
 
@@ -263,6 +271,7 @@ APPLY: Final[Mapping[type, Callable[[EngineState, Blackboard, Any], None]]] = Ma
         ch.TaskForget: _forget,
         ch.TaskGone: _gone,
         ch.ResumePut: _resume,
+        ch.WakesPut: _wakes,
     }
 )
 """How each kind of change is applied."""

@@ -10,6 +10,7 @@ from formiga_bt.engine.children import ENDING, Children
 from formiga_bt.engine.core import Core, node_deadline
 from formiga_bt.engine.env import TaskEnv
 from formiga_bt.engine.inputs import Notify
+from formiga_bt.engine.pace import Pace
 from formiga_bt.engine.people import People
 from formiga_bt.engine.ports import AllocationPort, GoalPort
 from formiga_bt.engine.records import RELEASE, Ending, GoalRecord, Leaving, Question, TaskRecord, Tidy
@@ -70,6 +71,7 @@ class TaskRun:
         self._spent = 0
         self._spent_seq = -1
         self._watched: dict[str, Watched] = {}
+        self._pace = Pace(core, task_id)
         self.tidies = Tidies(core, task_id)
         self.trees: TaskTrees = factory(self)
         self._compiled = self.trees if isinstance(self.trees, CompiledTrees) else None
@@ -147,7 +149,8 @@ class TaskRun:
 
     # -- time ------------------------------------------------------------------------------------------------------
     def set_deadline(self, path: str, at: Micros) -> None:
-        """Wake a node at an instant."""
+        """Wake a node at an instant, or later if the task's clocks woke it too often."""
+        at = self._pace.round_up(path, at)
         self._core.set_deadline(node_deadline(self.task_id, path), at, self.task_id, pausable=True)
 
     def clear_deadline(self, path: str) -> None:

@@ -407,7 +407,9 @@ class EngineHost:
         """Return how the engine stands: ok, draining, stopping or failed."""
         if self.driver.error is not None:
             return "failed"
-        return "stopping" if self._stop.is_set() else "draining" if self.draining else "ok"
+        if self._stop.is_set() or self.draining:
+            return "stopping" if self._stop.is_set() else "draining"
+        return "overloaded" if self.driver.is_behind else "ok"
 
     def health(self) -> m.Health:
         """Return how the engine is."""

@@ -115,6 +115,8 @@ class TaskOut(BaseModel):
     """Causes of HELD: operator, operator:<agent>, clearance:<agent>, take-over:<agent>, lockdown, resume. Empty: not held."""
     orders: list[StandingOrderOut]
     """Orders that stand on its machines."""
+    throttled: bool = False
+    """Its clocks would wake it more often than one task may be woken: its waits are made longer."""
     section: str
     priority: str
     requester: str
@@ -332,7 +334,8 @@ class Load(BaseModel):
 class Health(BaseModel):
     """How the engine is."""
 
-    status: Literal["ok", "draining", "stopping", "failed"]
+    status: Literal["ok", "overloaded", "draining", "stopping", "failed"]
+    """`overloaded`: it is `ok`, but its deadlines are given late."""
     site: str
     mode: str
     version: str

@@ -4,6 +4,7 @@ from collections.abc import Collection, Iterable
 
 from formiga_bt.clock import Micros
 from formiga_bt.engine.library import newest_of
+from formiga_bt.engine.pace import throttled
 from formiga_bt.engine.records import AgentRecord, GoalRecord, Question, TaskRecord
 from formiga_bt.engine.state import EngineState
 from formiga_bt.geo import Frame
@@ -40,6 +41,7 @@ def task_out(state: EngineState, task: TaskRecord, now: Micros) -> out.TaskOut:
         status=task.status,
         held=list(task.held),
         orders=[standing_out(state, state.orders[a], now) for a in _machines_of(task) if a in state.orders],
+        throttled=throttled(state, task, now) is not None,
         section=task.section,
         priority=task.priority,
         requester=task.requester,

@@ -124,6 +124,8 @@ class TaskFact(Struct, frozen=True, kw_only=True, omit_defaults=True):
     reason: str = ""
     doing: str = ""
     """What it does or waits for, in words."""
+    throttled_since: Micros | None = None
+    """Its waits are made longer since then: its clocks would wake it more often than one task may be woken."""
     needs: str = ""
     """The number of a question that waits for a person (`Q7`), or another reason why a person must act."""
     urgent_at: Micros | None = None

@@ -4,6 +4,7 @@ from collections.abc import Collection
 
 from formiga_bt.clock import Micros
 from formiga_bt.engine.library import newest_of
+from formiga_bt.engine.pace import throttled
 from formiga_bt.engine.records import AgentRecord, GoalRecord, Question, TaskRecord
 from formiga_bt.engine.state import EngineState
 from formiga_bt.geo import Position
@@ -25,6 +26,7 @@ def task_fact(index: Index, task: TaskRecord) -> TaskFact:
     """Return a task as lists show it."""
     over = task.section == "done"
     coming = None if over else index.urgent(task)
+    slow = throttled(index.state, task, index.now)
     return TaskFact(
         id=task.id,
         name=task.name,
@@ -38,7 +40,8 @@ def task_fact(index: Index, task: TaskRecord) -> TaskFact:
         agents=agents_of(task),
         code=task.code,
         reason=task.reason,
-        doing=index.doing(task),
+        doing=("throttled; " if slow is not None else "") + index.doing(task),
+        throttled_since=slow.since if slow is not None else None,
         needs="" if over else index.needs(task),
         urgent_at=coming[0] if coming is not None else None,
         urgent=coming[1] if coming is not None else "",

@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 
+from formiga_bt.engine import changes as ch
 from formiga_bt.engine import inputs as inp
 from formiga_bt.engine.treerun import CompiledTrees
 from tests.oracle.naive import NaiveTrees
@@ -480,6 +481,22 @@ def test_it_goes_as_the_rule_says(rule: str) -> None:
     assert (record.status, record.code, told(ours)) == (status, code, texts), record
     assert_equal(ours, theirs, mission)
     assert ours.steps == ticked.steps
+
+
+def test_a_task_in_haste_is_slowed_alike() -> None:
+    """Beyond its budget of wakes deadlines are rounded up: by nodes and by the oracle at the same instants."""
+    loops = [{"repeat": "4 s", "steps": [{"wait": f"{1 + n % 3} ms"}]} for n in range(12)]
+    every = {"repeat": "10 s", "every": "2 ms", "steps": [COUNT]}
+    timed = {"sequence": [every], "timeout": "3 s", "ignore_failure": True}
+    model = load(text_of({"steps": [{"parallel": [*loops, timed]}, say("end")]}))
+    assert model is not None
+    events = (Event(1.0, "submit", "Edge"),)
+    ours, theirs = (World([model], {}, events, trees=trees) for trees in (CompiledTrees, NaiveTrees))
+    for world in (ours, theirs):
+        world.run(60.0)
+    assert ours.engine.state.tasks["Edge-1"].status == "SUCCEEDED"
+    assert [c for step in ours.steps for c in step.changes if isinstance(c, ch.WakesPut) and c.wakes.rounded]
+    assert_equal(ours, theirs, Mission((), {}, events))
 
 
 def test_who_is_released_and_never_comes_down_is_helped_after_three_ways_home(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -13,6 +13,7 @@ from typing import Any, Final
 
 from msgspec import Struct
 
+from formiga_bt.clock import Micros
 from formiga_bt.engine import inputs as inp
 
 ORDERS, URGENT_HIGH, URGENT, HIGH, NORMAL, TELEMETRY = range(6)
@@ -113,6 +114,11 @@ class Inbox:
             if lane == TELEMETRY:
                 return self._telemetry.pop(next(iter(self._telemetry))), None
             return self._lanes[lane].popleft()
+
+    def heard(self, agent: str) -> Micros:
+        """Return when the status of an agent came in that waits here; 0 = none does."""
+        waiting = self._telemetry.get(agent)
+        return waiting.wall if waiting is not None else 0
 
     @property
     def is_full(self) -> bool:

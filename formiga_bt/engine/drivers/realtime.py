@@ -44,8 +44,12 @@ BATCH_US = 10_000
 """Steps of so long are persisted together."""
 TIMERS_A_TURN = 64
 """So many deadlines that are due are given before the inbox has its turn."""
-BEHIND_US = 1_000_000
-"""An engine whose deadlines are given so late is overloaded, which is told."""
+BEHIND_US: Final[Micros] = 2 * SECOND
+"""An engine whose deadlines are given so late (engine time) for `BEHIND_FOR_US` is overloaded, which is an alarm."""
+BEHIND_FOR_US: Final[Micros] = SECOND
+"""Wall time: what one long step leaves behind is made up sooner."""
+KEEPS_UP_US: Final[Micros] = SECOND // 2
+"""One whose deadlines are given no later than so has caught up."""
 
 STANDSTILL_US: Final[Micros] = 3 * SECOND
 """The engine stood still for so long: at most. It is as long as the shortest silence after which a machine is not trusted, and
@@ -140,7 +144,9 @@ class RealtimeDriver:
         self._first = first
         self._inbox = Inbox(self._is_high)
         self._behind: Micros = 0
-        self._was_behind = False
+        self._behind_since: Micros | None = None
+        self._worst: Micros = 0
+        """How late a deadline was at most since the engine came late; 0: it keeps up."""
         self._wall: list[tuple[Micros, int, str]] = []
         self._wall_live: dict[str, int] = {}
         self._wall_seq = 0
@@ -359,9 +365,31 @@ class RealtimeDriver:
     def _note_load(self, now: Micros) -> None:
         due = self.engine.next_deadline()
         self._behind = max(0, now - due[0]) if due is not None else 0
-        if self._was_behind != (self._behind > BEHIND_US):
-            self._was_behind = not self._was_behind
-            log.warning("overloaded: deadlines are given late" if self._was_behind else "the engine keeps up again")
+        if self._worst:
+            self._worst = max(self._worst, self._behind)
+            if self._behind <= KEEPS_UP_US:
+                self._tell_load(0)
+        elif self._behind <= BEHIND_US:
+            self._behind_since = None
+        elif self._behind_since is None:
+            self._behind_since = self._turn
+        elif self._turn - self._behind_since >= BEHIND_FOR_US:
+            self._worst = self._behind
+            self._tell_load(self._behind)
+
+    def _tell_load(self, late: Micros) -> None:
+        log.warning(
+            "overloaded: deadlines are given %.1f s late" if late else "the engine keeps up again; it was %.1f s late",
+            (late or self._worst) / SECOND,
+        )
+        self._handle(self._stamp(self._turn_at), inp.Behind(late, self._worst))
+        if not late:
+            self._worst, self._behind_since = 0, None
+
+    @property
+    def is_behind(self) -> bool:
+        """Return whether the engine comes late; may be called from any thread."""
+        return self._worst > 0
 
     def _wall_timers(self) -> bool:
         worked = False
@@ -370,7 +398,9 @@ class RealtimeDriver:
                 break
             _, seq, key = heapq.heappop(self._wall)
             if self._wall_live.get(key) == seq:
-                later = self.engine.put_off(key, self._turn)
+                agent = key.partition("|")[2]
+                heard = max(self._inbox.heard(agent), self.switchboard.heard(agent)) if key.startswith("live|") else 0
+                later = self.engine.put_off(key, self._turn, heard)
                 self._set_wall(key, later)
                 if later is not None:
                     continue

@@ -1,12 +1,13 @@
 """What each step must hold, whatever the others do: retries, time-outs, ignored failures, loops that wait, tidying up.
 
-E042 (`spinning`), E046, E065, E074 of an order that asks, W049 and W069. Called by `whole`.
+E042 (`spinning`), W102 (`haste`), E046, E065, E074 of an order that asks, W049 and W069. Called by `whole`.
 """
 
 from typing import Final
 
 from formiga_bt.lang.checks.contention import check_contention
 from formiga_bt.lang.checks.deadlock import check_blocks
+from formiga_bt.lang.checks.haste import check_haste
 from formiga_bt.lang.checks.same_machine import check_same_machine
 from formiga_bt.lang.checks.spinning import check_spin
 from formiga_bt.lang.model import (
@@ -137,6 +138,7 @@ class StepChecks:
                 self.problems.add("W049", step.mark, f"{what}: add timeout:", "such as: timeout: 10 min")
         if isinstance(step, Loop):
             check_spin(step, self.problems)
+        check_haste(step, self.problems)
         if step.ignore_failure:
             self._check_ignored(step)
         if isinstance(step, Fallback):

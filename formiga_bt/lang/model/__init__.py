@@ -36,7 +36,7 @@ from formiga_bt.lang.model.steps import (
     Who,
     WithAgents,
 )
-from formiga_bt.lang.model.task import MOST_VISITS, Task
+from formiga_bt.lang.model.task import MOST_VISITS, WAKES_A_SECOND, Task
 from formiga_bt.lang.model.world import (
     MIN_SPACING_M,
     ActionSpec,
@@ -52,6 +52,7 @@ __all__ = [
     "MIN_SPACING_M",
     "MOST_VISITS",
     "NOT_CONST",
+    "WAKES_A_SECOND",
     "ActionSpec",
     "AgentType",
     "Ask",

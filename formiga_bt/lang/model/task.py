@@ -11,6 +11,8 @@ from formiga_bt.lang.model.steps import Step, Subtree
 
 MOST_VISITS: Final = 10_000
 """Steps that the engine visits for a task at one moment; one that goes on beyond that is a runaway."""
+WAKES_A_SECOND: Final = 100
+"""So often an engine second a task's own clocks may wake it; beyond that its next deadline is rounded up."""
 
 
 @dataclass(frozen=True, slots=True)

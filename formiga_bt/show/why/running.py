@@ -2,7 +2,9 @@
 
 from collections.abc import Iterator
 
+from formiga_bt.engine.pace import throttled
 from formiga_bt.engine.records import GoalRecord, TaskRecord
+from formiga_bt.lang.model import WAKES_A_SECOND
 from formiga_bt.show.facts import Because
 from formiga_bt.show.why.follow import behind_gate, behind_task
 from formiga_bt.show.why.goals import goal_line, questions
@@ -36,6 +38,7 @@ def running(scene: Scene, task: TaskRecord) -> Iterator[Because]:
         yield Because("child", f"its task {child.id} is {child.status}{words}", f"formiga why {child.id}")
         yield from deeper(behind_task(scene, child, (task.id,)))
     yield from waits(scene, task)
+    yield from _throttled(scene, task)
     yield from _limits(scene, task)
     if task.section in ("on_failure", "on_abort", "finally", "recover") and not task.outcome:
         yield Because("section", f"it is in its section {task.section}")
@@ -50,6 +53,18 @@ def _with_step(scene: Scene, task: TaskRecord, goal: GoalRecord) -> Because:
     step = scene.step(task, goal.owner) if goal.owner and goal.owner[0] != "!" else None
     where = f", at {step.mark.file}:{step.mark.line}" if step is not None else ""
     return Because(line.code, line.text + where, line.hint, line.agent)
+
+
+def _throttled(scene: Scene, task: TaskRecord) -> Iterator[Because]:
+    """Tell that its waits are made longer, and which one was last."""
+    slow = throttled(scene.state, task, scene.now)
+    if slow is not None and slow.since is not None:
+        last = scene.place(task, slow.path)
+        most = f"more than {WAKES_A_SECOND} times a second"
+        text = (
+            f"it is throttled since {span(scene.now - slow.since)}: its waits would wake it {most}; the last at {last}"
+        )
+        yield Because("throttled", text, "wait longer, or wait_until a condition")
 
 
 def _limits(scene: Scene, task: TaskRecord) -> Iterator[Because]:

@@ -427,6 +427,38 @@ def test_a_goal_that_was_to_leave_before_a_standstill_is_looked_at_again(
     assert not [task for task in engine.state.tasks.values() if task.code]
 
 
+def test_an_engine_that_comes_late_tells_it_once_and_when_it_has_caught_up(
+    engine: WatchedEngine, wire: FakeTransport, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    driver = RealtimeDriver(engine, [wire])
+    late = [0]
+    now = driver.now()
+    monkeypatch.setattr(engine, "next_deadline", lambda: (now - late[0], "node|x|y"))
+    monkeypatch.setattr(driver, "_handle", lambda at, given: engine.inputs.append((at, given)))
+
+    for second, behind_s in enumerate((0.0, 1.9, 2.5, 2.5, 9.0, 3.0, 1.0, 0.4, 0.0, 2.5)):
+        driver._turn, late[0] = second * 1_000_000, round(behind_s * 1e6)
+        driver._note_load(now)
+        assert driver.is_behind == (3 <= second < 7), second
+
+    assert [given for _, given in engine.inputs] == [inp.Behind(2_500_000, 2_500_000), inp.Behind(0, 9_000_000)]
+
+
+def test_a_status_that_waits_for_its_turn_counts_as_heard(engine: WatchedEngine, wire: FakeTransport) -> None:
+    """Else an engine that comes late would take a machine for silent whose words it has."""
+    driver = Stopped(engine, [wire])
+    driver.start()
+    wire.put(AgentSeen(card()), StatusArrived(status()))
+    until(lambda: "live|lwd_1" in engine.state.wall)
+    driver.stop()
+    driver._turn = driver._wall_now() + 20_000_000
+    driver._inbox.put(inp.AgentStatusInput(replace(status(), seq=9), driver._turn - 1_000))
+
+    assert not driver._wall_timers()
+    assert engine.seen(inp.WallDue) == []
+    assert driver._inbox.heard("lwd_1") == driver._turn - 1_000
+
+
 def test_a_standstill_is_as_long_as_the_shortest_silence_that_counts(engine: WatchedEngine) -> None:
     catalogue = engine.core.catalogue
     lwd = catalogue.types["lwd"]

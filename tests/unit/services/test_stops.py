@@ -59,7 +59,7 @@ def test_the_same_order_again_stands_already(paper: Paper) -> None:
 def test_an_order_to_a_machine_that_is_not_heard_of_is_not_told_as_done(
     paper: Paper, landed: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("time.monotonic_ns", lambda: 12_000_000_000)
+    monkeypatch.setattr("time.clock_gettime_ns", lambda _: 12_000_000_000)
     silent = machine("hwd_1", liveness="SUSPECT", heard_wall=7 * SECOND, landed=landed)
     paper.then(AgentPut(silent), OrderPut("hwd_1", order("hwd_1", "hold")), held("operator:hwd_1"))
 
@@ -87,7 +87,7 @@ def test_an_order_to_a_machine_that_is_not_heard_of_is_not_told_as_done(
 def test_an_order_for_which_nothing_is_sent_tells_that_its_machine_is_silent(
     paper: Paper, stop: Any, landed: str, was: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("time.monotonic_ns", lambda: 12_000_000_000)
+    monkeypatch.setattr("time.clock_gettime_ns", lambda _: 12_000_000_000)
     silent = machine("hwd_1", liveness="SUSPECT", heard_wall=6 * SECOND, landed=landed)
     paper.then(AgentPut(silent), OrderPut("hwd_1", order("hwd_1", stop, state="done")))
     told = f"hwd_1 has not been heard of for 6 s; when it was, it {was}"
