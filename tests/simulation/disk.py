@@ -88,6 +88,10 @@ class MemoryJournal:
         """Return number and time of the last step."""
         return (self.rows[-1][0], self.rows[-1][1]) if self.rows else (0, 0)
 
+    def gone(self) -> str:
+        """Return what became of its files: nothing ever does."""
+        return ""
+
     def gaps(self) -> list[Gap]:
         """Return what is lost."""
         return self._gaps

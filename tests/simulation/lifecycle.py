@@ -279,9 +279,10 @@ TABLES: Final[Mapping[str, Mapping[str, tuple[str, ...]]]] = MappingProxyType({
         "on": ("-",),
     },
     "journal": {
-        "full": ("ok", "slow"),
-        "ok": ("full", "slow"),
-        "slow": ("full", "ok"),
+        "full": ("gone", "ok", "slow"),
+        "gone": ("full", "ok", "slow"),
+        "ok": ("full", "gone", "slow"),
+        "slow": ("full", "gone", "ok"),
     },
     "lockdown": {
         "-": ("hold", "land", "return"),
