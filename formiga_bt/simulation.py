@@ -21,6 +21,7 @@ from formiga_bt.geo import Place, Position
 from formiga_bt.lang.model import Port, Site, SiteAgent
 from formiga_bt.lang.scenario import Scenario, ScenarioFault, ScenarioOrder, ScenarioTask
 from formiga_bt.rehearsal import Rehearsal, simulated
+from formiga_bt.spending import Spending
 
 SETTLE_S = 1.0
 """Virtual time that agents have to announce themselves before the scenario's clock begins."""
@@ -289,10 +290,16 @@ class VirtualRun:
         scenario: what to play.
         seed: instead of the scenario's own.
         pace: told engine time as it passes; it may wait, for those who want to watch.
+        spending: what the run may use up, if there is a bound.
     """
 
     def __init__(
-        self, scenario: Scenario, *, seed: int | None = None, pace: Callable[[Micros], None] | None = None
+        self,
+        scenario: Scenario,
+        *,
+        seed: int | None = None,
+        pace: Callable[[Micros], None] | None = None,
+        spending: Spending | None = None,
     ) -> None:
         self.scenario = scenario
         self.rehearsal = Rehearsal(
@@ -302,6 +309,9 @@ class VirtualRun:
             specs_of(scenario),
             seed=scenario.seed if seed is None else seed,
         )
+        self._spending = spending
+        if spending is not None:
+            self.rehearsal.driver.listeners.append(spending.feed)
         self.played = Played()
         self.began: Micros = 0
         self._table = Timetable(scenario)
@@ -319,7 +329,11 @@ class VirtualRun:
         self.began = world.now
         self._table.begin(world.now)
         self._next()
-        return world.run_until(self._is_over, limit_s)
+        spending = self._spending
+        if spending is None:
+            return world.run_until(self._is_over, limit_s)
+        world.run_until(lambda: spending.is_over or self._is_over(), limit_s)
+        return self._is_over()
 
     def _is_over(self) -> bool:
         if self._pace is not None:

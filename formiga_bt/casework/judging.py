@@ -53,7 +53,7 @@ def _end(case: Case, came: Came) -> Iterator[Differs]:
     status = task.status.lower() if came.in_time else "no end"
     why = f" ({task.code}{f': {task.reason}' if task.reason else ''}{place(came.failed_at)})" if task.code else ""
     if status != expect.status:
-        yield Differs("status", expect.status, f"{status}{why}")
+        yield Differs("status", expect.status, f"{status}{why}" + (f": {came.given_up}" if came.given_up else ""))
     elif expect.code is not None and not is_code(expect.code, task.code):
         yield Differs("code", expect.code, f"{task.code or 'none'}{why}")
     if expect.max_time_s is not None and came.duration_s > expect.max_time_s:

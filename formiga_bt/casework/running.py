@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from contextlib import AbstractContextManager, nullcontext
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Final
 
 from agents_sim.referee import Verdict
@@ -16,6 +16,7 @@ from formiga_bt.engine.records import AgentRecord, TaskRecord
 from formiga_bt.lang.places import steps_around
 from formiga_bt.lang.scenario import Scenario, ScenarioTask
 from formiga_bt.simulation import VirtualRun
+from formiga_bt.spending import Spending
 from formiga_bt.transport.agent_side import CONFIRM
 
 LIMIT_S: Final = 12 * 3600.0
@@ -61,21 +62,25 @@ class Came:
     failed_at: Mark | None = None
     """Where in the tree the failure was."""
     refused_orders: tuple[str, ...] = ()
+    given_up: str = ""
+    """Why it was given up before its time, and which loop used most."""
 
 
-def play(cases: CaseFile, case: Case, coverage: Coverage | None = None) -> Came:
+def play(cases: CaseFile, case: Case, coverage: Coverage | None = None, spending: Spending | None = None) -> Came:
     """Play a case and return what came of it.
 
     Args:
         cases: its file.
         case: one of the file's.
         coverage: told what was reached.
+        spending: what it may use up; by default the usual bounds.
     """
+    spending = spending or Spending()
     scenario = Scenario(
         "case", cases.site, cases.catalogue, {task.name: task for task in (cases.task, *cases.requested)}, case.agents,
         (ScenarioTask(0, cases.task.name, case.params),), case.faults, case.orders, file=cases.file,
     )  # fmt: skip
-    run = VirtualRun(scenario)
+    run = VirtualRun(scenario, spending=spending)
     story = _Story(cases)
     mocks = Mocks(case, cases.task.name, run.rehearsal.scheduler, lambda: _roles_now(run, cases.task.name))
     mocks.install(run.rehearsal.sim)
@@ -85,7 +90,8 @@ def play(cases: CaseFile, case: Case, coverage: Coverage | None = None) -> Came:
             in_time = run.run(LIMIT_S)
         for step in run.steps:
             story.feed(step)
-        return _came(run, story, mocks, in_time=in_time)
+        given_up = "" if in_time else spending.reason(scenario.tasks)
+        return replace(_came(run, story, mocks, in_time=in_time), given_up=given_up)
     finally:
         run.close()
 

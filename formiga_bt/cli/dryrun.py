@@ -15,6 +15,7 @@ from formiga_bt.cli.inputs import UnusableFile, World, read_task, read_world, sh
 from formiga_bt.cli.params import ProfileOption, of_profile, read_params
 from formiga_bt.errors import FormigaError, TreeError
 from formiga_bt.packaged import folder
+from formiga_bt.spending import MOST_S, MOST_WAKES, Spending
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -26,6 +27,12 @@ if TYPE_CHECKING:
     from formiga_bt.show.facts import Because
     from formiga_bt.show.runlog import RunLog
 
+MostSteps = Annotated[
+    int, typer.Option(help="Give up after so many steps by the clocks of tasks (waits, rounds).", metavar="N", min=1)
+]
+MostSeconds = Annotated[
+    float, typer.Option(help="Give up after so many seconds of this computer.", metavar="S", min=0.1)
+]
 RULES = ("unsafe_starts", "low_flights")
 """What the referee counts besides crashes."""
 
@@ -53,6 +60,8 @@ def command(
     limit: Annotated[
         float, typer.Option(help="Give up after so many hours of virtual time.", metavar="HOURS", min=0.01)
     ] = 6.0,
+    most_steps: MostSteps = MOST_WAKES,
+    most_seconds: MostSeconds = MOST_S,
     gantt: Annotated[
         Path | None,
         typer.Option(
@@ -89,15 +98,22 @@ def command(
     specs = fleet_of(the_site, world.catalogue, scripts=scripts)
     tasks = with_requested(task, lambda path: _checked(path, world)[0])
     rehearsal = Rehearsal(simulated(the_site), world.catalogue, tasks, specs)
+    spending = Spending(most_steps, most_seconds)
+    rehearsal.driver.listeners.append(spending.feed)
     rehearsal.run_for(1.0)
     task_id = rehearsal.submit(task.name, values)
-    in_time = rehearsal.run_until_ended(task_id, limit_s=limit * 3600.0)
+    rehearsal.run_until(lambda: spending.is_over or rehearsal.ended(task_id), limit_s=limit * 3600.0)
+    in_time = rehearsal.ended(task_id)
     log = RunLog()
     for step in rehearsal.steps:
         log.feed(step)
     report = _report(rehearsal, log, task_id, answers)
     if not in_time:
-        report |= {"status": "UNFINISHED", "reason": f"given up after {limit:g} h", "duration_s": limit * 3600.0}
+        reason, lasted_s = spending.reason({one.name: one for one in tasks}), limit * 3600.0
+        if reason:
+            lasted_s = round((rehearsal.now - rehearsal.task(task_id).submitted_at) / 1e6, 1)
+        reason = reason or f"given up after {limit:g} h"
+        report |= {"status": "UNFINISHED", "reason": reason, "duration_s": lasted_s}
     told = _explained(rehearsal, log, tasks, task_id) if why else ("", [])
     if why and as_json:
         from msgspec import to_builtins

@@ -6,8 +6,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from formiga_bt.cli.dryrun import MostSeconds, MostSteps
 from formiga_bt.cli.inputs import UnusableFile, read_world, readable, rendered
 from formiga_bt.diagnostics import in_order
+from formiga_bt.spending import MOST_S, MOST_WAKES, Spending
 
 if TYPE_CHECKING:
     from formiga_bt.casework.cases import CaseFile
@@ -29,6 +31,8 @@ def command(
             help="Catalogue file; may be repeated. Default: the catalogue that ships with formiga.", metavar="FILE"
         ),
     ] = None,
+    most_steps: MostSteps = MOST_WAKES,
+    most_seconds: MostSeconds = MOST_S,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object instead of text.")] = False,
 ) -> None:
     """Play the cases of test files on the virtual clock.
@@ -49,7 +53,11 @@ def command(
     if not as_json:
         for text in rendered(in_order(problems), sources):
             typer.echo(text + "\n")
-    reports = [] if refused else [_play(one, only, quiet=as_json, with_coverage=coverage) for one in read]
+    reports = (
+        []
+        if refused
+        else [_play(one, only, (most_steps, most_seconds), quiet=as_json, with_coverage=coverage) for one in read]
+    )
     counts = [case["ok"] for report in reports for case in report["cases"]]
     if not refused and not counts:
         raise UnusableFile(f"no case has '{only}' in its name")
@@ -80,7 +88,7 @@ def test_files(paths: list[Path]) -> list[Path]:
     return list(dict.fromkeys(found))
 
 
-def _play(cases: "CaseFile", only: str, *, quiet: bool, with_coverage: bool) -> dict[str, Any]:
+def _play(cases: "CaseFile", only: str, most: tuple[int, float], *, quiet: bool, with_coverage: bool) -> dict[str, Any]:
     from formiga_bt.casework.coverage import Coverage
     from formiga_bt.casework.judging import judge
     from formiga_bt.casework.running import play
@@ -90,7 +98,7 @@ def _play(cases: "CaseFile", only: str, *, quiet: bool, with_coverage: bool) -> 
     for case in cases.cases:
         if only.lower() not in case.name.lower():
             continue
-        came = play(cases, case, coverage)
+        came = play(cases, case, coverage, Spending(*most))
         differs = judge(case, came)
         if not quiet:
             typer.echo("\n".join(_lines(cases, case.name, case.mark.line, came.duration_s, differs)))

@@ -204,3 +204,19 @@ def test_a_run_that_was_given_up_says_what_it_waits_for(capsys: Capture) -> None
     assert run(["dryrun", "--json", *PICK_UP, "--limit", "0.02", "--why"]) == 1
     because = json.loads(capsys.readouterr().out)["because"]
     assert (because[0]["code"], because[0]["agent"]) == ("goal.running", "hwd_1")
+
+
+HASTE = "  - repeat: 5 h\n    steps:\n      - wait: 1 ms\n"
+
+
+def test_a_loop_that_never_gets_on_is_given_up_and_named(tmp_path: Path, capsys: Capture) -> None:
+    path = written(tmp_path, HASTE)
+    assert run(["dryrun", "--json", path, "--most-steps", "500"]) == 1
+    report = json.loads(capsys.readouterr().out)
+    assert report["status"] == "UNFINISHED"
+    assert f"{path}:4" in report["reason"]
+    assert "steps[0]" in report["reason"]
+    assert report["duration_s"] < 60
+
+    assert run(["dryrun", "--json", path, "--most-seconds", "0.1"]) == 1
+    assert f"{path}:4" in json.loads(capsys.readouterr().out)["reason"]

@@ -169,3 +169,17 @@ class TestProfiles:
         err = capsys.readouterr().err
         for line in (":1:18: E007:", ":2:10: E008:", ":3:1: E004:", ":4:8: E008:"):
             assert f"{bad}{line}" in err
+
+
+def test_a_case_whose_loop_never_gets_on_is_given_up_and_the_loop_named(tmp_path: Path, capsys: Capture) -> None:
+    task = tmp_path / "hasty.yaml"
+    task.write_text("formiga: 1\ntask: Hasty\nsteps:\n  - repeat: 5 h\n    steps:\n      - wait: 1 ms\n")
+    file = tmp_path / "hasty.test.yaml"
+    file.write_text(
+        "formiga_test: 1\ntask: hasty.yaml\nsite: demo-site.yaml\ncases:\n  - name: ends\n    expect: {status: succeeded}\n"
+    )
+    assert run(["test", "--json", str(file), "--most-steps", "500"]) == 1
+    (case,) = json.loads(capsys.readouterr().out)["files"][0]["cases"]
+    (differs,) = case["differs"]
+    assert differs["what"] == "status"
+    assert "hasty.yaml:4" in differs["came"]
