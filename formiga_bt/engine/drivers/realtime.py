@@ -48,8 +48,10 @@ BEHIND_US: Final[Micros] = 2 * SECOND
 """An engine whose deadlines are given so late (engine time) for `BEHIND_FOR_US` is overloaded, which is an alarm."""
 BEHIND_FOR_US: Final[Micros] = SECOND
 """Wall time: what one long step leaves behind is made up sooner."""
-KEEPS_UP_US: Final[Micros] = SECOND // 2
-"""One whose deadlines are given no later than so has caught up."""
+BEHIND_WALL_US: Final[Micros] = SECOND // 2
+"""At a high speed engine time passes quickly: to be overloaded is to be late by so much wall time, too."""
+KEEPS_UP: Final = 4
+"""One whose deadlines are late by less than a fourth of that has caught up."""
 
 STANDSTILL_US: Final[Micros] = 3 * SECOND
 """The engine stood still for so long: at most. It is as long as the shortest silence after which a machine is not trusted, and
@@ -365,11 +367,12 @@ class RealtimeDriver:
     def _note_load(self, now: Micros) -> None:
         due = self.engine.next_deadline()
         self._behind = max(0, now - due[0]) if due is not None else 0
+        most = max(BEHIND_US, round(BEHIND_WALL_US * self.clock.rate))
         if self._worst:
             self._worst = max(self._worst, self._behind)
-            if self._behind <= KEEPS_UP_US:
+            if self._behind <= most // KEEPS_UP:
                 self._tell_load(0)
-        elif self._behind <= BEHIND_US:
+        elif self._behind <= most:
             self._behind_since = None
         elif self._behind_since is None:
             self._behind_since = self._turn
