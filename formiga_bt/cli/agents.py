@@ -45,7 +45,8 @@ def command(
 ) -> None:
     """List machines and people, or say what became of one.
 
-    clear: you have looked at a quarantined machine and trust it again; it comes home if it may be airborne.
+    clear: you have looked at a machine that is quarantined, or was started anew, and trust it again; it comes home if it may be
+    airborne.
     removed: you have taken away a machine that counts as lost; others may fly and land where it was. You type its name.
     handback: short for formiga handback ID --end. Example: formiga agents clear hwd_1
     """

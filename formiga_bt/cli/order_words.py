@@ -57,7 +57,11 @@ def in_words(reply: dict[str, Any]) -> str:
     lines += [f"  {one['text']}" for one in reply["ordered"] if one["text"] not in reply["text"]]
     for one in reply["skipped"]:
         said = one["text"].removeprefix(one["who"]).lstrip(": ")
-        waits = one["code"] in ("held", "cannot_continue")  # a task that waits for a word, not one that was not reached
+        waits = one["code"] in (
+            "held",
+            "cannot_continue",
+            "order_under_way",
+        )  # a task that waits for a word, not one that was not reached
         mark = "UNSURE" if one["code"] == "suspect" else "NOT"
         lines.append(f"  {one['text']}" if waits else f"  {mark} {one['who']}: {said} ({one['code']})")
         if one["hint"]:

@@ -1,7 +1,8 @@
 """Clearance: a person's word that people stand clear of a start or landing away from ports.
 
 The engine asks by itself when the machine is there: first the people of the task's own questions, then the site's watchers.
-`clear` lets the goal go within 60 s and 5 m of the spot asked about; `wait` asks again after 30 s; `refuse`, or no word
+`clear` lets the goal go within 60 s and 5 m of the spot asked about, unless the machine is started anew, moved, lands or
+takes off meanwhile: then the word, or the question for it, is over. `wait` asks again after 30 s; `refuse`, or no word
 within 5 min, ends it: a machine on the ground stays there and its task ends `no_clearance`; one in the air keeps asking until
 its reserve and 3 min are near, then its step fails and it recovers. An `ask` with `clears` gives the same word, for the spot
 where the machine stands or hovers.
@@ -23,13 +24,15 @@ from formiga_bt.lang import model
 from formiga_bt.lang.walk import children
 from formiga_bt.nodes.run import AskOrder
 from formiga_bt.safety.charge import way_home
-from formiga_bt.safety.gate import CLEARED_M, is_cleared
+from formiga_bt.safety.gate import CLEARANCE_LIFE_US, CLEARED_M, is_cleared
 from formiga_bt.transport.messages import Clearance
 
 ANSWER_US = 300 * SECOND
 AGAIN_US = 30 * SECOND
 ESCALATE_US = 60 * SECOND
 MARGIN_S = 180.0
+STRAYED_M = 15.0
+"""One that hovers, and is this far from where it was asked about, is elsewhere: wind moves it less."""
 LONGEST_S = 86_400.0
 """What hardly drains waits no longer than that, either."""
 OPTIONS = ("clear", "wait", "refuse")
@@ -64,7 +67,7 @@ class Clearances:
             return None
         clearance, place = self.given(goal.agent), self.place(goal.agent)
         if clearance is not None:
-            self._core.emit(ch.ClearancePut(goal.agent, None))
+            self._end(self._core.state.clearances[goal.agent])
         self.withdraw(goal)  # it goes without the word that it waited for: the machine was carried to a port meanwhile
         return clearance if is_cleared(clearance, place, self._spot(goal), self._core.now) else None
 
@@ -84,11 +87,13 @@ class Clearances:
             if record.goal == goal.id and _near(record.place, spot):
                 return
             self._end(record)  # of another goal, or it has moved meanwhile: the word would be for another spot
+        agent = core.state.agents[goal.agent]
         core.emit(
             ch.ClearancePut(
                 goal.agent,
                 ClearanceRecord(
-                    agent=goal.agent, task=goal.task, goal=goal.id, n=0, state="asked", opened_at=core.now, place=spot
+                    agent=goal.agent, task=goal.task, goal=goal.id, n=0, state="asked", opened_at=core.now, place=spot,
+                    here=_ground(agent), landed=agent.landed,
                 ),
             )
         )  # fmt: skip
@@ -179,8 +184,7 @@ class Clearances:
 
     def grant(self, agent_id: str, by: str) -> None:
         """A person said in a tree that people stand clear of this machine: of the spot where it stands, or hovers over."""
-        position = self._core.state.agents[agent_id].position
-        self._given(agent_id, by, position.ground if position is not None else None)
+        self._given(agent_id, by, _ground(self._core.state.agents[agent_id]))
 
     def _given(self, agent_id: str, by: str, place: Place | None) -> None:
         core = self._core
@@ -194,17 +198,21 @@ class Clearances:
                 ClearanceRecord(
                     agent=agent_id, task=agent.task, goal="", n=0, state="given",
                     opened_at=core.now, by=by, given_at=core.now, place=place,
+                    here=_ground(agent), landed=agent.landed,
                 ),
             )
         )  # fmt: skip
+        core.set_deadline(f"clear|{agent_id}", core.now + CLEARANCE_LIFE_US)
         core.stale.add(EVERYTHING)
 
     def on_deadline(self, word: str, agent_id: str) -> None:
         """Ask again after `wait`, or give up."""
         record = self._core.state.clearances.get(agent_id)
-        if record is None or record.state not in ("asked", "waiting"):
+        if record is None:
             return
-        if word == "clearwait":
+        if record.state == "given":
+            self._end(record)
+        elif word == "clearwait":
             self._ask(agent_id)
         else:
             late = "" if self._core.state.agents[agent_id].landed == "grounded" else " before its reserve was near"
@@ -231,6 +239,28 @@ class Clearances:
         if record is not None and record.goal == goal.id:
             self._end(record)
 
+    # -- what the machine does meanwhile -------------------------------------------------------------------------
+    def review(self, agent_id: str) -> None:
+        """A machine has told how it is: a word, or a question for one, ends when what it is for is so no more.
+
+        It has landed or taken off meanwhile, or is elsewhere: its pilot, its own failsafe, an order, or people moved it.
+        """
+        record = self._core.state.clearances.get(agent_id)
+        if record is None:
+            return
+        agent = self._core.state.agents[agent_id]
+        here = _ground(agent)
+        limit_m = CLEARED_M if agent.landed == "grounded" else STRAYED_M
+        moved = here is not None and record.here is not None and horizontal_m(here, record.here) > limit_m
+        if moved or {record.landed, agent.landed} == {"grounded", "airborne"}:
+            self._end(record)
+
+    def forget(self, agent_id: str) -> None:
+        """The process of a machine was started anew: no word for it counts any more, and none is asked for."""
+        record = self._core.state.clearances.get(agent_id)
+        if record is not None:
+            self._end(record)
+
     def _end(self, record: ClearanceRecord) -> None:
         core = self._core
         self._people.close(f"clear/{record.agent}/{record.n}")
@@ -238,6 +268,10 @@ class Clearances:
         core.clear_deadline(f"clearwait|{record.agent}")
         core.emit(ch.ClearancePut(record.agent, None))
         unhold(core, record.task, f"clearance:{record.agent}")
+
+
+def _ground(agent: AgentRecord) -> Place | None:
+    return agent.position.ground if agent.position is not None else None
 
 
 def _near(a: Place | None, b: Place | None) -> bool:

@@ -98,7 +98,11 @@ class Command:
         elif target:
             tasks = [core.task(one) for one in family(core.state.tasks, self._task(target).id)]
             machines = [agent for task in tasks for agent in self._orders.machines_of(task)]
-            self._continue_machines(machines, target, tasks)
+            if tasks[0].system_agent and "resume" in tasks[0].held:
+                self._check_can_continue(machines[0])
+                unhold(core, target, "resume")  # the order that it carries out stands
+            else:
+                self._continue_machines(machines, target, tasks)
         else:
             for task_id in list(core.open):
                 if any(_waits_for_word(cause) for cause in core.task(task_id).held):
@@ -107,6 +111,15 @@ class Command:
                 self._try_continue(name)
 
     def _try_continue(self, target: str) -> None:
+        """Let go on what waits, of everything: a machine that an order brings home, or down, is named by whoever ends that."""
+        core = self._core
+        named = [target]
+        if target not in core.state.agents and not core.task(target).system_agent:
+            tasks = [core.task(one) for one in family(core.state.tasks, target)]
+            named = [agent.id for task in tasks for agent in self._orders.machines_of(task)]
+        orders = core.state.orders
+        if any(orders[one].brings_down for one in named if one in orders):
+            return
         try:
             self._continue(target)
         except TaskError:
@@ -199,8 +212,8 @@ class Command:
         self._tasks.poke_allocator()
 
     def _clear(self, agent: AgentRecord) -> None:
-        if agent.pool != "QUARANTINED":
-            raise TaskError("not_quarantined", f"{agent.id} is not quarantined")
+        if agent.pool != "QUARANTINED" and not agent.rebooted:
+            raise TaskError("not_quarantined", f"{agent.id} is not quarantined, and was not started anew")
         if agent.refused:
             raise TaskError("not_admitted", f"{agent.id} is not admitted: {agent.refused}")
         if agent.liveness != "ALIVE":
@@ -210,7 +223,9 @@ class Command:
         if agent.quarantine == DOUBLE:
             text = f"two processes say that they are {agent.id}: end one of them; it comes back by itself then"
             raise TaskError("double", text)
-        self._fleet.begin_return(agent.id)
+        self._fleet.trust_again(agent.id)
+        if agent.pool == "QUARANTINED":
+            self._fleet.begin_return(agent.id)
 
     def _removed(self, agent: AgentRecord, by: str) -> None:
         if agent.liveness != "LOST":

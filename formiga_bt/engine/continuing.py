@@ -85,6 +85,8 @@ def way_on(state: EngineState, task: str, machines: Iterable[AgentRecord], actio
         if agent.control == "engine" and agent.taken:
             return f"formiga handback {agent.id} --continue|--return|--end"
         problem = obstacle(state, agent, action)
+        if problem is not None and problem[0] == "rebooted":
+            return f"formiga agents clear {agent.id}"
         if problem is not None and problem[0] == "cannot_continue":
             return f"formiga restart {task} or formiga abort {task}"
         if problem is not None or agent.control != "engine":
@@ -105,6 +107,8 @@ def obstacle(state: EngineState, agent: AgentRecord, action: Lookup) -> tuple[st
             "order_under_way",
             f"{agent.id} is on its way ({order.stop}); let it end, or formiga hold {agent.id} first",
         )
+    if agent.rebooted and agent.seq >= 0:  # else it has announced itself only, and may fly
+        return "rebooted", f"{agent.id} was started anew; look at it, then: formiga agents clear {agent.id}"
     for goal in waiting(state, agent):
         text = cannot(state, goal, agent, action)
         if text and goal.section == "steps":

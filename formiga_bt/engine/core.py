@@ -39,6 +39,7 @@ GATE_READS: Final = (
     "landed",
     "control",
     "taken",
+    "rebooted",
     "goal",
     "task",
     "liveness",

@@ -88,7 +88,7 @@ class Engine:
         self.allocation = Allocation(core, self.tasks, self.fleet, policy)
         self.fleet.goals, self.fleet.people, self.fleet.tasks = self.goals, self.people, self.tasks
         self.fleet.orders, self.fleet.breaches, self.tasks.orders = self.orders, self.breaches, self.orders
-        self.gatekeeper.clearances = self.clearances
+        self.gatekeeper.clearances = self.fleet.clearances = self.clearances
         self.clearances.tasks = self.tasks
         self.tasks.allocation, self.tasks.admit = self.allocation, self.authority.admit
         self.rescue = Rescue(core, self.goals, self.people, self.tasks)

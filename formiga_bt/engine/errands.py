@@ -9,6 +9,7 @@ from typing import Protocol
 from formiga_bt.engine import changes as ch
 from formiga_bt.engine.core import Core
 from formiga_bt.engine.goals import Goals
+from formiga_bt.engine.holds import unhold
 from formiga_bt.engine.ports import AllocationPort
 from formiga_bt.engine.records import Stop, TaskRecord
 from formiga_bt.engine.recovery import UNDER_WAY, Recovery
@@ -92,6 +93,15 @@ class Errands:
         for goal in [g for g in core.index.goals_of(agent_id) if g.task == task_id]:
             if goal.state in ("gated", "interrupted") and core.action(goal.action).requires == "airborne":
                 self._goals.end(goal.id, "canceled", "requires", f"{agent_id} stands on the ground")
+
+    def flies(self, agent_id: str) -> None:
+        """A machine is in the air: what brings it home waits for no word of a person any more, whatever outage there was."""
+        core = self._core
+        order, agent = core.state.orders.get(agent_id), core.state.agents[agent_id]
+        for task_id in (order.task if order is not None else "", agent.task):
+            task = core.state.tasks.get(task_id)
+            if task is not None and task.system_agent == agent_id:
+                unhold(core, task_id, "resume")
 
     def start_recover(self, agent_id: str) -> None:
         """Start the system task that brings a machine home, unless an order does."""

@@ -20,7 +20,7 @@ from formiga_bt.engine.boots import DOUBLE, Boots
 from formiga_bt.engine.core import Core
 from formiga_bt.engine.holds import hold
 from formiga_bt.engine.inputs import Alarm, CancelGoal, Notify, QueryGoal
-from formiga_bt.engine.ports import BreachPort, GoalPort, OrderPort, PeoplePort, TaskPort
+from formiga_bt.engine.ports import BreachPort, ClearancePort, GoalPort, OrderPort, PeoplePort, TaskPort
 from formiga_bt.engine.records import AgentRecord, GoalRecord
 from formiga_bt.geo import distance_m, horizontal_m
 from formiga_bt.safety.gate import AT_PORT_M
@@ -46,6 +46,7 @@ class Fleet:
     tasks: TaskPort
     orders: OrderPort
     breaches: BreachPort
+    clearances: ClearancePort
 
     def __init__(self, core: Core) -> None:
         self._core = core
@@ -135,9 +136,11 @@ class Fleet:
             stamp=status.stamp,
             heard_at=core.now,
             heard_wall=wall or agent.heard_wall,
+            rebooted=agent.rebooted and not (status.landed == "airborne" and status.control == "engine"),
             bad=0,
         )
         self._mark_alive(agent.id, wall)
+        self.clearances.review(agent.id)
         self._take_back(agent.id, wall)
         if agent.quarantine == REMOVED and status.landed == "airborne":
             text = f"{agent.id} is in the air, although a person said that it was removed"
@@ -155,6 +158,8 @@ class Fleet:
             self.breaches.look(agent.id, status.last_goal)
             if status.landed == "grounded" and agent.landed != "grounded" and agent.task:
                 self.tasks.errands.grounded(agent.task, agent.id)
+            if status.landed == "airborne" and agent.landed != "airborne":
+                self.tasks.errands.flies(agent.id)
         if status.last_goal and status.last_goal != told_of:
             self._find_lost_result(status)
         if agent.pool in ("STANDBY", "PARKED_AWAY") and not agent.task:
@@ -319,8 +324,15 @@ class Fleet:
         """Its process is another one: what it did before ended unknown."""
         self._boots.begin(agent, boot_id, wall)
         self.goals.lose(agent.id, "in_doubt", "in_doubt")
-        # A machine whose process starts anew hovers where it says.
-        self._core.put_agent(agent.id, lost_leg=None, lost_area=None)
+        if agent.human:
+            return
+        # A machine whose process starts anew hovers where it says, or stands: it has yet to tell.
+        self._core.put_agent(agent.id, lost_leg=None, lost_area=None, rebooted=True)
+        self.clearances.forget(agent.id)
+
+    def trust_again(self, agent_id: str) -> None:
+        """A person has looked at a machine whose process was started anew, or a task is granted it."""
+        self._core.put_agent(agent_id, rebooted=False)
 
     # -- quarantine ----------------------------------------------------------------------------------------------
     def quarantine(self, agent_id: str, why: str) -> None:

@@ -8,7 +8,7 @@ wait for each other is `engine.room`.
 from formiga_bt.engine import changes as ch
 from formiga_bt.engine.core import EVERYTHING, Core
 from formiga_bt.engine.gateview import GateView
-from formiga_bt.engine.inputs import SendGoal
+from formiga_bt.engine.inputs import Alarm, SendGoal
 from formiga_bt.engine.ports import ClearancePort
 from formiga_bt.engine.records import BUSY, GoalRecord
 from formiga_bt.engine.room import Room
@@ -75,10 +75,18 @@ class Gatekeeper:
             return
         if goal.code != no.code or goal.text != no.whom:
             goal = self._core.put_goal(goal.id, code=no.code, text=no.whom)
+            if no.code == "rebooted":
+                self._tell_of_rebooted(goal)
         if no.code == "clearance":
             self.clearances.need(goal)
         elif no.code in BUSY:
             self.room.waits(goal)
+
+    def _tell_of_rebooted(self, goal: GoalRecord) -> None:
+        knows = self._core.state.agents[goal.agent].landed == "grounded"
+        stands = "stands" if knows else "does not know whether it stands"
+        text = f"{goal.agent} was started anew and {stands}; {goal.action} waits until you have looked at it"
+        self._core.effect(Alarm("rebooted", f"{text}: formiga agents clear {goal.agent}", goal.task, goal.agent))
 
     def _send_at_once(self, goal: GoalRecord) -> Verdict:
         verdict = self.verdict(goal)
@@ -90,10 +98,12 @@ class Gatekeeper:
 
     def _send(self, goal: GoalRecord, go: Go) -> None:
         core = self._core
+        place = self.clearances.place(goal.agent)
         clearance = self.clearances.take(goal)
         self.room.forget(goal.id)
         goal = core.put_goal(
-            goal.id, state="sent", code="", text="", leg=go.leg, area=go.area, sent_at=core.now, clearance=clearance
+            goal.id, state="sent", code="", text="", leg=go.leg, area=go.area, sent_at=core.now, clearance=clearance,
+            cleared=place if clearance is not None else None,
         )  # fmt: skip
         agent = core.state.agents[goal.agent]
         if not agent.human:
@@ -124,8 +134,15 @@ class Gatekeeper:
         )
 
     def may_resend(self, goal: GoalRecord) -> bool:
-        """Return whether a goal that its agent never had may go now as it is: who commands, and the word it carries."""
-        return may_go_again(self.view.ask(goal), goal.clearance, self._core.now)
+        """Return whether a goal that its agent never had may go now as it is: who commands, and the word it carries.
+
+        After the engine was away rotors start where the machine says that it is now, not where it was left.
+        """
+        core = self._core
+        resume, agent = core.state.resume, core.state.agents[goal.agent]
+        if resume is not None and agent.heard_at <= resume.at and core.action(goal.action).starts_rotors:
+            return False
+        return may_go_again(self.view.ask(goal), goal.clearance, goal.cleared, self._core.now)
 
     def resend(self, goal: GoalRecord) -> None:
         """Send a goal again that its agent never had, under the same id."""

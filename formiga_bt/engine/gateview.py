@@ -25,7 +25,9 @@ SUN_EVERY_US: Micros = 60 * SECOND
 SPARE: Final = 64
 """So many goals that wait no more are never too many to keep in mind."""
 
-_seen = attrgetter("present", "liveness", "pool", "control", "taken", "goal", "position", "landed", "home")
+_seen = attrgetter(
+    "present", "liveness", "pool", "control", "taken", "rebooted", "goal", "position", "landed", "home"
+)  # fmt: skip
 """What a machine's record adds to `Ask`."""
 _flown = attrgetter(
     "position", "landed", "stood_at", "battery", "payload_kg", "wind", "layer_m", "home", "limits"
@@ -95,7 +97,7 @@ class GateView:
             return Ask(
                 agent=agent.id, task=goal.task, human=True, reachable=reachable(agent), control="engine", deposed=deposed,
                 unsettled=self._is_unsettled(agent.id),
-                locked=self._locked(goal, task), held=bool(task and _holds(task.held, agent.id, goal.section)),
+                locked=self._locked(goal, task), held=bool(task and _holds(task, agent, goal.section)),
             )  # fmt: skip
         spec = core.action(goal.action)
         target = goal.fields.get(spec.moves_to) if spec.moves_to else None
@@ -121,7 +123,9 @@ class GateView:
             stopped=self._stopped(goal),
             locked=self._locked(goal, task),
             unsettled=self._is_unsettled(agent.id),
-            held=bool(task and _holds(task.held, agent.id, goal.section)),
+            goes_home=goal.section == "recover",
+            rebooted=agent.rebooted,
+            held=bool(task and _holds(task, agent, goal.section)),
             requires="" if goal.safety else spec.requires,
             position=agent.position,
             landed=agent.landed,
@@ -320,11 +324,13 @@ class GateView:
 _order = attrgetter("order")
 
 
-def _holds(held: tuple[str, ...], agent: str, section: str) -> bool:
+def _holds(task: TaskRecord, agent: AgentRecord, section: str) -> bool:
+    held = task.held
     if section != "steps":  # cleanup and the way home go on; but only a person hands a machine back that was taken over
-        return f"take-over:{agent}" in held or ("resume" in held and section != "recover")
+        stands = bool(task.system_agent) and agent.landed == "grounded"
+        return f"take-over:{agent.id}" in held or ("resume" in held and (section != "recover" or stands))
     # The clearance that a goal's own agent waits for is judged by the gate itself.
-    return any(cause != f"clearance:{agent}" for cause in held)
+    return any(cause != f"clearance:{agent.id}" for cause in held)
 
 
 def reachable(agent: AgentRecord) -> bool:

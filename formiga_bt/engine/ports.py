@@ -58,7 +58,7 @@ class PeoplePort(Protocol):
 
 
 class ClearancePort(Protocol):
-    """`Clearances`, for the gatekeeper."""
+    """`Clearances`, for the gatekeeper and the fleet."""
 
     def given(self, agent_id: str) -> Clearance | None:
         """Return the word that stands for a machine."""
@@ -82,6 +82,14 @@ class ClearancePort(Protocol):
 
     def patience_us(self, agent: AgentRecord) -> int:
         """Return how long a machine may wait where it is."""
+        ...
+
+    def review(self, agent_id: str) -> None:
+        """A machine has told how it is."""
+        ...
+
+    def forget(self, agent_id: str) -> None:
+        """The process of a machine was started anew."""
         ...
 
 
@@ -129,6 +137,10 @@ class ErrandPort(Protocol):
 
     def grounded(self, task_id: str, agent_id: str) -> None:
         """A machine of a task stands on the ground now."""
+        ...
+
+    def flies(self, agent_id: str) -> None:
+        """A machine is in the air."""
         ...
 
     def start_recover(self, agent_id: str) -> None:

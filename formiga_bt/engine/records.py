@@ -79,6 +79,11 @@ class StandingOrder(Struct, frozen=True, kw_only=True, omit_defaults=True):
     goal: str = ""
     """The safety goal of a `cut`."""
 
+    @property
+    def brings_down(self) -> bool:
+        """Return whether it brings its machine home, or down, and has not done so yet."""
+        return self.stop in ("return", "land") and self.state == "open"
+
 
 class Lockdown(Struct, frozen=True):
     """Nothing starts and nothing goes on; what flies does `how`."""
@@ -335,6 +340,9 @@ class AgentRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
     """Processes of it that were heard before this one (`engine.boots`)."""
     boot_wall: Micros = 0
     """Wall time since which this one is, or since which it and another speak in turn."""
+    rebooted: bool = False
+    """Its process was started anew, and it has not said since that it flies: nothing but stops is sent to it until a person
+    clears it or a task is granted it. One that flies keeps its way home."""
     twice_wall: Micros = 0
     """Wall time at which a second one was last heard beside it, to a second."""
     seq: int = -1
@@ -395,6 +403,8 @@ class GoalRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
     area: Area | None = None
     """The area at one height that it explores: nobody else may come near while it does."""
     clearance: Clearance | None = None
+    cleared: Place | None = None
+    """The spot that the clearance is for."""
 
     @property
     def ended(self) -> bool:
@@ -521,6 +531,10 @@ class ClearanceRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
     given_at: Micros | None = None
     place: Place | None = None
     """The spot that the word is for."""
+    here: Place | None = None
+    """Where the machine was when it was asked for, or given."""
+    landed: Landed = "unknown"
+    """Whether it stood there."""
 
 
 class Before(Struct, frozen=True):

@@ -56,7 +56,9 @@ class Recovery:
         found = []
         for agent_id in task.granted:
             agent = self._core.state.agents[agent_id]
-            if agent.human or not self._has(task, agent) or (agent.landed == "grounded" and task.stop != "return"):
+            if agent.human or not self._has(task, agent):
+                continue
+            if self._is_down(agent, "fetch" if task.stop == "return" else "recover"):
                 continue
             if self._way(task, agent) is None or self.is_under_way(task.id, agent_id) or self._ordered(task, agent_id):
                 continue
@@ -170,7 +172,7 @@ class Recovery:
         core.emit(ch.ScopePut(task_id, ended.section, None))
         agent = core.state.agents[agent_id]
         code = ended.failure.code if ended.failure is not None else ""
-        if ended.failure is None or (agent.landed == "grounded" and now.way != "fetch"):
+        if ended.failure is None or self._is_down(agent, now.way):
             self._set(task_id, replace(now, state="done"))  # also one that its pilot or its failsafe has landed
         elif not self._has(task, agent):
             self._set(task_id, replace(now, state="failed"))
@@ -200,12 +202,16 @@ class Recovery:
         agent = self._core.state.agents[agent_id]
         if not self._has(task, agent) or self._ordered(task, agent_id):
             self._set(task_id, replace(last, state="failed"))
-        elif agent.landed == "grounded" and last.way != "fetch":
+        elif self._is_down(agent, last.way):
             self._set(task_id, replace(last, state="done"))
         else:
             self._try(task_id, agent_id, last.attempt + 1)
         self._core.touch(task_id)
         self.proceed(task_id)
+
+    def _is_down(self, agent: AgentRecord, way: Way) -> bool:
+        """Return whether nothing of a way home is left to do: one that is fetched must stand at its port."""
+        return agent.landed == "grounded" and (way != "fetch" or self._fleet.at_port(agent))
 
     def _note(self, task_id: str, text: str) -> None:
         self._core.put_task(task_id, notes=(*self._core.task(task_id).notes, text))
@@ -287,8 +293,9 @@ class Recovery:
 
     def overdue(self, task_id: str, agent_id: str) -> None:
         """The estimate is over: an alarm each minute. Who waits for a spot on which another stands looks for another spot."""
-        self._tasks.alarm("recover_slow", f"{agent_id} is not home yet", task_id, agent_id)
         core = self._core
+        if "resume" not in core.task(task_id).held:  # else it stands, and a person has been asked what becomes of it
+            self._tasks.alarm("recover_slow", f"{agent_id} is not home yet", task_id, agent_id)
         if any(r.agent == agent_id and r.way == "land" for r in core.task(task_id).recovering):
             for goal in core.index.goals_of(agent_id):
                 if goal.task == task_id and goal.state == "gated" and goal.code == "spot_busy":

@@ -118,6 +118,8 @@ class Tasks:
             refs = tuple(AgentRef(a) for a in agents)
             core.emit(ch.VarPut(task_id, "", role, refs if role in lists else refs[0]))
         machines = tuple(dict.fromkeys(a for group in roles.values() for a in group))
+        for agent in machines:
+            self._fleet.trust_again(agent)
         core.clear_deadline(task_deadline(task_id, "wait"))
         core.put_task(task_id, status="ASSIGNED", roles=roles, granted=machines, assigned_at=core.now)
         core.put_task(task_id, status="ACTIVE", section="steps", active_at=core.now)
@@ -137,6 +139,8 @@ class Tasks:
         held = {**task.roles, **{role: (*task.roles.get(role, ()), *agents) for role, agents in roles.items()}}
         granted = tuple(dict.fromkeys((*task.granted, *(agent for group in roles.values() for agent in group))))
         anew = {agent for group in roles.values() for agent in group}
+        for agent in dict.fromkeys(agent for group in roles.values() for agent in group):
+            self._fleet.trust_again(agent)
         recovering = tuple(replace(r, first=r.attempt + 1) if r.agent in anew else r for r in task.recovering)
         rebinds = [agent for role in request.roles if role.rebind for agent in roles[role.role]]
         rebinds += [agent for agent in task.rebinds if not any(agent in agents for agents in roles.values())]

@@ -50,6 +50,10 @@ class Ask(Struct, frozen=True, kw_only=True, gc=False):
     """What lockdown makes the fleet do, if it holds this goal back."""
     unsettled: bool = False
     """It is not known yet what the agent did while the engine was away."""
+    goes_home: bool = False
+    """It is part of a way home."""
+    rebooted: bool = False
+    """Its process was started anew, it has not said since that it flies, and nobody has cleared it."""
     held: bool = False
     """Its task is held and the goal comes from `steps`."""
     requires: str = ""
@@ -171,6 +175,10 @@ def _command(ask: Ask) -> Verdict | None:
         return Hold("lockdown", ask.locked)
     if ask.unsettled and not ask.safety:
         return Hold("reconcile", ask.agent)
+    if ask.goes_home and ask.starts_rotors and _is_home(ask):
+        return Refuse("at_port", f"{ask.agent} stands at its port: it is home")
+    if ask.rebooted and not ask.exempt_clearance:
+        return Hold("rebooted", ask.agent)
     if ask.busy and not ask.safety:
         return Hold("draining", ask.busy)
     if ask.held:
@@ -178,12 +186,16 @@ def _command(ask: Ask) -> Verdict | None:
     return None
 
 
-def may_go_again(ask: Ask, word: Clearance | None, now: Micros) -> bool:
+def _is_home(ask: Ask) -> bool:
+    home, here = ask.home, ask.position
+    return ask.landed == "grounded" and home is not None and here is not None and horizontal_m(home, here) < AT_PORT_M
+
+
+def may_go_again(ask: Ask, word: Clearance | None, given_for: Place | None, now: Micros) -> bool:
     """Return whether a goal that was sent and never arrived may be sent again as it is, with the word it carries."""
     if ask.deposed or (not ask.human and _command(ask) is not None):
         return False
-    fresh = word is not None and now - word.at <= CLEARANCE_LIFE_US
-    return ask.human or fresh or not needs_clearance(ask)
+    return ask.human or not needs_clearance(ask) or is_cleared(word, given_for, spot_of(ask), now)
 
 
 def _spot(ask: Ask, traffic: Sequence[Traffic], min_spacing_m: float) -> Verdict | None:

@@ -205,7 +205,7 @@ def _agents(app: FastAPI, orders: Orders) -> None:
 
     @app.post("/v1/agents/{agent}/clear", tags=["agents"])
     def clear(agent: str, body: m.ByBody | None = None) -> m.Reply:
-        """Take a quarantined agent back, once a person has looked at it."""
+        """Take a quarantined agent back, or one whose process was started anew, once a person has looked at it."""
         return m.Reply(text=orders.clear(agent, (body or m.ByBody()).by or "http"))
 
     @app.post("/v1/agents/{agent}/removed", tags=["agents"])

@@ -96,7 +96,8 @@ def after_stop(state: EngineState, order: str, target: str, catalogue: Catalogue
     if order == "cut":
         return ["formiga agents"]
     if not target:
-        ready = [a for a in machines(state) if a.id in state.orders and in_the_way(state, a, catalogue) is None]
+        kept = [a for a in machines(state) if a.id in state.orders and not state.orders[a.id].brings_down]
+        ready = [a for a in kept if in_the_way(state, a, catalogue) is None]
         first = "formiga lockdown release" if state.lockdown is not None else "formiga continue --all"
         return [first if ready or state.lockdown is not None else "formiga agents", "formiga tasks"]
     agent = state.agents.get(target)

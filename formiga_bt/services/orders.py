@@ -314,14 +314,17 @@ class Orders:
             return out.AgentsOut(agents=shown_agents, lockdown=lockdown_out(state))
 
     def clear(self, agent: str, by: str = "") -> str:
-        """Take a quarantined agent back.
+        """Take a quarantined agent back, or one whose process was started anew.
 
         Raises:
-            Refused: unknown, not quarantined, or not alive.
+            Refused: unknown, neither quarantined nor started anew, or not alive.
         """
         reply = self.ask(Operator("clear", agent, by))
         self._view.catch_up()
-        return with_keeping(f"{agent} is asked what it still does, and comes home if it may be airborne", reply)
+        with self._view.reading() as state:
+            asked = state.agents[agent].quarantine == "asked"
+        does = "is asked what it still does, and comes home if it may be airborne" if asked else "gets orders again"
+        return with_keeping(f"{agent} {does}", reply)
 
     def removed(self, agent: str, by: str = "", confirmed: str = "") -> str:
         """Free the way and the place of a machine that counts as lost: a person took it away.

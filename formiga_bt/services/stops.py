@@ -162,7 +162,11 @@ class Stops:
         ordered, skipped = [], []
         for agent in agents:
             order = state.orders.get(agent.id)
-            if order is not None:
+            if order is not None and order.brings_down and not target:
+                does = doing(state, order, now, wall_us())
+                text = f"its `{order.stop}` goes on: {does}; formiga continue {agent.id} would end it"
+                skipped.append(passed_over(state, agent, "order_under_way", text, ""))
+            elif order is not None:
                 text = f"`{order.stop}` still stands on it: {doing(state, order, now, wall_us())}"
                 skipped.append(passed_over(state, agent, "ordered", text, ways_on_of(state, agent, self._catalogue)[0]))
             elif agent.id in before:

@@ -32,6 +32,7 @@ HINTS: Final[Mapping[str, str]] = {
     "not_admitted": "list it in site.yaml under agents, with a port as its home",
     "journal_gone": "put the journal's files back, or end the engine and start it: formiga down; stops and lockdown work",
     "journal_full": "make room on the journal's disk: formiga journal stats tells where it is; stops, abort and lockdown work",
+    "rebooted": "look at the machine, then: formiga agents clear it, and say it again",
     "cut": "look at the machine; nothing takes a cut back",
 }
 """What helps against a refusal of the engine; `{target}`: what the order was for."""

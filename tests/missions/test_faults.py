@@ -219,6 +219,9 @@ def test_a_goal_for_a_drone_that_just_vanished_waits_and_is_not_sent_without_end
 
     assert len([g for g in effects(rehearsal, SendGoal) if g.agent == "hwd_1"]) <= 1
     rehearsal.sim.restart("hwd_1")
+    rehearsal.run_for(60)
+    assert len([g for g in effects(rehearsal, SendGoal) if g.agent == "hwd_1"]) <= 1  # it stands there, started anew
+    rehearsal.ask(Operator("clear", "hwd_1", "watcher_1"))
     assert rehearsal.run_until_ended(task)
     assert rehearsal.task(task).status == "SUCCEEDED"
 

@@ -551,7 +551,7 @@ def test_a_start_that_is_under_way_when_its_order_is_withdrawn_ends_at_home(fly:
     order(rehearsal, "return")
     assert rehearsal.run_until(lambda: sent(rehearsal, "lwd_1") != [], 60)
 
-    order(rehearsal, "continue")
+    order(rehearsal, "continue", "lwd_1")
     rehearsal.run_for(240)
 
     record = rehearsal.engine.state.agents["lwd_1"]

@@ -52,6 +52,7 @@ CAUSES: Final[Mapping[str, str]] = {
     "gate.draining": "another goal of the machine must end first",
     "gate.held": "the task is HELD",
     "gate.reconcile": "the engine was away and does not know yet what the machine did",
+    "gate.rebooted": "a machine was started anew and has not said since that it flies: a person clears it",
     "gate.clearance": "people must say that they stand clear",
     "gate.spot_busy": "another machine is on the spot",
     "gate.port_busy": "another machine is at the port",
@@ -251,6 +252,8 @@ class _Waits:
                 return bool(self.task.held)
             case "reconcile":
                 return state.resume is not None
+            case "rebooted":
+                return agent.rebooted
             case "clearance":
                 return self._clearance(goal)
             case "leg_busy" | "spot_busy" | "port_busy":

@@ -11,6 +11,7 @@ from formiga_bt.engine.state import EngineState
 from formiga_bt.lang.model import Catalogue
 
 HANDBACK = "formiga handback {agent} --continue|--return|--end"
+CLEAR = "formiga agents clear {agent}"
 
 
 def machines_of(state: EngineState, task_id: str) -> list[AgentRecord]:
@@ -40,7 +41,7 @@ def in_the_way(state: EngineState, agent: AgentRecord, catalogue: Catalogue | No
     if agent.taken:
         return "not_in_command", f"{agent.id} was taken over, and nobody has handed it back yet"
     order = state.orders.get(agent.id)
-    if order is not None and order.stop in ("return", "land") and order.state == "open" and agent.landed != "grounded":
+    if order is not None and order.brings_down and agent.landed != "grounded":
         return "order_under_way", f"{agent.id} is on its way ({order.stop})"
     if catalogue is None:
         return None
@@ -73,6 +74,8 @@ def ways_on(state: EngineState, task: TaskRecord, catalogue: Catalogue | None) -
                 return [HANDBACK.format(agent=agent.id), end]
             case "cannot_continue":
                 return [f"formiga restart {task.id}", end]
+            case "rebooted":
+                return [CLEAR.format(agent=agent.id), end]
             case _:  # first it must come to its end, or be given back
                 return [f"formiga why {task.id}", end]
     if task.section == "steps" and any(came_down(state, agent) for agent in machines):
@@ -87,4 +90,7 @@ def ways_on_of(state: EngineState, agent: AgentRecord, catalogue: Catalogue | No
         return ways_on(state, task, catalogue)
     if state.lockdown is not None:
         return ["formiga lockdown release"]
-    return ["formiga agents"] if in_the_way(state, agent, catalogue) else [f"formiga continue {agent.id}"]
+    problem = in_the_way(state, agent, catalogue)
+    if problem is not None and problem[0] == "rebooted":
+        return [CLEAR.format(agent=agent.id)]
+    return ["formiga agents"] if problem is not None else [f"formiga continue {agent.id}"]

@@ -60,6 +60,11 @@ def _reach(agent: AgentRecord, scene: Scene) -> Iterator[Because]:
     if agent.control != "engine":
         then = f"when it is given back: {HANDBACK.format(agent=agent.id)}" if agent.taken else ""
         yield Because("control", f"{agent.id} is in the hands of its {agent.control}; nothing is sent to it", then)
+    elif agent.rebooted and agent.pool != "QUARANTINED":
+        text = f"{agent.id} was started anew and has not said since that it flies: nothing but stops is sent to it"
+        yield Because(
+            "rebooted", text, f"look at it, then: formiga agents clear {agent.id}; a task may be granted it, too"
+        )
     elif agent.taken:
         text = f"{agent.id} was taken over and given back; nothing is sent to it until a person hands it back"
         yield Because("control", text, HANDBACK.format(agent=agent.id))

@@ -64,6 +64,8 @@ def _out_of_reach(agent: AgentRecord, order: StandingOrder, wall: Micros) -> str
         return f"is in the hands of its {agent.control}; `{order.stop}` stands for when its {agent.control} has given it back"
     if agent.taken:
         return f"was taken over and nobody has handed it back yet; {then}"
+    if agent.rebooted and agent.seq >= 0 and order.state == "open" and order.stop == "return":
+        return f"was started anew; `return` waits until you have looked at it: formiga agents clear {agent.id}"
     if agent.liveness == "SUSPECT" and order.state == "open":
         return (
             f"{not_heard(agent, wall)}: it may not have got `{order.stop}`, which stands for when it is heard of again"

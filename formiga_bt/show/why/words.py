@@ -73,6 +73,7 @@ GATE: Final[Mapping[str, str]] = {
     "draining": "waits for the end of a former goal ({text})",
     "held": "waits: its task is held",
     "reconcile": "waits until it is known what {text} did while the engine was away",
+    "rebooted": "waits: {text} was started anew, and nobody has looked at it since: formiga agents clear {text}",
 }
 """Why a goal waits at the gate, after `agent.Action`."""
 
