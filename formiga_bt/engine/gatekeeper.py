@@ -134,14 +134,7 @@ class Gatekeeper:
         )
 
     def may_resend(self, goal: GoalRecord) -> bool:
-        """Return whether a goal that its agent never had may go now as it is: who commands, and the word it carries.
-
-        After the engine was away rotors start where the machine says that it is now, not where it was left.
-        """
-        core = self._core
-        resume, agent = core.state.resume, core.state.agents[goal.agent]
-        if resume is not None and agent.heard_at <= resume.at and core.action(goal.action).starts_rotors:
-            return False
+        """Return whether a goal that its agent never had may go now as it is: who commands, and the word it carries."""
         return may_go_again(self.view.ask(goal), goal.clearance, goal.cleared, self._core.now)
 
     def resend(self, goal: GoalRecord) -> None:

@@ -134,7 +134,7 @@ class Reconcile:
         core = self._core
         found: dict[str, Before] = {}
         for agent in core.state.agents.values():
-            if agent.human or not agent.task or agent.liveness == "LOST":
+            if agent.human or not self._is_commanded(agent) or agent.liveness == "LOST":
                 continue
             goals = [goal for goal in core.index.goals_of(agent.id) if goal.in_flight]
             effects = ["unknown" if goals else "", *(core.action(goal.action).effect for goal in goals)]
@@ -147,6 +147,9 @@ class Reconcile:
                 None if goals else agent.position,
             )
         return found
+
+    def _is_commanded(self, agent: AgentRecord) -> bool:
+        return bool(agent.task) or agent.id in self._core.state.orders
 
     def _port_of(self, agent: AgentRecord) -> str:
         at = agent.position
@@ -299,7 +302,7 @@ class Reconcile:
 
     def _compare(self, agent: AgentRecord, was: Before) -> None:
         """Hold the task of a machine that is not as it was left, once it has told how it is."""
-        gone = not agent.task or agent.liveness == "LOST"
+        gone = not self._is_commanded(agent) or agent.liveness == "LOST"
         if not gone and (agent.boot_id, agent.seq) == (was.boot_id, was.seq):
             return  # not heard of yet
         if not gone and agent.seq < 0:

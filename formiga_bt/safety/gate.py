@@ -173,7 +173,7 @@ def _command(ask: Ask) -> Verdict | None:
         return Hold("stopped", ask.stopped)
     if ask.locked:
         return Hold("lockdown", ask.locked)
-    if ask.unsettled and not ask.safety:
+    if ask.unsettled and (not ask.safety or ask.starts_rotors):  # it may stand elsewhere than where it was left
         return Hold("reconcile", ask.agent)
     if ask.goes_home and ask.starts_rotors and _is_home(ask):
         return Refuse("at_port", f"{ask.agent} stands at its port: it is home")

@@ -385,7 +385,7 @@ def test_a_start_that_never_left_waits_for_a_new_word_from_where_the_machine_is_
     flown.die()
     flight.sim["lwd_1"].drone.carry(to)
     flown.resume(2)
-    assert flight.run_until(lambda: flight.engine.state.resume is None, 30)
+    assert flight.run_until(lambda: asked(flight) == 1, 30)
     flight.run_for(1)
 
     starts = [one.goal for one in flown.begun if one.action == "TakeOff"]

@@ -32,6 +32,7 @@ from tests.safety.sky import AT_PORT_M, WORD_LASTS_US, Sky
 RULES: Final = {
     "control": "nothing but queries goes to a machine that a pilot or its failsafe has, or that nobody handed back",
     "clearance": "no rotor start and no landing away from ports without a fresh word for that machine",
+    "reboot": "nothing but a landing goes to a machine that was started anew and stands, before a word or a new task",
     "release": "no machine leaves its task in the air, but quarantined or to a system task",
     "reserve": "no goal of a task leaves a machine with less than the way home and the reserve",
     "breach": "a machine below its reserve is ordered home, or its task ends, at once",
@@ -103,6 +104,8 @@ class _Told(Struct):
     seq: int = -1
     stamp: Micros = 0
     taken: bool = False
+    anew: bool = False
+    """Its process was started anew, and since then it has not said that it flies, nor has anybody cleared it."""
 
 
 class Monitor:
@@ -168,6 +171,10 @@ class Monitor:
         fold(state, self._board, step)
         moved = False
         self._hear(step)
+        for change in step.changes:
+            if isinstance(change, ch.Granted) and not state.tasks[change.task].system_agent:
+                for agent in (one for group in change.roles.values() for one in group):
+                    self._told.setdefault(agent, _Told()).anew = False
         for effect in step.effects:
             match effect:
                 case inp.SendGoal():
@@ -215,7 +222,7 @@ class Monitor:
             case inp.AgentSeenInput(card):
                 told = self._told.setdefault(card.id, _Told())
                 if told.boot and told.boot != card.boot_id:
-                    told.boot, told.seq = card.boot_id, -1
+                    told.boot, told.seq, told.anew = card.boot_id, -1, True
                 if card.human:  # an app that starts anew has forgotten what it showed
                     forgotten = [goal for goal in self._sent if goal.partition("#")[0].endswith(f"~{card.id}")]
                     self._sent.update(dict.fromkeys(forgotten, "again"))
@@ -230,6 +237,8 @@ class Monitor:
                 self._sent[goal_id] = "again"
             case inp.Operator(order, target) if step.reply == "ok" and order.startswith("handback"):
                 self._told[target].taken = False
+            case inp.Operator("clear", target) if step.reply == "ok":
+                self._told[target].anew = False
             case inp.LockdownOrder(how) if step.reply == "ok":
                 self._pressed = None if how == "release" else step.at
         if isinstance(given, inp.Operator | inp.LockdownOrder | inp.Abort | inp.Submit):
@@ -249,6 +258,9 @@ class Monitor:
         if told.control == "engine" and status.control != "engine":
             told.taken = True
             self.counts["taken over"] += 1
+        told.anew = told.anew or bool(told.boot and status.boot_id != told.boot)
+        if status.landed == "airborne" and status.control == "engine":
+            told.anew = False
         told.control, told.boot, told.seq, told.stamp = status.control, status.boot_id, status.seq, status.stamp
         self._charge(status, record)
 
@@ -296,6 +308,10 @@ class Monitor:
             self.tell("lockdown", f"{goal.goal_id} goes to {goal.agent} in lockdown")
         if not machine:
             return
+        if self._told.setdefault(goal.agent, _Told()).anew and not self._is_exempt(goal):
+            self.tell(
+                "reboot", f"{goal.goal_id} ({goal.action}) goes to {goal.agent}, which was started anew and stands"
+            )
         before, after = tasks.get(goal.task), self.state.tasks.get(goal.task)
         if section == "steps" and not goal.safety and before is not None and after is not None:
             causes = [c for c in after.held if c in before.held and not c.startswith("clearance:")]

@@ -99,6 +99,19 @@ def clearance_never_expires(patch: Patch) -> None:
         return found if word is None else replace(found, clearance=replace_at(word, self._core.now))
 
     patch.setattr(GateView, "ask", ask)
+    _keep_words(patch)
+
+
+def _keep_words(patch: Patch) -> None:
+    """A word that was given stays, however old it gets."""
+    on_deadline = Clearances.on_deadline
+
+    def keeps(self: Clearances, word: str, agent_id: str) -> None:
+        record = self._core.state.clearances.get(agent_id)
+        if record is not None and record.state != "given":
+            on_deadline(self, word, agent_id)
+
+    patch.setattr(Clearances, "on_deadline", keeps)
 
 
 def replace_at(word: Any, now: int) -> Any:
@@ -117,8 +130,20 @@ def clearance_counts_everywhere(patch: Patch) -> None:
         return word
 
     patch.setattr(Clearances, "take", keeps)
+    _keep_words(patch)
+    patch.setattr(Clearances, "review", lambda self, agent_id: None)
     patch.setattr(gate, "CLEARED_M", 1e9)
     patch.setattr(gate, "CLEARANCE_LIFE_US", 10**6 * SECOND)
+
+
+def a_new_process_is_not_noticed(patch: Patch) -> None:
+    """What waits for a machine is sent to its new process, though it stands and nobody has looked at it."""
+    put = Core.put_agent
+
+    def put_agent(self: Core, agent_id: str, **fields: Any) -> Any:
+        return put(self, agent_id, **{**fields, **({"rebooted": False} if "rebooted" in fields else {})})
+
+    patch.setattr(Core, "put_agent", put_agent)
 
 
 def recover_is_skipped(patch: Patch) -> None:
@@ -277,6 +302,7 @@ PLANTS: dict[str, tuple[Callable[[Patch], None], frozenset[str]]] = {
         (gate_ignores_clearance, {"clearance"}),
         (clearance_never_expires, {"clearance"}),
         (clearance_counts_everywhere, {"clearance"}),
+        (a_new_process_is_not_noticed, {"reboot"}),
         (recover_is_skipped, {"release", "left", "order"}),
         (gate_checks_no_limit, {"reserve", "keep_in", "keep_out", "max_height"}),
         (gate_checks_ends_only, {"keep_out", "keep_in"}),

@@ -280,6 +280,9 @@ class Run:
     def _go_on(self) -> None:
         """Give back what a pilot or a failsafe has, and let go on what was stopped."""
         for index, agent in enumerate(self.drones):
+            record = self.world.engine.state.agents[agent]
+            if record.rebooted and record.pool != "QUARANTINED":
+                self.order(inp.Operator("clear", agent, PERSON))
             drone = self.world.sim[agent].drone
             if drone.state().control != "engine" and not drone.is_airborne:
                 self.world.sim.hand_back(agent)  # it landed by itself, and somebody went to see it

@@ -134,6 +134,7 @@ def muted(case: Case) -> Case:
 
 
 NEVER = ({"never": True},)
+LATE = ({"match": "clear", "options": ["clear"], "after": "8 s"},)
 SILENT = ({"match": "start here", "never": True}, {"match": "go on", "options": ["no"]})
 """Lets the task go on after the landing, and says nothing about its start."""
 
@@ -184,10 +185,19 @@ STATES: dict[str, Callable[[], Case]] = {
     "brought home from quarantine": lambda: Case(scene()).cruises().given(inp.Abort(TASK, "abandon", PERSON)).wait(3).given(
         inp.Operator("clear", DRONE, PERSON)
     ).wait(6),
+    "started anew before it was fetched": lambda: anew(
+        Case(scene(at=Place(-20.0, -60.0), script=LATE)).wait(1).given(inp.Operator("return", DRONE, PERSON)).wait(2)
+    ),
     "restarting": lambda: Case(scene()).cruises().given(inp.Operator("restart", TASK, PERSON)).wait(3),
     "breached": lambda: low(Case(scene()).cruises()).wait(3),
 }  # fmt: skip
 """How to bring a fresh run into each state."""
+
+
+def anew(case: Case) -> Case:
+    case.world.sim.kill(DRONE)
+    case.wait(2).world.sim.restart(DRONE)
+    return case.wait(1)
 
 
 def given_back(case: Case) -> Case:

@@ -15,6 +15,7 @@ WHERE: dict[str, Where] = {
     "gate_ignores_clearance": (STANDS, "hold the machine"),
     "clearance_never_expires": (STANDS, "hold the machine"),
     "clearance_counts_everywhere": (STANDS, "hold the machine"),
+    "a_new_process_is_not_noticed": ("started anew before it was fetched", "continue all"),
     "recover_is_skipped": ("cruising", "abort"),
     "gate_checks_no_limit": 0,
     "gate_checks_ends_only": 17,

@@ -114,6 +114,7 @@ REASONS: Final[Mapping[str, str]] = {
     "aborted": "a person ended it",
     "restarted": "a person has it begin anew",
     "preempted": "a more urgent task took its agents",
+    "at_port": "a machine stood at its port, so that nothing was left of its way home",
     "cannot_continue": "an action was interrupted and cannot be done again as things stand",
     "lockdown": "the site was locked down",
     "no_action": "a machine does not offer what it was told",
