@@ -55,7 +55,9 @@ AGENTS = (
     machine("hwd_1", "PickUp-12", 68.0, landed="grounded", action=""),
     machine("hwd_2", "PickUp-13", 83.0),
     machine("lwd_1", "Circle-7", 54.0),
-    machine("lwd_2", "Circle-9", 61.0, action="", order="HOLD: hovers"),
+    machine(
+        "lwd_2", "Circle-9", 61.0, action="", order="HOLD by eve since 6 min: hovers; it returns by itself in 9 min"
+    ),
     AgentFact(id="lwd_3", type="lwd", pool="STANDBY", liveness="ALIVE", taken=True, control="pilot", battery=77.0),
     AgentFact(id="watcher_1", type="watcher", human=True, pool="STANDBY", liveness="ALIVE", action="Confirm"),
 )

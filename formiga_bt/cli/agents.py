@@ -122,9 +122,7 @@ def _row(agent: dict[str, Any]) -> tuple[str, ...]:
     place = "" if where is None else f"{where['east_m']:.0f} E {where['north_m']:.0f} N {where['up_m']:.0f} up"
     state = agent["pool"] if not agent["human"] else "here" if agent["at_desk"] else "person"
     order = agent["order"]
-    notes = (
-        [] if order is None else [f"{order['stop'].upper()}: {order['text'].removeprefix(agent['id']).lstrip(': ')}"]
-    )
+    notes = [] if order is None else [order["note"]]
     notes += [agent["quarantine"], agent["refused"] and f"not admitted: {agent['refused']}"]
     notes.append("" if agent["control"] == "engine" else f"control: {agent['control']}")
     notes.append("waits for handback" if agent["taken"] and agent["control"] == "engine" else "")

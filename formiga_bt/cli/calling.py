@@ -13,7 +13,7 @@ import os
 import pwd
 import socket
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -25,6 +25,8 @@ from formiga_bt.errors import FormigaError, UnusableFile
 from formiga_bt.site_folder import EngineAddress, find_engines
 
 TIMEOUT_S: Final = 30.0
+MOST_NEXT: Final = 3
+"""So many commands are suggested."""
 
 
 class NoEngine(FormigaError):  # noqa: N818 - it names what is wrong
@@ -283,10 +285,24 @@ def user() -> str:
     return f"{name}@{socket.gethostname()}" if name else "cli"
 
 
-def show_next(*commands: str) -> None:
-    """Suggest what comes next."""
-    if commands:
-        print("next: " + "    or: ".join(commands), file=sys.stderr)
+def show_next(*commands: str, said: str = "") -> None:
+    """Suggest what comes next, each command once, and none that the answer has proposed already.
+
+    Args:
+        commands: what may come next, best first.
+        said: the answer; what stands behind `->` in it is not said again.
+    """
+    fresh = following(commands, said)
+    if fresh:
+        print(f"next: {fresh}", file=sys.stderr)
+
+
+def following(commands: Iterable[str], said: str = "") -> str:
+    """Return some commands as one line; see `show_next`."""
+    hints = [line.partition("-> ")[2] for line in said.splitlines() if line.lstrip().startswith("-> ")]
+    known = {one for hint in hints for one in hint.split(" | ")}
+    fresh = [one for one in dict.fromkeys(commands) if one not in known]
+    return "    or: ".join(fresh[:MOST_NEXT]) + ("    ..." if len(fresh) > MOST_NEXT else "")
 
 
 def print_json(value: Any) -> None:

@@ -33,6 +33,7 @@ __all__ = [
     "UrlOption",
     "connect",
     "interrupts",
+    "lasted",
     "print_json",
     "print_table",
     "segment",
@@ -58,6 +59,13 @@ TokenFileOption = Annotated[
     Path | None, typer.Option(help="File with the token for --url, instead of FORMIGA_TOKEN.", metavar="FILE")
 ]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON instead of text.")]
+
+
+def lasted(seconds: float) -> str:
+    """Return a length of time as people say it: `41 s`, `12 min`, `3.5 h`."""
+    from formiga_bt.show.why.words import span
+
+    return span(round(seconds * 1e6))
 
 
 def print_table(rows: list[tuple[str, ...]]) -> None:

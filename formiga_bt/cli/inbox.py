@@ -4,7 +4,16 @@ from typing import Annotated, Any
 
 import typer
 
-from formiga_bt.cli.client import JsonOption, SiteOption, TokenFileOption, UrlOption, connect, print_json, show_next
+from formiga_bt.cli.client import (
+    JsonOption,
+    SiteOption,
+    TokenFileOption,
+    UrlOption,
+    connect,
+    lasted,
+    print_json,
+    show_next,
+)
 from formiga_bt.show.why.unanswered import then
 
 
@@ -27,7 +36,7 @@ def command(
     for question in found["questions"]:
         typer.echo(in_words(question))
     mine = [q for q in found["questions"] if q["here"]] or found["questions"]
-    show_next(answer_command(mine[0], mine[0]["options"][0]))
+    show_next(answer_command(mine[0], "|".join(mine[0]["options"])))
 
 
 def answer_command(question: dict[str, Any], option: str) -> str:
@@ -47,6 +56,6 @@ def in_words(question: dict[str, Any]) -> str:
     here = "" if question["here"] else ", with their own apps"
     lapses = question["lapses_in_s"]
     after = then(question["kind"], question["if_no_answer"])
-    end = "" if lapses is None else f"; lapses in {lapses:.0f} s{after}"
-    lines.append(f"    asked: {who}{here}; for {question['task']}, since {question['waiting_s']:.0f} s{end}")
+    end = "" if lapses is None else f"; lapses in {lasted(lapses)}{after}"
+    lines.append(f"    asked: {who}{here}; for {question['task']}, since {lasted(question['waiting_s'])}{end}")
     return "\n".join(lines)

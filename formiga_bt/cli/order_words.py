@@ -46,8 +46,9 @@ def told(reply: dict[str, Any], *, as_json: bool) -> int:
     if as_json:
         print_json(reply)
     else:
-        print(in_words(reply))
-        show_next(*reply["next"])
+        said = in_words(reply)
+        print(said)
+        show_next(*reply["next"], said=said)
     return EXIT_NO if any(one["may_be_airborne"] for one in reply["skipped"]) else 0
 
 

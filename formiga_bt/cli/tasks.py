@@ -12,6 +12,7 @@ from formiga_bt.cli.client import (
     TokenFileOption,
     UrlOption,
     connect,
+    lasted,
     print_json,
     print_table,
     show_next,
@@ -61,13 +62,28 @@ def command(
 
 def _row(task: dict[str, Any]) -> tuple[str, ...]:
     at = datetime.fromtimestamp(task["unix_millis_submitted"] / 1000).astimezone()
+    requested = f"{at:%H:%M:%S}" if at.date() == datetime.now(at.tzinfo).date() else f"{at:%Y-%m-%d %H:%M}"
     status = task["status"] + (" HELD" if task["held"] else "")
-    orders = [order["text"] for order in task["orders"] if task["section"] != "done"]
+    orders = [f"{order['agent']}: {order['note']}" for order in task["orders"] if task["section"] != "done"]
     slow = ["throttled"] if task["throttled"] else []
-    why = "; ".join([", ".join(task["held"]), *orders, *slow]).strip("; ") or f"{task['code']} {task['reason']}".strip()
-    took = f"{task['duration_s']:.0f} s"
+    held = _held(task["held"], task["orders"])
+    why = "; ".join([*held, *orders, *slow]).strip("; ") or f"{task['code']} {task['reason']}".strip()
+    took = lasted(task["duration_s"])
     why = "; ".join(part for part in (why, _family(task)) if part)
-    return task["id"], status, task["priority"], f"{at:%H:%M:%S}", took, " ".join(task["agents"]), why
+    return task["id"], status, task["priority"], requested, took, " ".join(task["agents"]), why
+
+
+def _held(causes: list[str], orders: list[dict[str, Any]]) -> list[str]:
+    """Return why a task is held, in words, without what an order of its machines says anyway."""
+    from formiga_bt.show.notes import hold_words
+
+    ordered = {order["agent"] for order in orders}
+    told = []
+    for cause in causes:
+        word, _, agent = cause.partition(":")
+        if word != "operator" or not (agent in ordered if agent else ordered):
+            told.append(hold_words(cause))
+    return list(dict.fromkeys(told))
 
 
 def _family(task: dict[str, Any]) -> str:

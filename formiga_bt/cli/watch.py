@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
 
-from formiga_bt.cli.calling import ApiError, NoEngine, connect, segment, user
+from formiga_bt.cli.calling import ApiError, NoEngine, connect, following, segment, user
 from formiga_bt.cli.client import SiteOption, TokenFileOption, UrlOption
 from formiga_bt.cli.inputs import UnusableFile
 from formiga_bt.cli.order_words import in_words
@@ -159,8 +159,9 @@ class Orders:
         if "ordered" not in reply:
             return Reply(reply["text"])
         missed = any(one["may_be_airborne"] for one in reply["skipped"])
-        following = f"\nnext: {'    or: '.join(reply['next'])}" if reply["next"] else ""
-        return Reply(in_words(reply) + following, good=not missed)
+        said = in_words(reply)
+        then = following(reply["next"], said)
+        return Reply(said + (f"\nnext: {then}" if then else ""), good=not missed)
 
 
 def call_of(order: Order, by: str) -> tuple[str, dict[str, Any]]:

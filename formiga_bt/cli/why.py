@@ -12,8 +12,9 @@ if TYPE_CHECKING:
     from formiga_bt.cli.calling import Client
     from formiga_bt.show.facts import Because
 
-OVER = ("SUCCEEDED", "FAILED", "CANCELED")
-OPEN = ("PENDING", "ASSIGNED", "ACTIVE", "ENDING")
+OVER = ("ENDING", "SUCCEEDED", "FAILED", "CANCELED")
+"""To these nothing is to be said any more."""
+OPEN = ("PENDING", "ASSIGNED", "ACTIVE")
 
 
 def command(
@@ -46,9 +47,10 @@ def command(
     if as_json:
         print_json(as_values(headline, lines))
         return
-    typer.echo(text.in_words(headline, lines))
+    told = text.in_words(headline, lines)
+    typer.echo(told)
     if is_live:
-        show_next(*suggestions(headline, lines))
+        show_next(*suggestions(headline, lines), said=told)
 
 
 def in_words(found: dict[str, Any]) -> str:
@@ -85,7 +87,10 @@ def _as_json(client: "Client", of: str) -> object:
 
 
 def suggestions(headline: str, lines: "Sequence[Because]") -> list[str]:
-    """Return what may come next: the first order that a line proposes, or else what fits how it stands."""
+    """Return what may come next: the first order that a line proposes, or else what fits how it stands.
+
+    What is ending already is not to be aborted.
+    """
     hints = [line.hint for line in lines if line.hint.startswith("formiga ")]
     of, _, status = headline.removesuffix(" HELD").partition(" ")
     if hints:

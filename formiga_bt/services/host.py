@@ -436,7 +436,7 @@ class EngineHost:
                 steps=state.seq,
                 tasks=tasks,
                 agents=agents,
-                lockdown=lockdown_out(state),
+                lockdown=lockdown_out(state, self.driver.now()),
                 questions=sum(q.reply is None for q in state.questions.values()),
                 alarms=[shown.line_out(line) for line in list(self.view.alarms)[-10:]],
                 load=m.Load(

@@ -66,8 +66,12 @@ class StandingOrderOut(BaseModel):
     task: str
     """The task that carries it out, if one does."""
     unix_millis_at: int
+    since_s: float
+    """For so long it stands."""
     text: str
     """What the machine does for it, and what comes next."""
+    note: str
+    """The same with the order, who gave it, and since when."""
 
 
 class LockdownOut(BaseModel):

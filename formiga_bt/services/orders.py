@@ -233,7 +233,7 @@ class Orders:
             return out.TasksOut(
                 tasks=[shown.task_out(state, t, now) for t in fit[:limit]],
                 total=len(fit),
-                lockdown=lockdown_out(state),
+                lockdown=lockdown_out(state, now),
             )
 
     def task(self, task_id: str) -> out.TaskDetail:
@@ -311,7 +311,7 @@ class Orders:
             shown_agents = [
                 shown.agent_out(state, a, self._frame, self.desk_people, now, self._catalogue) for a in records
             ]
-            return out.AgentsOut(agents=shown_agents, lockdown=lockdown_out(state))
+            return out.AgentsOut(agents=shown_agents, lockdown=lockdown_out(state, now))
 
     def clear(self, agent: str, by: str = "") -> str:
         """Take a quarantined agent back, or one whose process was started anew.

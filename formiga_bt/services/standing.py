@@ -4,7 +4,7 @@ from formiga_bt.clock import Micros, passed_us
 from formiga_bt.engine.records import StandingOrder
 from formiga_bt.engine.state import EngineState
 from formiga_bt.services.order_models import LockdownOut, StandingOrderOut
-from formiga_bt.show.why.standing import doing, lockdown_text
+from formiga_bt.show.why.standing import doing, lockdown_text, stands
 
 
 def wall_us() -> Micros:
@@ -23,14 +23,16 @@ def standing_out(state: EngineState, order: StandingOrder, now: Micros) -> Stand
         state=order.state,
         task=order.task,
         unix_millis_at=order.at // 1000,
+        since_s=max(0, now - order.at) / 1e6,
         text=doing(state, order, now, wall_us()),
+        note=stands(state, order, now, wall_us()),
     )
 
 
-def lockdown_out(state: EngineState) -> LockdownOut:
-    """Return how lockdown stands."""
+def lockdown_out(state: EngineState, now: Micros) -> LockdownOut:
+    """Return how lockdown stands at engine time `now`."""
     found = state.lockdown
     if found is None:
         return LockdownOut(on=False, how="", by="", unix_millis_at=None, text="")
-    text = lockdown_text(found, state.now)
+    text = lockdown_text(found, now)
     return LockdownOut(on=True, how=found.how, by=found.by, unix_millis_at=found.at // 1000, text=text)

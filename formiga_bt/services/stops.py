@@ -245,7 +245,7 @@ class Stops:
     def lockdown_now(self) -> out.LockdownOut:
         """Return how lockdown stands."""
         with self._view.reading() as state:
-            return lockdown_out(state)
+            return lockdown_out(state, self._now())
 
     # -- hand-back ---------------------------------------------------------------------------------------------------
     def hand_back(self, agent: str, how: str = "end", by: str = "") -> out.OrderReply:

@@ -248,6 +248,8 @@ class Now(Struct, frozen=True, kw_only=True):
     tasks: tuple[TaskFact, ...]
     total: int
     """So many tasks match; `tasks` is the page asked for."""
+    waiting: int = 0
+    """Of these, so many only wait for agents; they stand behind all others that are open."""
     agents: tuple[AgentFact, ...]
     questions: tuple[QuestionFact, ...]
     lines: tuple[LineFact, ...] = ()

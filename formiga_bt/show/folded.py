@@ -102,7 +102,7 @@ class FoldedSource:
             counts: dict[str, int] = {}
             for task in state.tasks.values():
                 counts[task.status] = counts.get(task.status, 0) + 1
-            page, total = self._page(index, first, count, find.lower(), over=over)
+            page, total, waiting = self._page(index, first, count, find.lower(), over=over)
             desk, wall = self._desk(), self._wall()
             agents = sorted(state.agents.values(), key=lambda one: (one.human, one.order, one.id))
             questions = sorted(
@@ -119,12 +119,14 @@ class FoldedSource:
                 counts=counts,
                 tasks=tuple(page),
                 total=total,
+                waiting=waiting,
                 agents=tuple(agent_fact(state, agent, index.now, wall) for agent in agents),
                 questions=tuple(question_fact(state, question, desk) for question in questions),
                 lines=tuple(islice(reversed(self.ledger.lines), LINES))[::-1],
             )
 
-    def _page(self, index: Index, first: int, count: int, find: str, *, over: bool) -> tuple[list[TaskFact], int]:
+    def _page(self, index: Index, first: int, count: int, find: str, *, over: bool) -> tuple[list[TaskFact], int, int]:
+        """Return a page of tasks, how many match, and how many of these only wait for agents."""
         tasks = index.state.tasks.values()
         going = [task for task in tasks if task.section != "done"]
         ended = [task for task in tasks if task.section == "done"] if over else []
@@ -138,7 +140,8 @@ class FoldedSource:
         else:
             ended.sort(key=lambda task: (-(task.ended_at or 0), -task.order))
             shown = [*sorted(going, key=index.rank), *ended][first:last]
-        return [task_fact(index, task) for task in shown], len(going) + len(ended)
+        waiting = sum(index.waits(task) for task in going)
+        return [task_fact(index, task) for task in shown], len(going) + len(ended), waiting
 
     @staticmethod
     def _fits(index: Index, task: TaskRecord, find: str) -> bool:

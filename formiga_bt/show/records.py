@@ -14,7 +14,7 @@ from formiga_bt.show.lapse import cleared_machine, lapses_at
 from formiga_bt.show.notes import gate_words
 from formiga_bt.show.rows import path_of_goal, where
 from formiga_bt.show.urgency import Index
-from formiga_bt.show.why.standing import doing
+from formiga_bt.show.why.standing import stands
 
 
 def point(where: Position) -> Point:
@@ -80,7 +80,7 @@ def agent_fact(state: EngineState, agent: AgentRecord, now: Micros, wall: Micros
         home=agent.home,
         battery=None if agent.battery is None else round(agent.battery, 1),
         at=None if agent.position is None else point(agent.position),
-        order=doing(state, order, now, wall) if order is not None else "",
+        order=stands(state, order, now, wall) if order is not None else "",
         taken=agent.taken,
         breach=agent.breach.removeprefix("!"),
         quarantine=agent.quarantine,

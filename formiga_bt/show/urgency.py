@@ -8,7 +8,7 @@ from typing import Final
 
 from formiga_bt.clock import Micros
 from formiga_bt.engine.core import task_deadline
-from formiga_bt.engine.records import AgentRecord, GoalRecord, Question, Request, TaskRecord
+from formiga_bt.engine.records import PRIORITIES, AgentRecord, GoalRecord, Question, Request, TaskRecord
 from formiga_bt.show.lapse import lapses_at
 from formiga_bt.show.ledger import Ledger
 from formiga_bt.show.notes import goal_words, hold_words
@@ -95,15 +95,29 @@ class Index:
         return ""
 
     def rank(self, task: TaskRecord) -> tuple[int, Micros, int, Micros, int]:
-        """Return the place of an open task in a list: who needs a person first, then by what comes, by status and age."""
+        """Return the place of an open task in a list: who needs a person, then who works, then who only waits.
+
+        Who waits stands as in the queue for agents; the others stand by what comes, by status and age.
+        """
+        if self.waits(task):
+            request = self.requests.get(task.id)
+            priority = PRIORITIES[task.priority if request is None else request.priority]
+            return 2, priority, 0, task.submitted_at, task.order
         coming = self.urgent(task)
         return (
-            0 if task.id in self.questions or (task.held and self.needs(task)) else 1,
+            0 if self._calls(task) else 1,
             coming[0] if coming is not None else NEVER,
             RANK.get(task.status, 4),
             task.submitted_at,
             task.order,
         )
+
+    def waits(self, task: TaskRecord) -> bool:
+        """Return whether an open task has no agents yet, and needs nobody."""
+        return task.status == "PENDING" and not self._calls(task)
+
+    def _calls(self, task: TaskRecord) -> bool:
+        return task.id in self.questions or bool(task.held and self.needs(task))
 
     # -- what is done ------------------------------------------------------------------------------------------------
     def doing(self, task: TaskRecord) -> str:

@@ -293,6 +293,11 @@ class Watch(App[None]):
         elif character == "o" and view == "site":
             self._over = not self._over
             self._soon.set()
+        elif character == "p" and view == "site":
+            self.board.all_waiting = not self.board.all_waiting
+            self.board.tasks.goto = 0
+            self.redraw()
+            self._soon.set()
         elif character in ("n", "t", "a", "v") and character:
             self._shortcut(character)
         else:

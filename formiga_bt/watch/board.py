@@ -18,6 +18,9 @@ BESIDE: Final = 150
 WITH_AGENTS, WITH_EVENTS = 22, 36
 """Lines from which agents, and events, stand below them."""
 GUTTER: Final = 2
+MANY: Final = 8
+"""From so many waiting tasks on only the next few are shown, until a person asks for all."""
+NEXT: Final = 5
 LEAST: Final = 6
 """Lines that tasks have at least; what they do not need, agents and events get."""
 """Columns of the pointer."""
@@ -28,6 +31,7 @@ class Board(Container):
 
     Attributes:
         active: the pane that keys go to.
+        all_waiting: all tasks that wait for agents are shown, however many.
     """
 
     def __init__(self, palette: Palette, glyphs: Glyphs) -> None:
@@ -41,6 +45,7 @@ class Board(Container):
         )
         self.panes = (self.needs, self.tasks, self.agents, self.events)
         self.active = self.tasks
+        self.all_waiting = False
         self._main = Container(id="main")
         self._side = Container(id="side")
         self._shown_once = False
@@ -99,11 +104,14 @@ class Board(Container):
         failed = now.counts.get("FAILED", 0)
         if failed and not over and not find:
             title += f"  {failed} FAILED (o: ended ones)"
-        rows = task_rows(now.tasks, now.at, width, self._glyphs)
+        shown, total = now.tasks, now.total
+        if now.waiting >= MANY and not (find or over or self.all_waiting):
+            total -= now.waiting - NEXT
+            shown = shown[: max(0, total - base)]
+            title += f"  {now.waiting - NEXT} more wait (p: all)"
+        rows = task_rows(shown, now.at, width, self._glyphs)
         self.tasks.empty = f"no task has '{find}'; Esc shows all" if find else "no tasks"
-        self.tasks.show(
-            rows, title=title, head=tasks_head(width, now.tasks), base=base, total=now.total, is_news=is_news
-        )
+        self.tasks.show(rows, title=title, head=tasks_head(width, shown), base=base, total=total, is_news=is_news)
         width = (self.agents.size.width or self.app.size.width) - GUTTER
         self.agents.show(agent_rows(now.agents, width, self._glyphs), head=agents_head(width, now.agents))
         width = (self.events.size.width or self.app.size.width) - GUTTER

@@ -27,6 +27,7 @@ TABLE: Final = (
     Key("w", "why: what it waits for, who holds it, why it failed", "look"),
     Key("/", "find: tasks whose id, agents or words contain a text; Esc forgets it", "look"),
     Key("o", "ended tasks too, or not", "look"),
+    Key("p", "all tasks that wait for agents, or the next few of many", "look"),
     Key("?", "this help", "look"),
     Key("q", "leave; the engine goes on", "look"),
     Key("1 ... 9", "answer a question, hand a machine back, clear one", "order", "where it clears a take-off: y"),

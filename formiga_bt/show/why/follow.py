@@ -63,7 +63,7 @@ def behind_machine(scene: Scene, agent_id: str, seen: Seen = ()) -> Iterator[Bec
         return
     order = scene.state.orders.get(agent_id)
     if order is not None:
-        text = f"{given(order)}: {doing(scene.state, order, scene.now, scene.wall)}"
+        text = f"{given(order, scene.now)}: {doing(scene.state, order, scene.now, scene.wall)}"
         hint = " | ".join(ways_on_of(scene.state, agent, scene.catalogue)) if order.scope != "engine" else ""
         yield Because(f"order.{order.stop}", text, hint, agent_id)
         return

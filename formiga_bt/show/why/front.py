@@ -2,6 +2,8 @@
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 
+from msgspec.structs import replace
+
 from formiga_bt.clock import Micros
 from formiga_bt.engine.library import newest_of
 from formiga_bt.engine.records import TaskRecord
@@ -50,11 +52,20 @@ def explain(
     scene = Scene(state, now, models, catalogue, wall, desk, actions)
     task = state.tasks.get(of)
     if task is not None:
-        return f"{task.id} {task.status}" + (" HELD" if task.held else ""), why_task(scene, task)
+        return f"{task.id} {task.status}" + (" HELD" if task.held else ""), _not_itself(of, why_task(scene, task))
     agent = state.agents.get(of)
     if agent is not None:
-        return f"{agent.id} {agent.pool}", why_machine(scene, agent)
+        return f"{agent.id} {agent.pool}", _not_itself(of, why_machine(scene, agent))
     raise unknown(of, [*state.tasks, *state.agents], "task or agent")
+
+
+def _not_itself(of: str, lines: Sequence[Because]) -> list[Because]:
+    """Return an explanation without the hint to ask for this very explanation."""
+    found = []
+    for line in lines:
+        hints = [hint for hint in line.hint.split(" | ") if hint != f"formiga why {of}"]
+        found.append(replace(line, hint=" | ".join(hints)))
+    return found
 
 
 def unknown(of: str, known: Iterable[str], kind: str = "task", code: str = "unknown_task") -> TaskError:

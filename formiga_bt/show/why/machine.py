@@ -78,7 +78,9 @@ def _orders(scene: Scene, agent: AgentRecord) -> Iterator[Because]:
     if order is not None:
         free = order.scope not in LAYS_DOWN
         hint = " | ".join(ways_on_of(state, agent, scene.catalogue)) if free else ""
-        yield Because(f"order.{order.stop}", f"{given(order)}: {doing(state, order, scene.now, scene.wall)}", hint)
+        yield Because(
+            f"order.{order.stop}", f"{given(order, scene.now)}: {doing(state, order, scene.now, scene.wall)}", hint
+        )
 
 
 def _task(scene: Scene, agent: AgentRecord) -> Iterator[Because]:

@@ -101,12 +101,25 @@ def hold_ends(state: EngineState, agent: str) -> Micros | None:
     return None if deadline is None else deadline.at
 
 
-def given(order: StandingOrder) -> str:
-    """Return who gave an order and for what: `return by eve, given to all`."""
+def given(order: StandingOrder, now: Micros | None = None) -> str:
+    """Return who gave an order, since when it stands, and for what: `return by eve since 2 min, given to all`.
+
+    Args:
+        order: the order.
+        now: engine time; None: it has just been given.
+    """
     scope = SCOPES[order.scope].format(agent=order.agent)
+    since = "" if now is None else f" since {span(now - order.at)}"
     if order.scope == "engine":
-        return f"{order.stop} {scope}" + (f" ({order.why})" if order.why else "")
-    return f"{order.stop} by {order.by or 'somebody'}, {scope}"
+        return f"{order.stop} {scope}{since}" + (f" ({order.why})" if order.why else "")
+    return f"{order.stop} by {order.by or 'somebody'}{since}, {scope}"
+
+
+def stands(state: EngineState, order: StandingOrder, now: Micros, wall: Micros = 0) -> str:
+    """Return an order as a list shows it beside its machine: `HOLD by eve since 2 min: hovers; it returns ...`."""
+    by = "" if order.scope in ("engine", "lockdown") or not order.by else f" by {order.by}"
+    does = doing(state, order, now, wall).removeprefix(order.agent).lstrip(": ")
+    return f"{order.stop.upper()}{by} since {span(now - order.at)}: {does}"
 
 
 def lockdown_text(found: Lockdown, now: Micros) -> str:

@@ -46,7 +46,10 @@ def stopped(scene: Scene, task: TaskRecord) -> Iterator[Because]:
             free = order.scope not in ("engine", "lockdown", "task") and in_the_way(state, agent, catalogue) is None
             hint = f"formiga continue {agent_id}" if free else ""  # of a task's order the task's line says it
             yield Because(
-                f"order.{order.stop}", f"{given(order)}: {doing(state, order, scene.now, scene.wall)}", hint, agent_id
+                f"order.{order.stop}",
+                f"{given(order, scene.now)}: {doing(state, order, scene.now, scene.wall)}",
+                hint,
+                agent_id,
             )
         if agent.breach:
             yield breach(agent)
@@ -81,7 +84,7 @@ def _held(scene: Scene, task: TaskRecord, cause: str, told: set[str]) -> Because
             hint = " | ".join(ways_on(state, task, catalogue))
             if order is not None:
                 told.add(agent_id)
-                text = f"{given(order)}: {doing(state, order, scene.now, scene.wall)}"
+                text = f"{given(order, scene.now)}: {doing(state, order, scene.now, scene.wall)}"
         case "resume":
             text += _found(state, task)
             hint = " | ".join(ways_on(state, task, catalogue))

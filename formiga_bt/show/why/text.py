@@ -6,11 +6,13 @@ from formiga_bt.show.facts import Because
 
 
 def in_words(headline: str, lines: Iterable[Because]) -> str:
-    """Return an explanation as people read it: what explains a line stands indented below it."""
+    """Return an explanation as people read it: what explains a line stands indented below it, and what helps once."""
     told = [headline]
+    hinted: set[str] = set()
     for line in lines:
         indent = "  " * (line.depth + 1)
         told.append(f"{indent}{line.text}")
-        if line.hint:
+        if line.hint and line.hint not in hinted:
+            hinted.add(line.hint)
             told.append(f"{indent}    -> {line.hint}")
     return "\n".join(told)

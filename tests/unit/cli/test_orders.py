@@ -10,6 +10,7 @@ import pytest
 from formiga_bt.cli.app import run
 from formiga_bt.cli.client import ApiError
 from formiga_bt.cli.down import losses
+from formiga_bt.cli.why import suggestions
 
 Capture = pytest.CaptureFixture[str]
 VERBS = (
@@ -29,6 +30,7 @@ VERBS = (
 NO_LOCKDOWN = {"on": False, "how": "", "by": "", "unix_millis_at": None, "text": ""}
 LOCKDOWN = {"on": True, "how": "return", "by": "eve", "unix_millis_at": 1, "text": "LOCKDOWN (return) by eve"}
 HOVERS = "hwd_1 hovers; it returns by itself in 11 min"
+NOTE = "HOLD by eve since 2 min: hovers; it returns by itself in 11 min"
 
 
 class Paper:
@@ -71,7 +73,7 @@ def person() -> dict[str, Any]:
 
 def task(name: str, **more: Any) -> dict[str, Any]:
     return {
-        "id": name, "status": "ACTIVE", "held": [], "orders": [], "section": "steps", "priority": "medium",
+        "id": name, "status": "ACTIVE", "held": [], "throttled": False, "orders": [], "section": "steps", "priority": "medium",
         "unix_millis_submitted": 0, "duration_s": 12.0, "agents": ["hwd_1"], "code": "", "reason": "", **more,
     }  # fmt: skip
 
@@ -286,7 +288,7 @@ def test_preflight_is_a_table_and_says_no_if_one_is_not_ready(paper: Paper, caps
 # -- tables ------------------------------------------------------------------------------------------------------------------
 def test_agents_propose_what_would_not_be_refused(paper: Paper, capsys: Capture) -> None:
     """Of a task that may not be continued: restart. Two machines of one task are told once, one on its way not at all."""
-    order = {"agent": "", "stop": "hold", "by": "eve", "scope": "agent", "text": HOVERS}
+    order = {"agent": "", "stop": "hold", "by": "eve", "scope": "agent", "text": HOVERS, "note": NOTE}
     ways = ["formiga restart PickUp-3", "formiga abort PickUp-3"]
     agents = [
         agent("hwd_1", order=order, next=ways),
@@ -310,7 +312,7 @@ def test_one_that_is_there_twice_is_not_to_be_cleared(paper: Paper, capsys: Capt
 
 
 def test_agents_show_lockdown_orders_take_overs_and_breaches(paper: Paper, capsys: Capture) -> None:
-    order = {"agent": "hwd_1", "stop": "hold", "by": "eve", "scope": "agent", "text": HOVERS}
+    order = {"agent": "hwd_1", "stop": "hold", "by": "eve", "scope": "agent", "text": HOVERS, "note": NOTE}
     agents = [
         agent("hwd_1", order=order, next=["formiga lockdown release"], breach="!reserve"),
         agent("hwd_2", taken=True),
@@ -321,14 +323,14 @@ def test_agents_show_lockdown_orders_take_overs_and_breaches(paper: Paper, capsy
     said = capsys.readouterr()
     lines = said.out.splitlines()
     assert lines[0] == "LOCKDOWN (return) by eve"
-    assert lines[2].endswith("HOLD: hovers; it returns by itself in 11 min, breaks its limit: reserve")
+    assert lines[2].endswith(f"{NOTE}, breaks its limit: reserve")
     assert lines[3].endswith("waits for handback")
     assert lines[4].endswith("control: pilot")
     assert said.err.startswith("next: formiga lockdown release    or: formiga handback hwd_2 --continue|--return|--end")
 
 
 def test_tasks_show_lockdown_and_what_held_tasks_wait_for(paper: Paper, capsys: Capture) -> None:
-    order = {"agent": "hwd_1", "stop": "hold", "by": "eve", "scope": "agent", "text": HOVERS}
+    order = {"agent": "hwd_1", "stop": "hold", "by": "eve", "scope": "agent", "text": HOVERS, "note": NOTE}
     stopped = task("PickUp-3", held=["operator:hwd_1"], orders=[order])
     paper.answers["/v1/tasks"] = {"tasks": [task("Move-4"), stopped], "total": 2, "lockdown": LOCKDOWN}
     assert run(["tasks"]) == 0
@@ -336,7 +338,7 @@ def test_tasks_show_lockdown_and_what_held_tasks_wait_for(paper: Paper, capsys: 
     lines = said.out.splitlines()
     assert lines[0] == "LOCKDOWN (return) by eve"
     assert "ACTIVE HELD" in lines[3]
-    assert lines[3].endswith(f"operator:hwd_1; {HOVERS}")
+    assert lines[3].endswith(f" hwd_1: {NOTE}")
     assert said.err == "next: formiga lockdown release    or: formiga why PickUp-3\n"
 
 
@@ -347,12 +349,12 @@ def test_tasks_show_who_requested_whom(paper: Paper, capsys: Capture) -> None:
     assert run(["tasks"]) == 0
     lines = capsys.readouterr().out.splitlines()
     assert lines[1].endswith("  requested Move-2 Move-3")
-    assert lines[2].endswith("  operator; of Tour-1")
+    assert lines[2].endswith("person's word; of Tour-1")
 
 
 # -- down ------------------------------------------------------------------------------------------------------------------
 def test_down_names_what_is_left_in_the_air_and_forgotten() -> None:
-    stands = {"stop": "hold", "scope": "agent", "agent": "hwd_1", "text": HOVERS}
+    stands = {"stop": "hold", "scope": "agent", "agent": "hwd_1", "text": HOVERS, "note": NOTE}
     agents = [agent("hwd_1", order=stands, action="GoTo"), agent("lwd_1", landed="grounded"), person()]
 
     assert losses({"agents": agents, "lockdown": LOCKDOWN}) == [
@@ -370,3 +372,49 @@ def test_down_does_nothing_unconfirmed(paper: Paper, capsys: Capture, monkeypatc
     assert run(["down"]) == 2
     assert paper.sent == []
     assert "help: formiga return --all first, or confirm it: --yes" in capsys.readouterr().err
+
+
+def test_what_comes_next_is_said_once_and_no_command_that_the_answer_proposes(paper: Paper, capsys: Capture) -> None:
+    waits = [
+        {
+            "who": f"PickUp-{n}",
+            "code": "held",
+            "text": f"PickUp-{n} waits",
+            "hint": "formiga agents clear hwd_1",
+            "may_be_airborne": False,
+        }
+        for n in range(3)
+    ]
+    ways = [*(one["hint"] for one in waits), "formiga tasks", "formiga tasks", "a", "b", "c"]
+    paper.reply = reply(skipped=waits, next=ways)
+    assert run(["hold", "--all"]) == 0
+    said = capsys.readouterr()
+    assert "formiga agents clear hwd_1" in said.out
+    assert said.err == "next: formiga tasks    or: a    or: b    ...\n"
+    paper.reply = reply(skipped=waits[:1], next=["formiga agents clear hwd_1"])
+    assert run(["hold", "--all"]) == 0
+    assert capsys.readouterr().err == ""
+
+
+@pytest.mark.parametrize(
+    ("headline", "says"),
+    [
+        ("PickUp-3 ACTIVE", ["formiga abort PickUp-3"]),
+        ("PickUp-3 PENDING HELD", ["formiga abort PickUp-3"]),
+        ("PickUp-3 ENDING", ["formiga tasks"]),
+        ("PickUp-3 ENDING HELD", ["formiga tasks"]),
+        ("PickUp-3 FAILED", ["formiga tasks"]),
+    ],
+)
+def test_what_is_ending_already_is_not_to_be_aborted(headline: str, says: list[str]) -> None:
+    assert suggestions(headline, []) == says
+
+
+def test_times_of_tasks_are_said_in_units_that_fit(paper: Paper, capsys: Capture) -> None:
+    old = task("Move-1", duration_s=3 * 86_400.0)
+    paper.answers["/v1/tasks"] = {"tasks": [task("Move-4", duration_s=720.0), old], "total": 2, "lockdown": NO_LOCKDOWN}
+    assert run(["tasks"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert "  12 min  " in lines[1]
+    assert "  3.0 days  " in lines[2]
+    assert "1970-01-01" in lines[2]

@@ -94,6 +94,22 @@ def test_tasks_are_listed_by_who_needs_a_person_then_by_what_comes_then_by_statu
     assert [one.id for one in board.source.now(over=True).tasks][-3:] == ["T-1", "T-8", "T-7"]
 
 
+def test_who_waits_for_agents_stands_behind_all_who_work_in_the_order_of_the_queue() -> None:
+    board = Board()
+    for n in range(1, 199):
+        board(
+            task(n, "PENDING", priority="high" if n == 150 else "medium", submitted_at=n), due(f"task|T-{n}|wait", 900)
+        )
+    board(
+        task(200), due("task|T-200|timeout", 3600), task(201, "ASSIGNED"), task(202, "PENDING"), question(1, 202, None)
+    )
+
+    now = board.source.now()
+    assert [one.id for one in now.tasks][:6] == ["T-202", "T-200", "T-201", "T-150", "T-1", "T-2"]
+    assert (now.waiting, now.total) == (198, 201)
+    assert board.source.now(find="t-15").waiting == 11
+
+
 def test_a_page_is_a_part_of_the_same_order() -> None:
     board = Board()
     board(*(task(n) for n in range(1, 30)), *(due(f"task|T-{n}|timeout", n * 7 % 30) for n in range(1, 30)))
@@ -378,7 +394,7 @@ def test_an_order_on_a_machine_is_told_in_words() -> None:
     bench.run_for(1)
 
     now = source.now()
-    assert now.agents[0].order.startswith("c1 hovers")
+    assert now.agents[0].order.startswith("HOLD by ann since 1 s: hovers")
     (shown,) = now.tasks
     assert (shown.id, shown.needs, shown.urgent) == (one, "continue or end it", "c1 returns by itself")
     (note,) = (step.note for step in source.task(one).steps if step.path == "steps/steps[1]")

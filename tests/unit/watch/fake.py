@@ -88,6 +88,7 @@ class FakeSource:
         return Now(
             site="meadow", at=self.at, top=self.top, counts=self.counts, speed=self.speed,
             tasks=tuple(fit[first : first + count]), total=len(fit),
+            waiting=sum(t.status == "PENDING" and not t.needs for t in fit),
             agents=tuple(self.agents), questions=tuple(self.questions), lines=tuple(self.lines),
         )  # fmt: skip
 

@@ -522,3 +522,45 @@ def test_what_needed_a_person_and_is_gone_is_called_by_its_name() -> None:
         assert room.lines[-1].startswith(" hwd_1 is no longer here; choose again")
 
     watching(look, source)
+
+
+def test_of_many_that_wait_the_next_few_are_shown_until_a_person_asks_for_all() -> None:
+    source = FakeSource()
+    waiting = [task(n, status="PENDING", agents=()) for n in range(100, 298)]
+    source.tasks = [task(1, urgent_at=AT + 90 * S, urgent="timeout"), task(2), *waiting]
+
+    async def look(room: Room) -> None:
+        assert room.shows("193 more wait")
+        assert room.shows("PickUp-104")
+        assert not room.shows("PickUp-105")
+        await room.press("end")
+        assert room.app.pane.selection.id == "PickUp-104"
+        await room.press("p")
+        await room.poll()
+        assert not room.shows("more wait")
+        await room.press("end")
+        await room.poll()
+        assert room.shows("PickUp-297")
+        await room.press("p")
+        await room.poll()
+        assert room.shows("193 more wait")
+        assert room.shows("PickUp-1 ")
+
+    watching(look, source)
+
+
+def test_a_few_that_wait_and_those_that_are_found_are_all_shown() -> None:
+    source = FakeSource()
+    source.tasks = [task(1), *(task(n, status="PENDING", agents=()) for n in range(2, 9))]
+
+    async def look(room: Room) -> None:
+        assert not room.shows("more wait")
+        source.tasks += [task(n, status="PENDING", agents=()) for n in range(20, 40)]
+        await room.poll()
+        assert room.shows("22 more wait")
+        await room.press("slash", "P", "i", "enter")
+        await room.poll()
+        assert not room.shows("more wait")
+        assert room.app.pane.total == 28
+
+    watching(look, source)

@@ -39,7 +39,7 @@ def test_its_order_its_gate_and_its_task(state: EngineState) -> None:
     assert told(state) == [
         (
             "order.hold",
-            "hold by eve, given to hwd_1: hwd_1 hovers; it returns by itself before its reserve is reached",
+            "hold by eve since 0 s, given to hwd_1: hwd_1 hovers; it returns by itself before its reserve is reached",
             "formiga continue PickUp-3 | formiga abort PickUp-3",
         ),
         ("gate.leg_busy", "hwd_1.GoTo waits until lwd_1 is out of its way", ""),

@@ -9,8 +9,11 @@ from formiga_bt.engine.records import Found, GoalRecord, Lockdown, Verdict
 from formiga_bt.engine.state import EngineState
 from formiga_bt.geo import Position
 from formiga_bt.lang.model import Catalogue
+from formiga_bt.services.standing import lockdown_out, standing_out
 from formiga_bt.show.facts import Because
 from formiga_bt.show.why.front import explain
+from formiga_bt.show.why.standing import stands
+from formiga_bt.show.why.text import in_words
 from formiga_bt.show.why.words import GATE, HOLDS, REASONS, VERDICTS, say
 from formiga_bt.testing import packaged_world
 from tests.unit.services.fakes import NOW, machine, order, task
@@ -61,7 +64,7 @@ def test_a_stop_of_one_machine_says_who_stopped_it_what_it_does_and_what_to_say(
     line = one(state, "held.operator")
 
     assert line.text == (
-        "HELD: hold by eve, given to hwd_1: hwd_1 hovers; it returns by itself before its reserve is reached"
+        "HELD: hold by eve since 0 s, given to hwd_1: hwd_1 hovers; it returns by itself before its reserve is reached"
     )
     assert line.hint == "formiga continue PickUp-3 | formiga abort PickUp-3"
     assert "order.hold" not in [line.code for line in told(state)]
@@ -141,7 +144,7 @@ def test_a_take_over_says_whose_turn_it_is(state: EngineState, control: str, tex
 def test_an_order_of_the_engine_says_which_limit_was_broken(state: EngineState) -> None:
     state.orders["hwd_1"] = order("hwd_1", "return", by="engine", scope="engine", why="envelope.keep_in")
     line = one(state, "order.return")
-    assert line.text == "return by the engine itself (envelope.keep_in): hwd_1 flies home to p3"
+    assert line.text == "return by the engine itself since 0 s (envelope.keep_in): hwd_1 flies home to p3"
     assert line.hint == ""
 
 
@@ -289,3 +292,23 @@ def test_a_requested_task_names_who_requested_it(
 def test_a_parent_whose_ended_child_was_forgotten_is_explained_all_the_same(state: EngineState) -> None:
     held(state, "operator", children=("Look-4",))
     assert one(state, "held.operator").hint == "formiga continue PickUp-3 | formiga abort PickUp-3"
+
+
+def test_an_explanation_does_not_send_to_itself_and_helps_once(state: EngineState) -> None:
+    state.tasks["PickUp-3"] = task(
+        "PickUp-3", "hwd_1", held=("operator", "operator:hwd_1"), section="finally", status="ENDING"
+    )
+    state.orders["hwd_1"] = order("hwd_1", "hold")
+    assert all("formiga why PickUp-3" not in line.hint for line in told(state))
+    lines = [Because("a", "one", "formiga agents"), Because("b", "two", "formiga agents")]
+    assert in_words("X ACTIVE", lines).count("-> formiga agents") == 1
+
+
+def test_an_order_is_as_old_as_the_clock_says_not_as_the_newest_step(state: EngineState) -> None:
+    state.orders["hwd_1"] = order("hwd_1", "hold")
+    state.lockdown = Lockdown("return", "eve", NOW)
+    later = NOW + 600 * SECOND
+    assert stands(state, state.orders["hwd_1"], later).startswith("HOLD by ")
+    assert " since 10 min: hovers" in stands(state, state.orders["hwd_1"], later)
+    assert standing_out(state, state.orders["hwd_1"], later).since_s == 600
+    assert "since 10 min" in lockdown_out(state, later).text

@@ -210,7 +210,7 @@ def test_a_stopped_machine_and_who_waits_for_it(field: Field) -> None:
     assert field.told(first) == text(
         """
         Hover-1 ACTIVE HELD
-          HELD: hold by eve, given to hwd_1: hwd_1 hovers; it returns by itself in 17 min
+          HELD: hold by eve since 2 s, given to hwd_1: hwd_1 hovers; it returns by itself in 17 min
               -> formiga continue Hover-1 | formiga abort Hover-1
           wait at try.yaml:8 waits since 27 s
           drone = hwd_1; others that fitted: hwd_2
@@ -351,7 +351,7 @@ def test_an_order_keeps_a_machine_in_the_way(state: EngineState) -> None:
     state.orders["lwd_1"] = order("lwd_1", "hold")
 
     assert by_hand(state).splitlines()[2:] == [
-        "    hold by eve, given to lwd_1: lwd_1 hovers; it returns by itself before its reserve is reached",
+        "    hold by eve since 0 s, given to lwd_1: lwd_1 hovers; it returns by itself before its reserve is reached",
         "        -> formiga continue lwd_1",
     ]
 
