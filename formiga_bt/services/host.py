@@ -64,7 +64,8 @@ class EngineHost:
     Args:
         site, catalogue, tasks: what the engine is made of.
         beside: the folder of the site file; the runtime folder lies in it.
-        speed: engine seconds per wall second.
+        speed: engine seconds per wall second. In mode real it is 1 (`formiga up` takes no other), and engine time follows the
+            wall clock; a test may rehearse a real site at another speed, on a clock of its own.
         http: `host:port` of the API; port 0 takes a free one.
         desk: people who answer at this engine: id -> agent type.
         listen: where agents connect; default: what the site says.
@@ -181,7 +182,7 @@ class EngineHost:
             persist=self.journaling if fails is None else fails.persist(self.journaling, lambda: engine.state),
             first=self._first(back, engine) if back is not None else None,
             start_at=start_at,
-            follows_wall=beginning.follows_wall(self.site),
+            follows_wall=beginning.follows_wall(self.site) and self._speed == 1.0,
         )  # fmt: skip
         if fails is not None and self.journaling.journal is not None:
             self.journaling.journal.in_snapshot = lambda: fails.passing("in_snapshot")
