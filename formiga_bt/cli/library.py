@@ -71,7 +71,7 @@ def _why_not(read: Read, options: str, *, is_shipped: bool) -> NotServed:
     whose = " (ships with formiga)" if is_shipped else ""
     file = shlex.quote(str(read.path))
     load = "" if is_shipped else f"formiga load {file}"
-    ways = NotServed("", f"formiga check {file} {options}", _names(read.path), load)
+    ways = NotServed("", f"formiga check {file} {options}", _names(read.path), load, shipped=is_shipped)
     if not errors:
         return replace(ways, why=f"{read.path}{whose}: it holds no task")
     more = f" (and {len(errors) - 1} more)" if len(errors) > 1 else ""

@@ -241,16 +241,13 @@ def _fleet(
 
 def _banner(host: "EngineHost", people: dict[str, str], sim: bool) -> None:
     served = host.served
+    refused = [one for one in host.refused if not one.shipped]
     where = f"they connect at {host.endpoint}"
     rows = [
         f"site {host.site.name} ({host.site.mode}), start {host.epoch} of its engine, process {os.getpid()}",
         f"  tasks   {', '.join(served) or 'none'}",
-        *(f"  refused {one.text}" for one in host.refused[:SHOWN]),
-        *(
-            [f"  refused {len(host.refused) - SHOWN} more: formiga tasks --library"]
-            if len(host.refused) > SHOWN
-            else []
-        ),
+        *(f"  refused {one.text}" for one in refused[:SHOWN]),
+        *([f"  refused {len(refused) - SHOWN} more: formiga tasks --library"] if len(refused) > SHOWN else []),
         f"  agents  {'simulated ones, each a process of its own; ' if sim else ''}{where}",
         f"  people  {', '.join(people) + ' answer here: formiga inbox' if people else 'answer with their own apps'}",
         f"  API     {host.address.url}/v1   (OpenAPI: {host.address.url}/v1/openapi.json)",

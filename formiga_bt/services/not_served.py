@@ -31,6 +31,8 @@ class NotServed:
     """Of the task that it holds, the aliases too, as far as they can be read; of none, if another file has them."""
     load: str = ""
     """The command that has the engine read it again, or empty."""
+    shipped: bool = False
+    """It ships with formiga_bt, and this site has not what it needs: nobody chose it, so the start does not speak of it."""
 
     @property
     def text(self) -> str:

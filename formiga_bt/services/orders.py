@@ -181,7 +181,8 @@ class Orders:
 
         passed_over = of_name(self._refused, name)
         if passed_over is not None:
-            text = f"{name} is not served: its file was refused when the engine was started: {passed_over.why}"
+            since = "this site has not what it needs" if passed_over.shipped else "its file was refused at the start"
+            text = f"{name} is not served: {since}: {passed_over.why}"
             return Refused("not_served", text, passed_over.hint)
         load = unread_in(self._trees, name) if self._trees is not None else ""
         if load:

@@ -1,6 +1,7 @@
 """`formiga up`: what it says of a site before anything flies."""
 
 import os
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -133,22 +134,37 @@ def test_a_file_that_is_not_served_is_named_with_its_error_and_the_command(
         in triangle.text.replace(tmp_path.name, "meadow")
     )
     assert triangle.names[0] == "Triangle"
-    assert triangle.load == ""
+    assert (triangle.load, triangle.shipped) == ("", True)
     said = capsys.readouterr().err
     assert "trees/a bad.yaml is not served" in said
     assert "triangle" not in said
 
 
-def test_the_banner_names_what_is_not_served(capsys: pytest.CaptureFixture[str]) -> None:
+def banner_of(refused: Sequence[NotServed], served: Iterable[str], capsys: pytest.CaptureFixture[str]) -> list[str]:
+    """Return the lines that a start prints."""
     host = SimpleNamespace(
-        served=["Hello"], refused=tuple(NotServed(f"f{n}.yaml: bad") for n in range(SHOWN + 2)), endpoint="tcp/here:1", epoch=3,
+        served=list(served), refused=tuple(refused), endpoint="tcp/here:1", epoch=3,
         site=SimpleNamespace(name="north", mode="simulation"), address=SimpleNamespace(url="http://here"),
         journaling=SimpleNamespace(text="none", aside=[]), resumed=[], restored=[],
     )  # fmt: skip
-
+    capsys.readouterr()
     _banner(host, {}, False)  # type: ignore[arg-type]
+    return capsys.readouterr().out.splitlines()
 
-    rows = capsys.readouterr().out.splitlines()
+
+def test_the_first_start_of_a_fresh_site_refuses_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert run(["init"]) == 0
+    site = Path("site.yaml")
+    served, refused = read_library(None, Path(), read_world([], site), {}, check_options(site))
+    assert "Triangle" in [name for one in refused for name in one.names]  # it can be listed
+    assert [row for row in banner_of(refused, served, capsys) if "refused" in row] == []
+
+
+def test_the_banner_names_what_is_not_served(capsys: pytest.CaptureFixture[str]) -> None:
+    rows = banner_of([NotServed(f"f{n}.yaml: bad") for n in range(SHOWN + 2)], ["Hello"], capsys)
     assert rows[0] == f"site north (simulation), start 3 of its engine, process {os.getpid()}"
     assert rows[1:3] == ["  tasks   Hello", "  refused f0.yaml: bad"]
     assert rows[2 + SHOWN] == "  refused 2 more: formiga tasks --library"

@@ -50,7 +50,7 @@ def test_a_task_whose_file_was_refused_at_the_start_is_told_with_its_error_until
         for name in ("Bad", "Poor"):
             said = service.refused("POST", "/v1/tasks", {"task": name})
             assert (said["status"], said["code"]) == (409, "not_served")
-            assert said["text"] == f"{name} is not served: its file was refused when the engine was started: {bad.why}"
+            assert said["text"] == f"{name} is not served: its file was refused at the start: {bad.why}"
             assert said["hint"] == (
                 "formiga check trees/bad.yaml --site site.yaml tells all; when it is mended: formiga load trees/bad.yaml"
             )
