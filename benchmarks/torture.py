@@ -1,15 +1,14 @@
-"""Sites of real processes, real files and real sockets under torture; judged from outside (docs/reliability.md).
+"""Sites of real processes, real files and real sockets under torture, judged from outside (docs/reliability.md).
 
-    python benchmarks/torture.py --seed 17                            a round on two sites at once
-    python benchmarks/torture.py --seed 17 --site 1                   one of its sites again
-    python benchmarks/torture.py --scenarios                          the stories of what was found once (or: --scenarios stray)
-    python benchmarks/torture.py --kills 500 --readers                kill -9 and restart, while others read the journal
-    python benchmarks/torture.py --standstill 30                      the engine's process stands still beside flying machines
-    python benchmarks/torture.py --hours 3 --jobs 2 --into soak.json  hours of all that, summed over the jobs
-    python benchmarks/torture.py --into soak.json --table             what there is
-    ... --tree OLD                                                    of another checkout, such as one without a fix
+    python benchmarks/torture.py --seed 17                      a round on two sites at once
+    python benchmarks/torture.py --seed 17 --site 1             one of its sites again
+    python benchmarks/torture.py --scenarios                    stories of what was found once (or: --scenarios stray)
+    python benchmarks/torture.py --kills 500 --readers          kill -9 and restart, while others read the journal
+    python benchmarks/torture.py --standstill 30                an engine's process stands still beside flying machines
+    python benchmarks/torture.py --hours 3 --jobs 2 --into soak.json       hours of it, summed over the jobs; it can be resumed
+    python benchmarks/torture.py --into soak.json --table       what there is
+    ... --tree OLD                                              of another checkout, such as one without a fix
 
-A soak goes on where its file left off.
 A finding prints its seed and the command that plays it again, and keeps its folder. Exit code 1 if there is one.
 With --external also what needs a privileged user is broken: the network between engine and agents (namespaces), the disk
 (mounts), the wall clock (libfaketime), as far as this machine has them.

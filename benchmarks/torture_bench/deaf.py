@@ -5,11 +5,12 @@ from contextlib import suppress
 from typing import Final
 from urllib.parse import urlsplit
 
+_HOST: Final = b"HTTP/1.1\r\nHost: 127.0.0.1\r\n"
 HALF: Final = (
     b"",
     b"GET /v1/health HT",
-    b"POST /v1/orders HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Le",
-    b"POST /v1/tasks HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Type: application/json\r\nContent-Length: 900\r\n\r\n{",
+    b"POST /v1/orders " + _HOST + b"Content-Le",
+    b"POST /v1/tasks " + _HOST + b"Content-Type: application/json\r\nContent-Length: 900\r\n\r\n{",
 )
 DEAF: Final = b"GET /v1/events HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n"
 
