@@ -32,6 +32,7 @@ from typing import IO, Any, Final
 
 from formiga_bt.durable import append_line, move_aside, read_lines, remove_durably, write_durably
 from formiga_bt.errors import SiteError
+from formiga_bt.transport.bounds import MOST_EPOCH
 
 __all__ = [
     "APPROVALS", "COUNTERS", "FLIGHTS", "FLYING", "FOLDER", "JOURNAL", "JOURNAL_AT", "RESERVE", "EngineAddress", "SiteFolder",
@@ -165,6 +166,12 @@ class SiteFolder:
                     f"{file} holds {text[:40]!r}, not a number\n"
                     "  help: write a number there that is at least the highest epoch your agents have seen"
                 )
+            if len(text) > len(str(MOST_EPOCH)) or int(text) >= MOST_EPOCH:
+                raise SiteError(
+                    f"{file} holds {text[:40]}; agents follow no engine beyond start {MOST_EPOCH}\n"
+                    "  help: write the highest number there that an engine of this site ever had (formiga journal stats "
+                    "tells how often it was started), and start every agent anew while it stands on the ground"
+                )
             epoch = int(text) + 1
             write_durably(file, f"{epoch}\n")
         except (OSError, UnicodeDecodeError) as error:
@@ -172,7 +179,7 @@ class SiteFolder:
         return epoch
 
     def raise_epoch(self, epoch: int) -> None:
-        """Note that this start has a higher epoch: the journal knew of starts that this folder did not.
+        """Note the highest epoch in use: the journal knew of starts that this folder did not, or agents follow a higher one.
 
         Raises:
             SiteError: it cannot be written.

@@ -5,6 +5,18 @@ passed over. If the one before goes on beside it, they are two: `formiga sim` be
 beside the real machine. What either says would be taken for the other's, so the machine is quarantined (`double`) until one
 of them has been silent for a while. People are told of only.
 
+Two processes may even bear one `boot_id` (a copied disk, a recording that is played again with new stamps). Of one process,
+what counts up later is stamped later or at the same instant, in whatever order the wire brings it. So a status that does not
+count up and is newer by its stamp is a stray: the process counts wrongly, or is another one. If within `STRAY_US` of it the
+count goes on where it was, with a stamp that is not before the stray's, two are counting at once: no order in which one
+process's statuses could come looks so, whatever is lost, late or comes twice.
+
+Stamps are judged by the engine's own clock: none may be more than `AHEAD_US` ahead of it. An agent extrapolates engine time
+from the newest beat that it heard, so it is right but for what changed since: 30 s without a beat, after which it is lost
+anyway, in which the engine went from 20 times to real time, are 570 s. An older start of the engine may have been ahead by
+more (its machine slept, or it ran fast until it ended), so who follows one is not judged before it has heard this one. Where
+time is reckoned with, a stamp counts as no later than the arrival of what bears it (`AgentRecord.said_at`).
+
 Called by `Fleet` for each status.
 """
 
@@ -13,15 +25,21 @@ from typing import Final, Protocol
 from formiga_bt.clock import SECOND, Micros
 from formiga_bt.engine.core import Core
 from formiga_bt.engine.inputs import Alarm
+from formiga_bt.engine.ports import GoalPort
 from formiga_bt.engine.records import AgentRecord
 from formiga_bt.transport.messages import AgentStatus
 
 DOUBLE: Final = "double"
 """Why a machine is quarantined of which two processes are heard."""
-AHEAD_US: Final[Micros] = 3600 * SECOND
-"""No new process can know of an engine time that is so far ahead of the engine's."""
+AHEAD_US: Final[Micros] = 600 * SECOND
+"""No agent that hears this engine can know of an engine time that is so far ahead of the engine's."""
+STRAY_US: Final[Micros] = 7 * SECOND
+"""After a stray the count must go on within so long (wall time) to show that two are counting. An agent whose clock was wrong
+steps back only if that was 10 s of wall time or more (`AgentSide`); 3 s remain for what the wire delays."""
 STAYS_US: Final[Micros] = 2 * SECOND
 """A process that came after another and is heard for so long (wall time) is no straggler."""
+BAD_LIMIT: Final = 5
+"""So many bad messages in a row quarantine a machine."""
 QUIET_US: Final[Micros] = 3 * SECOND
 """One that was not heard for so long (wall time) has made way for the one before it."""
 APART_US: Final[Micros] = 5 * SECOND
@@ -38,6 +56,8 @@ THEN: Final = "; it gets no task until then, and comes back by itself"
 
 class Fleet(Protocol):
     """`engine.fleet.Fleet`, as far as needed here."""
+
+    goals: GoalPort
 
     def quarantine(self, agent_id: str, why: str) -> None:
         """Take a machine out of its task and out of the pool."""
@@ -74,22 +94,33 @@ class Boots:
             status: of any of its processes.
             wall: when it came; 0: with the end of a goal.
         """
-        known = self._core.now + AHEAD_US
+        ahead = status.stamp - self._core.clock
+        if ahead > AHEAD_US and not 0 < status.epoch < self._core.state.epoch:
+            self._fleet.on_bad(agent.id, AHEAD.format(seconds=ahead // SECOND))
+            return True
         if not (agent.boot_id and status.boot_id and status.boot_id != agent.boot_id):
-            if status.seq > agent.seq:
-                return False
-            if status.stamp > agent.stamp:
-                self._fleet.on_bad(agent.id, STUCK.format(seq=status.seq, before=agent.seq))
-            return True
-        if status.stamp > known:
-            self._fleet.on_bad(agent.id, f"a new process with a stamp {AHEAD_US // (60 * SECOND)} min or more ahead")
-            return True
-        if status.stamp < agent.stamp <= known:
+            return self._counts_wrongly(agent, status, wall or agent.heard_wall)
+        if status.stamp < agent.said_at:
             return True  # of its former process, and late
         if status.boot_id not in agent.former or (wall and wall - agent.heard_wall > QUIET_US):
             return False
         if wall and agent.heard_wall - agent.boot_wall >= STAYS_US:
             self._two(agent, wall)
+        return True
+
+    def _counts_wrongly(self, agent: AgentRecord, status: AgentStatus, wall: Micros) -> bool:
+        """Return whether a status of the process that is heard does not count up; notice whether two count at once."""
+        if status.seq > agent.seq:
+            if 0 < agent.stray_stamp <= status.stamp and wall - agent.stray_wall <= STRAY_US:
+                self._two(agent, wall)
+            return False
+        if status.stamp > agent.stamp:
+            self._core.put_agent(agent.id, stray_stamp=status.stamp, stray_wall=wall)
+            self._fleet.on_bad(agent.id, STUCK.format(seq=status.seq, before=agent.seq))
+            if self._core.state.agents[agent.id].bad >= BAD_LIMIT:
+                self._core.put_agent(
+                    agent.id, seq=-1
+                )  # it counts anew from what comes next, or would never be heard again
         return True
 
     def _two(self, agent: AgentRecord, wall: Micros) -> None:
@@ -99,6 +130,7 @@ class Boots:
             text = TWICE.format(agent=agent.id, then="" if agent.human else THEN)
             self._core.effect(Alarm("double", text, agent.task, agent.id))
         if not agent.human:
+            self._fleet.goals.lose(agent.id, "in_doubt", "in_doubt")  # which of the two has it?
             self._fleet.quarantine(agent.id, DOUBLE)
 
     @staticmethod
@@ -107,6 +139,9 @@ class Boots:
         return agent.twice_wall > 0 and wall - agent.twice_wall <= APART_US
 
 
+AHEAD: Final = (
+    "a stamp {seconds} s ahead of the engine's clock: stamp is engine time, as of the newest engine/clock message"
+)
 STUCK: Final = (
     "seq {seq} after {before} of the same start: seq counts the statuses of a start, and a new start has a new boot_id"
 )

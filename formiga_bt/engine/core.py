@@ -73,6 +73,8 @@ class Core:
         self.effects: list[Effect] = []
         self.woken: dict[str, dict[str, None]] = {}
         """task -> node keys to wake, in order"""
+        self.clock: Micros = state.now
+        """What the driver's clock said when the present input came in: `now`, or later under overload."""
         self.stands_by = False
         """The next input is `Resumed` or `Outage`: nothing happens before it."""
         self.at_work = ""
@@ -124,7 +126,7 @@ class Core:
 
     def begin(self, now: Micros) -> None:
         """Start a step at `now`."""
-        self.state.now = now
+        self.state.now = self.clock = now
         self.state.seq += 1
         self.changes, self.effects = [], []
         self.due.clear()

@@ -158,9 +158,11 @@ class Engine:
 
     def _dispatch(self, given: inp.Input) -> str:
         match given:  # the frequent ones first
-            case inp.AgentStatusInput(status, wall):
+            case inp.AgentStatusInput(status, wall, clock):
+                self.core.clock = max(self.core.now, clock)
                 self.fleet.on_status(status, wall)
-            case inp.GoalEventInput(event, wall):
+            case inp.GoalEventInput(event, wall, clock):
+                self.core.clock = max(self.core.now, clock)
                 self._goal_event(event, wall)
             case inp.TimerDue(key):
                 self._timer(key)
@@ -198,7 +200,8 @@ class Engine:
                 self.fleet.on_gone(agent)
             case inp.AgentEventInput(event):
                 self.happenings.on_event(event)
-            case inp.QueryReplyInput(agent, boot_id, goals):
+            case inp.QueryReplyInput(agent, boot_id, goals, clock):
+                self.core.clock = max(self.core.now, clock)
                 self.fleet.on_query_reply(agent, boot_id, goals)
             case inp.BadStatusInput(agent, text):
                 self.fleet.on_bad(agent, text)

@@ -15,8 +15,9 @@ from msgspec.structs import replace
 
 from formiga_bt.clock import SECOND
 from formiga_bt.engine import changes as ch
+from formiga_bt.engine import epochs
 from formiga_bt.engine.admission import COMES_BACK, Admission
-from formiga_bt.engine.boots import DOUBLE, Boots
+from formiga_bt.engine.boots import BAD_LIMIT, DOUBLE, Boots
 from formiga_bt.engine.core import Core
 from formiga_bt.engine.holds import hold
 from formiga_bt.engine.inputs import Alarm, CancelGoal, Notify, QueryGoal
@@ -28,8 +29,6 @@ from formiga_bt.transport.messages import AgentCard, AgentStatus, GoalEvent
 
 MOST_ID = 10**9
 """No number of an id is as high: what an agent says of higher ones is not believed."""
-BAD_LIMIT = 5
-"""So many bad messages in a row quarantine a machine."""
 
 REMOVED = "removed"
 """Why a machine is quarantined that was lost, and that a person took away: it comes back by `clear` only."""
@@ -107,6 +106,7 @@ class Fleet:
             status = replace(status, position=agent.position, initial_deployment=None)
         if self._boots.passes_over(agent, status, wall):
             return
+        epochs.heard(core, agent, status)
         if agent.boot_id and status.boot_id and status.boot_id != agent.boot_id:
             self._rebooted(agent, status.boot_id, wall)
             agent = core.state.agents[status.id]
@@ -134,6 +134,10 @@ class Fleet:
             boot_id=status.boot_id or agent.boot_id,
             seq=status.seq,
             stamp=status.stamp,
+            stray_stamp=0,
+            stray_wall=0,
+            epoch=status.epoch,
+            epoch_ignored=status.epoch_ignored,
             heard_at=core.now,
             heard_wall=wall or agent.heard_wall,
             rebooted=agent.rebooted and not (status.landed == "airborne" and status.control == "engine"),
@@ -197,7 +201,7 @@ class Fleet:
                 return ""
             limits = self._core.catalogue.types[agent.type].limits
             top = 3 * (limits.get("speed_m_s", 20.0) + limits.get("climb_m_s", 5.0))
-            seconds = max(0, status.stamp - agent.stamp) / 1e6
+            seconds = max(0, min(status.stamp, self._core.clock) - agent.said_at) / 1e6
             if jump > TELEPORT_FREE_M + top * seconds:
                 return f"jumped {jump:.0f} m in {seconds:.1f} s"
         return ""

@@ -23,8 +23,9 @@ from msgspec.structs import replace
 
 from formiga_bt.clock import SECOND, Micros
 from formiga_bt.engine import changes as ch
+from formiga_bt.engine import epochs
 from formiga_bt.engine.climbing import climb, is_up, top_m
-from formiga_bt.engine.core import EVERYTHING, Core
+from formiga_bt.engine.core import Core
 from formiga_bt.engine.fleet import Fleet
 from formiga_bt.engine.gatekeeper import TTL_BEATS, Gatekeeper
 from formiga_bt.engine.inputs import Alarm, CancelGoal, EffectFailed, QueryGoal
@@ -259,12 +260,7 @@ class Goals:
         else:
             core.put_goal(goal.id, state="gated", code="epoch", leg=None, n=-1)  # its agent remembers nothing of it
             self._free_agent(goal)
-        if not core.state.counters.get("deposed"):
-            core.emit(ch.CounterSet("deposed", 1))
-            core.stale.add(EVERYTHING)
-            core.effect(
-                Alarm("deposed", "another engine commands this site; this one sends nothing any more", "", goal.agent)
-            )
+        epochs.depose(core, goal.agent, core.state.agents[goal.agent].epoch)
 
     def _on_unknown(self, goal: GoalRecord) -> None:
         # The agent never had it: a cancel is done with, a goal is sent again under the same id, if it still may go.

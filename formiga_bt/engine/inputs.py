@@ -107,17 +107,22 @@ class AgentGoneInput(Struct, frozen=True, tag="AgentGone"):
 
 
 class AgentStatusInput(Struct, frozen=True, tag="AgentStatus"):
-    """A status came in at wall time `wall`."""
+    """A status came in at wall time `wall`, when the driver's clock said `clock` (engine time; 0: as `now`).
+
+    Under overload `now` is earlier than the clock, by which agents stamp what they say.
+    """
 
     status: AgentStatus
     wall: Micros = 0
+    clock: Micros = 0
 
 
 class GoalEventInput(Struct, frozen=True, tag="GoalEvent"):
-    """News of a goal."""
+    """News of a goal; `wall` and `clock` as of a status."""
 
     event: GoalEvent
     wall: Micros = 0
+    clock: Micros = 0
 
 
 class AgentEventInput(Struct, frozen=True, tag="AgentEvent"):
@@ -127,11 +132,12 @@ class AgentEventInput(Struct, frozen=True, tag="AgentEvent"):
 
 
 class QueryReplyInput(Struct, frozen=True, tag="QueryReply"):
-    """An agent told which goals it knows."""
+    """An agent told which goals it knows; `clock` as of a status."""
 
     agent: str
     boot_id: str
     goals: tuple[GoalEvent, ...] = ()
+    clock: Micros = 0
 
 
 class BadStatusInput(Struct, frozen=True, tag="BadStatus"):

@@ -347,7 +347,15 @@ class AgentRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
     """Wall time at which a second one was last heard beside it, to a second."""
     seq: int = -1
     stamp: Micros = 0
-    """Engine time of the newest status as stamped by the agent."""
+    """Engine time of the newest status as stamped by the agent; it may be ahead by some minutes (`engine.boots`)."""
+    stray_stamp: Micros = 0
+    """Stamp of a status that did not count up but is newer (`engine.boots`), since the last one that did; 0: none."""
+    stray_wall: Micros = 0
+    """Wall time of its arrival."""
+    epoch: int = 0
+    """The engine's epoch that it follows, as it says; 0: it does not say."""
+    epoch_ignored: int = 0
+    """The newest epoch that it ignored because it is out of bounds."""
     heard_at: Micros = 0
     """Engine time of arrival of the newest status."""
     heard_wall: Micros = 0
@@ -362,6 +370,11 @@ class AgentRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
     told_late: str = ""
     """The question of which a person was last told that the answer came too late."""
     order: int = 0
+
+    @property
+    def said_at(self) -> Micros:
+        """Return the engine time of the newest status: its stamp, but not later than its arrival."""
+        return min(self.stamp, self.heard_at)
 
     @property
     def may_be_airborne(self) -> bool:

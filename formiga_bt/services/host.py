@@ -20,6 +20,7 @@ from formiga_bt.engine import changes as ch
 from formiga_bt.engine.drivers.failpoints import Failpoint
 from formiga_bt.engine.drivers.realtime import Listener, RealtimeDriver, stop_words
 from formiga_bt.engine.engine import Engine
+from formiga_bt.engine.epochs import TAKE_BACK, next_epoch
 from formiga_bt.engine.inputs import Abort, Resumed, Step
 from formiga_bt.engine.library import Bundles
 from formiga_bt.engine.resume import copy_of
@@ -126,6 +127,8 @@ class EngineHost:
         self._stop = threading.Event()
         self._opened: list[Any] = []
         self._back: Comeback | None = None
+        self._follow: dict[str, int] = {}
+        """Agent -> the epoch that it follows, as it last said."""
         self.draining = False
         self.restored: list[str] = []
         """What people should know of tasks that were loaded before this start, in sentences."""
@@ -154,7 +157,7 @@ class EngineHost:
         self._opened.append(self.journaling.close)
         self.journaling.open()
         now_us, counters = self._folder.marks()
-        self.epoch = self.journaling.take()
+        self.epoch = self._last_epoch = self.journaling.take()
         self._restore_tasks()
         served = dict(self._tasks)
         self._back = self.journaling.find_comeback(self._tasks, self.site, self._catalogue, now_us, counters)
@@ -267,6 +270,22 @@ class EngineHost:
         for change in step.changes:
             if isinstance(change, ch.CounterSet):
                 self._folder.counted(change.name, change.value, step.at)
+            elif isinstance(change, ch.AgentPut) and change.agent.epoch != self._follow.get(
+                change.agent.id, self.epoch
+            ):
+                self._follow[change.agent.id] = change.agent.epoch
+                self._prepare_next_start()
+
+    def _prepare_next_start(self) -> None:
+        """Let the next start have an epoch that the agents accept: some follow an engine of a higher one."""
+        last = next_epoch(self.epoch, self._follow.values()) - 1
+        if last == self._last_epoch:
+            return
+        self._last_epoch = last
+        try:
+            self._folder.raise_epoch(last)
+        except SiteError as error:
+            log.warning("the next start may have too low an epoch: %s", error)
 
     def _stop_driver(self) -> None:
         self.driver.stop()
@@ -405,11 +424,15 @@ class EngineHost:
 
     @property
     def status(self) -> str:
-        """Return how the engine stands: ok, draining, stopping or failed."""
+        """Return how the engine stands: ok, overloaded, draining, deposed, stopping or failed."""
         if self.driver.error is not None:
             return "failed"
-        if self._stop.is_set() or self.draining:
-            return "stopping" if self._stop.is_set() else "draining"
+        if self._stop.is_set():
+            return "stopping"
+        with self.view.reading() as state:
+            deposed = state.counters.get("deposed", 0) > 0
+        if deposed or self.draining:
+            return "deposed" if deposed else "draining"
         return "overloaded" if self.driver.is_behind else "ok"
 
     def health(self) -> m.Health:
@@ -447,7 +470,7 @@ class EngineHost:
                     behind_s=load.behind_s,
                 ),
                 journal=self.journaling.stands,
-                text=repr(self.driver.error) if failed else "",
+                text=repr(self.driver.error) if failed else TAKE_BACK if status == "deposed" else "",
             )
 
 

@@ -334,8 +334,8 @@ class Load(BaseModel):
 class Health(BaseModel):
     """How the engine is."""
 
-    status: Literal["ok", "overloaded", "draining", "stopping", "failed"]
-    """`overloaded`: it is `ok`, but its deadlines are given late."""
+    status: Literal["ok", "overloaded", "draining", "deposed", "stopping", "failed"]
+    """`overloaded`: it is `ok`, but its deadlines are given late. `deposed`: another engine commands its agents."""
     site: str
     mode: str
     version: str

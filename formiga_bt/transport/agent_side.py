@@ -15,8 +15,9 @@ from typing import Any, Final
 
 import msgspec
 
-from formiga_bt.clock import Micros, micros
+from formiga_bt.clock import SECOND, Micros, micros
 from formiga_bt.transport.base import AgentBody, AgentLink
+from formiga_bt.transport.bounds import BEAT_STEP, EPOCH_STEP, MOST_EPOCH, MOST_INT
 from formiga_bt.transport.messages import (
     TERMINAL,
     AgentCard,
@@ -34,6 +35,9 @@ REMEMBERED_GOALS: Final = 1000
 
 REMEMBERED_EVENTS: Final = 100
 """Events of its own that an agent tells the next engine again; an engine keeps as many of each agent."""
+
+SET_BACK_US: Final[Micros] = 10 * SECOND
+"""Engine time as known here stands still while it is ahead of the engine's by less than that (wall), else it steps back."""
 
 CONFIRM: Final = "Confirm"
 """The action by which people are asked. A person may hold several such goals at once."""
@@ -94,7 +98,10 @@ class AgentSide:
         self._status = AgentStatus(id=card.id, type=card.type, boot_id=card.boot_id, seq=0, stamp=0)
         self._seq = 0
         self._epoch = 0
+        self._ignored_epoch = 0
         self._beat = 0
+        self._far_beat: int | None = None
+        """A beat that was too far ahead to be believed: the next one that follows on it confirms it."""
         self._clock: tuple[Micros, ClockBeat] | None = None
         self._engine_now: Micros = 0
         self._heard_at: Micros = now()
@@ -173,6 +180,9 @@ class AgentSide:
             # Not remembered: the engine that replaced the sender may send this very id again.
             return GoalEvent(goal_id=request.goal_id, agent=self.card.id, state="rejected", n=1, code="epoch_old")
         if request.epoch > self._epoch:
+            if not self._believes_epoch(request.epoch):
+                # Not remembered either: whoever sent it is no engine that this agent follows.
+                return GoalEvent(goal_id=request.goal_id, agent=self.card.id, state="rejected", n=1, code="epoch_far")
             self._begin_epoch(request.epoch, request.beat)
         rivals = self._rivals(request)
         code = self._refusal(request, rivals)
@@ -231,19 +241,21 @@ class AgentSide:
         )
 
     def on_clock(self, beat: ClockBeat) -> None:
-        """Take the engine's clock. Beats of an older engine, and late ones, are ignored."""
-        if beat.epoch < self._epoch:
+        """Take the engine's clock. Beats of an older engine, late ones, and ones too far ahead are ignored."""
+        if beat.epoch < self._epoch or (beat.epoch > self._epoch and not self._believes_epoch(beat.epoch)):
             return
         was_cut_off = self.is_cut_off
         if beat.epoch > self._epoch:
             self._begin_epoch(beat.epoch, beat.beat)
-        elif beat.beat < self._beat and self._clock is not None and self._clock[1].epoch == beat.epoch:
+        elif self._clock is not None and self._clock[1].epoch == beat.epoch and not self._believes_beat(beat.beat):
             return
         elif was_cut_off:
             self._tell_events_again()
         self._beat = max(self._beat, beat.beat)
         self._heard_at = self._now()
         self._clock = (self._heard_at, beat)
+        if self._engine_now - beat.engine_us > SET_BACK_US * max(1.0, beat.speed):
+            self._engine_now = beat.engine_us
         self._unsure = ([], self._unsure[0])
         if was_cut_off:
             self._tell_what_was_not_heard()
@@ -253,7 +265,10 @@ class AgentSide:
         self._heard_at = self._now()
 
     def engine_now(self) -> Micros:
-        """Return engine time, extrapolated from the newest beat; the local clock before the first. Never goes back."""
+        """Return engine time, extrapolated from the newest beat; the local clock before the first.
+
+        It goes back only if it was far ahead of the engine's own (the engine's machine slept, or ran slower afterwards).
+        """
         if self._clock is None:
             return self._now()
         heard, beat = self._clock
@@ -337,9 +352,26 @@ class AgentSide:
                 self._link.publish_event(self._answer(self._goals[goal].event))
         self.publish_status()
 
+    def _believes_epoch(self, epoch: int) -> bool:
+        """Return whether an epoch above ours may be an engine's: any is the first of a start, later ones come in steps."""
+        most = min(MOST_EPOCH, self._epoch + EPOCH_STEP) if self._epoch else MOST_EPOCH
+        if epoch > most:
+            self._ignored_epoch = min(epoch, MOST_INT)
+        return epoch <= most
+
+    def _believes_beat(self, beat: int) -> bool:
+        """Return whether a beat of this epoch is news: not late, and not so far ahead that one alone is no proof."""
+        far, self._far_beat = self._far_beat, None
+        if beat < self._beat:
+            return False
+        if beat <= self._beat + BEAT_STEP or (far is not None and far < beat <= far + BEAT_STEP):
+            return True
+        self._far_beat = beat
+        return False
+
     def _begin_epoch(self, epoch: int, beat: int) -> None:
         """Another engine is there: it may not know what was told to the one before, or to nobody."""
-        self._epoch, self._beat = epoch, beat
+        self._epoch, self._beat, self._far_beat = epoch, beat, None
         self._tell_events_again()
 
     def _tell_events_again(self) -> None:
@@ -405,4 +437,6 @@ class AgentSide:
             seq=self._seq,
             stamp=self.engine_now(),
             beat=self._beat,
+            epoch=self._epoch,
+            epoch_ignored=self._ignored_epoch,
         )

@@ -14,6 +14,12 @@ MOST: Final = 1e7
 """Of what a status and a card say, and of metres: a quarter of the way around the earth."""
 MOST_RESULT: Final = 1e12
 """Of other numbers in results and events: as seconds, in microseconds, they fit beside the time of day."""
+MOST_EPOCH: Final = 2**31 - 1
+"""Of an engine's epoch: a start each second for 68 years."""
+EPOCH_STEP: Final = 1000
+"""An agent follows an engine whose epoch is at most so much above the highest that it accepted since its own start."""
+BEAT_STEP: Final = 1000
+"""A single heartbeat that is further above the newest is not believed before the next one confirms it."""
 MOST_DEPTH: Final = 32
 """Lists and mappings of a result or an event lie within each other at most so deep."""
 ID_LIMIT: Final = 4096

@@ -21,6 +21,7 @@ from formiga_bt.transport.messages import (
     AgentCard,
     AgentEvent,
     AgentStatus,
+    ClockBeat,
     GoalEvent,
     GoalReported,
     GoalRequest,
@@ -35,6 +36,9 @@ FRAME_LIMIT: Final = 256 * 1024
 """The most bytes one message may have."""
 CHECKS_LIMIT: Final = 32
 """The most preflight checks a status may hold."""
+
+MOST_SPEED: Final = 1000.0
+"""Engine seconds per wall second, as a beat may say."""
 
 _T = TypeVar("_T")
 
@@ -142,7 +146,8 @@ def check_status(agent: str, status: AgentStatus) -> AgentStatus:
         raise WireError("a status with a number that is not finite")
     if not are_within(numbers):
         raise WireError(f"a status with a number beyond {MOST:g}")
-    if not are_within((status.seq, status.stamp, status.age_us, status.beat), MOST_INT):
+    counts = (status.seq, status.stamp, status.age_us, status.beat, status.epoch, status.epoch_ignored)
+    if not are_within(counts, MOST_INT):
         raise WireError("a status with a whole number beyond 2**61")
     if (status.wind_east_m_s is None) != (status.wind_north_m_s is None):
         raise WireError("a status with half a wind: east and north, or neither")
@@ -199,6 +204,19 @@ def check_request(request: GoalRequest) -> GoalRequest:
     if silence_s is not None and not 0.0 < silence_s < math.inf:
         raise WireError(f"a goal with link_silence_s {silence_s!r}: seconds above 0, or null")
     return request
+
+
+def check_clock(beat: ClockBeat) -> ClockBeat:
+    """Return a beat of an engine's clock if an agent can reckon with it.
+
+    Raises:
+        WireError: a whole number beyond 2**61, or a speed that is negative, not finite or above `MOST_SPEED`.
+    """
+    if not are_within((beat.wall_us, beat.engine_us, beat.beat), MOST_INT):
+        raise WireError("a beat with a whole number beyond 2**61")
+    if not 0.0 <= beat.speed <= MOST_SPEED:
+        raise WireError(f"a beat with speed {beat.speed!r}: 0 to {MOST_SPEED:g} engine seconds a second")
+    return beat
 
 
 def _check_goal_id(goal_id: str) -> None:

@@ -92,6 +92,10 @@ class AgentStatus(Struct, frozen=True, kw_only=True, rename={"position": "pose"}
     """Engine time when it was made."""
     beat: int = 0
     """The newest engine heartbeat heard: an echo that dates this status without a common clock."""
+    epoch: int = 0
+    """The highest epoch that the agent accepted since its start; 0 = none yet, or an agent that does not report it."""
+    epoch_ignored: int = 0
+    """The newest epoch that it ignored because it was out of bounds; 0 = none."""
     last_goal: str = ""
     last_goal_state: str = ""
     """Last ended goal and its state: a lost result is found here."""
@@ -138,7 +142,8 @@ class GoalEvent(Struct, frozen=True, kw_only=True):
     n: int = 0
     """Counts the events of this goal, so that a late or repeated one is told apart."""
     code: str = ""
-    """Why rejected or failed: a snake_case word, for example busy, unknown_action, epoch_old, goal_expired, battery_low."""
+    """Why rejected or failed: a snake_case word, for example busy, unknown_action, epoch_old, epoch_far,
+    goal_expired, battery_low."""
     text: str = ""
     progress: float | None = None
     """0..1"""

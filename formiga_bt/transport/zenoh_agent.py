@@ -14,7 +14,16 @@ import zenoh
 
 from formiga_bt.errors import TransportError
 from formiga_bt.transport.agent_side import AgentSide
-from formiga_bt.transport.codec import Asked, UnsentReplyError, WireError, check_size, decode, encode, serve_request
+from formiga_bt.transport.codec import (
+    Asked,
+    UnsentReplyError,
+    WireError,
+    check_clock,
+    check_size,
+    decode,
+    encode,
+    serve_request,
+)
 from formiga_bt.transport.messages import AgentCard, AgentEvent, AgentStatus, ClockBeat, GoalEvent
 from formiga_bt.transport.zenoh_session import (
     CLOCK_KEY,
@@ -181,7 +190,7 @@ class ZenohAgentLink:
             if self._is_cut:
                 return
             with contextlib.suppress(WireError):  # an engine of another version: its goals will tell
-                side.on_clock(decode(item.payload.to_bytes(), ClockBeat))
+                side.on_clock(check_clock(decode(item.payload.to_bytes(), ClockBeat)))
             return
         with item as query:
             if self._is_cut:

@@ -143,6 +143,23 @@ def test_a_lower_epoch_is_refused(rig: Rig) -> None:
     assert [event.state for event in rig.query(agent, late).goals] == ["unknown"], "the new engine may use this id"
 
 
+def test_an_epoch_far_ahead_is_ignored_and_reported(rig: Rig) -> None:
+    agent = rig.new_peer()
+    rig.clock_until_heard(agent)
+    rig.reported(rig.goal(agent, do="succeed"), "succeeded")
+    mark = len(rig.log)
+    own, rig.epoch = rig.epoch, 2**60
+    rig.clock()
+    said = rig.event(StatusArrived, lambda e: e.status.id == agent and e.status.epoch_ignored > 0, since=mark).status
+    assert (said.epoch, said.epoch_ignored) == (own, 2**60)
+    assert rig.reported(rig.goal(agent, do="succeed"), "rejected").code == "epoch_far"
+
+    rig.epoch = own + 1000
+    rig.reported(rig.goal(agent, do="succeed"), "succeeded")
+    rig.epoch = own
+    assert rig.reported(rig.goal(agent, do="succeed"), "rejected").code == "epoch_old"
+
+
 def test_an_expired_goal_is_refused(rig: Rig, peer: str) -> None:
     rig.clock_until_heard(peer, beats=20)
     goal = rig.goal(peer, do="succeed", beat=rig.beat - 11, ttl_beats=10)

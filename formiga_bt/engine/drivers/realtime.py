@@ -322,8 +322,10 @@ class RealtimeDriver:
             self._inbox.wait(idle_s)
 
     def _collect(self) -> None:
-        for event in self.switchboard.poll():
-            self._inbox.put(to_input(event, self._turn))
+        events = self.switchboard.poll()
+        clock = self.now()
+        for event in events:
+            self._inbox.put(to_input(event, self._turn, clock))
 
     def _one(self) -> bool:
         """Handle what is due, then one input; return False when there was nothing to do."""

@@ -129,7 +129,7 @@ class VirtualDriver:
     def drain(self) -> None:
         """Feed what the transports have."""
         for event in self.switchboard.poll():
-            self.feed(to_input(event, self.scheduler.now()))
+            self.feed(to_input(event, self.scheduler.now(), self.scheduler.now()))
 
     def next_time(self) -> Micros | None:
         """Return when the next thing happens, or None if nothing is left to happen."""

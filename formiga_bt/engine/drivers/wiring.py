@@ -9,21 +9,21 @@ from formiga_bt.transport import messages as msg
 from formiga_bt.transport.base import AgentTransport, Hearing
 
 
-def to_input(event: msg.TransportEvent, wall: Micros) -> inp.Input:
-    """Return the engine input for a transport event that was taken from the inbox at wall time `wall`."""
+def to_input(event: msg.TransportEvent, wall: Micros, clock: Micros) -> inp.Input:
+    """Return the engine input for a transport event that came in at wall time `wall` and engine time `clock`."""
     match event:
         case msg.AgentSeen(card):
             return inp.AgentSeenInput(card, wall)
         case msg.AgentGone(agent):
             return inp.AgentGoneInput(agent)
         case msg.StatusArrived(status):
-            return inp.AgentStatusInput(status, wall)
+            return inp.AgentStatusInput(status, wall, clock)
         case msg.GoalReported(goal):
-            return inp.GoalEventInput(goal, wall)
+            return inp.GoalEventInput(goal, wall, clock)
         case msg.EventArrived(told):
             return inp.AgentEventInput(told)
         case msg.QueryReplied(agent, boot_id, goals):
-            return inp.QueryReplyInput(agent, boot_id, goals)
+            return inp.QueryReplyInput(agent, boot_id, goals, clock)
         case msg.SendFailed(agent, what, goal_id, outcome, text):
             return inp.EffectFailed(agent, what, goal_id, outcome, text)
         case msg.BadMessage(agent, text):

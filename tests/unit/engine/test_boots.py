@@ -4,7 +4,7 @@ import pytest
 from msgspec.structs import replace
 
 from formiga_bt.clock import SECOND
-from formiga_bt.engine.inputs import Alarm, Operator
+from formiga_bt.engine.inputs import AgentStatusInput, Alarm, Operator
 from formiga_bt.errors import TaskError
 from formiga_bt.testing import ScriptedAgent, effects
 from tests.unit.engine.conftest import Make
@@ -158,13 +158,80 @@ def test_statuses_that_do_not_count_up_are_told(make: Make) -> None:
     yard = make(STAY)
     yard.run_for(3)
     yard.cart.silent = True
+    before = yard.record("c1").seq
     for _ in range(5):
         yard.cart.tell(seq=1, stamp=yard.now)
         yard.run_for(0.5)
 
     assert (yard.record("c1").pool, yard.record("c1").quarantine) == ("QUARANTINED", "bad_status")
     (text,) = told(yard, "bad_status")
-    before = yard.record("c1").seq
     assert text == (
         f"c1: seq 1 after {before} of the same start: seq counts the statuses of a start, and a new start has a new boot_id"
     )
+
+
+def test_a_machine_whose_count_was_led_far_ahead_is_heard_again(make: Make) -> None:
+    yard = make(STAY)
+    yard.run_for(3)
+    yard.cart.tell(seq=2**60, stamp=yard.now)
+    yard.run_for(20)
+
+    assert yard.record("c1").pool == "STANDBY"
+    assert yard.now - yard.record("c1").heard_at <= SECOND
+    assert len(told(yard, "bad_status")) == 1
+
+
+def test_two_processes_of_one_boot_id_are_two_at_once(make: Make) -> None:
+    yard = make(CART + "steps: [{do: cart.Home}]")
+    task = yard.start()
+    yard.run_for(3)
+    other = Other(yard, yard.cart, yard.record("c1").boot_id)
+    yard.run_for(2.5)
+
+    assert (yard.record("c1").quarantine, yard.record("c1").task) == ("double", "")
+    assert len(told(yard, "double")) == 1
+    yard.run_for(20)
+    assert yard.task(task).status == "FAILED"
+
+    other.runs = False
+    yard.run_for(12)
+    assert yard.record("c1").pool == "STANDBY"
+
+
+def test_a_stamp_far_ahead_is_a_bad_status_and_hides_nothing(make: Make) -> None:
+    yard = make(STAY)
+    yard.run_for(3)
+    before = yard.record("c1")
+    yard.cart.tell(stamp=yard.now + 700 * SECOND, battery=3.0)
+    yard.run_for(0.1)
+
+    after = yard.record("c1")
+    assert (after.bad, after.battery, after.seq) == (before.bad + 1, before.battery, before.seq)
+    yard.run_for(2)
+    assert (yard.record("c1").bad, yard.record("c1").liveness) == (0, "ALIVE")
+
+
+def test_a_stamp_a_little_ahead_does_not_make_the_next_way_a_jump(make: Make) -> None:
+    """Agents of an engine that ran at 20 times real time are ahead for a while; 60 m in 5 s are no jump for 10 m/s."""
+    yard = make(STAY)
+    yard.run_for(3)
+    yard.cart.tell(stamp=yard.now + 500 * SECOND)
+    yard.cart.silent = True
+    yard.run_for(5)
+    at = yard.record("c1").position
+    assert at is not None
+    yard.cart.tell(stamp=yard.now, seq=yard.record("c1").seq + 1, position=replace(at, east_m=at.east_m + 60.0))
+    yard.run_for(0.1)
+
+    found = yard.record("c1").position
+    assert found is not None
+    assert found.east_m == at.east_m + 60.0
+
+
+def test_stamps_are_judged_by_the_clock_at_arrival_not_by_a_late_deadline(make: Make) -> None:
+    """Under overload an input bears the time of the earliest deadline not yet given."""
+    yard = make(STAY)
+    yard.run_for(3)
+    status = replace(yard.cart.side.status, seq=1000, stamp=yard.now + 3600 * SECOND)
+    yard.driver.feed(AgentStatusInput(status, yard.now, clock=yard.now + 3600 * SECOND))
+    assert (yard.record("c1").seq, yard.record("c1").bad) == (1000, 0)

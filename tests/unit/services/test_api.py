@@ -436,3 +436,12 @@ def test_ids_go_on_after_a_restart(start: Start) -> None:
     with start() as service:
         assert service.submit("Stay") == "Stay-2"
         assert service.get("/v1/health")["unix_millis_now"] >= time_before
+
+
+def test_a_deposed_engine_says_so_and_its_next_start_has_an_epoch_that_its_agents_accept(service: Service) -> None:
+    own = service.host.epoch
+    service.wire.machines["lwd_1"].epoch = own + 500
+    service.wait(lambda: service.get("/v1/health")["status"] == "deposed")
+    assert "formiga down" in service.get("/v1/health")["text"]
+    file = service.host._folder.path / "epoch"
+    service.wait(lambda: int(file.read_text()) + 1 == own + 501)

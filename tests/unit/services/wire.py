@@ -36,13 +36,14 @@ class Machine:
         self.checks: tuple[Any, ...] = ()
         self.goal: GoalRequest | None = None
         self.seq = 0
+        self.epoch = 0
 
     def status(self) -> AgentStatus:
         self.seq += 1
         return AgentStatus(
             id=self.id, type=self.kind, status="EXECUTING ACTION" if self.goal else "STANDBY", position=self.at,
             landed=self.landed, control=self.control, seq=self.seq, stamp=self.seq * MINUTE, boot_id=f"{self.id}-1",
-            checks=self.checks,
+            checks=self.checks, epoch=self.epoch,
         )  # fmt: skip
 
     def finish(self) -> None:

@@ -178,6 +178,44 @@ def test_a_higher_epoch_of_the_clock_bars_older_goals(agent: Agent) -> None:
     assert agent.goal("g1", epoch=2, beat=50).state == "accepted"
 
 
+def test_any_epoch_below_2_to_31_is_the_first_after_a_start_then_they_come_in_steps(agent: Agent) -> None:
+    agent.clock(1, epoch=2**31)
+    assert (agent.side.epoch, agent.side.status.epoch_ignored) == (0, 2**31)
+    agent.clock(1, epoch=2**31 - 2000)
+    assert agent.side.epoch == 2**31 - 2000
+    for epoch, follows in ((2**31 - 999, False), (2**31 - 1000, True), (2**31, False), (2**60, False), (2**70, False)):
+        agent.clock(1, epoch=epoch)
+        assert (agent.side.epoch == epoch) is follows
+
+    assert agent.side.status.epoch == 2**31 - 1000
+    assert agent.side.status.epoch_ignored == 2**61, "the newest that was ignored, within what a message may say"
+
+
+@pytest.mark.parametrize("by", ["clock", "goal"])
+def test_one_far_epoch_deposes_no_engine(agent: Agent, by: str) -> None:
+    agent.clock(7, epoch=3)
+    if by == "clock":
+        agent.clock(8, epoch=2**60)
+    else:
+        reply = agent.goal("g1", epoch=2**60)
+        assert (reply.state, reply.code) == ("rejected", "epoch_far")
+        assert agent.side.state_of("g1") == "unknown", "the engine may use this id"
+
+    assert agent.goal("g1", epoch=3, beat=7).state == "accepted"
+    assert agent.goal("g2", epoch=1003, beat=1, safety=True).state == "accepted"
+
+
+def test_a_beat_far_ahead_is_believed_when_the_next_one_follows_on_it(agent: Agent) -> None:
+    agent.clock(5, epoch=1)
+    agent.clock(2**50, epoch=1)
+    agent.clock(6, epoch=1)
+    assert agent.side.beat == 6, "it was alone"
+
+    agent.clock(30_000, epoch=1)
+    agent.clock(30_001, epoch=1)
+    assert agent.side.beat == 30_001, "the agent's machine slept for hours"
+
+
 def test_a_new_epoch_starts_its_own_count_of_beats(agent: Agent) -> None:
     agent.clock(5000, epoch=1)
     assert agent.goal("g1", epoch=2, beat=3).state == "accepted"
@@ -214,6 +252,15 @@ def test_engine_time_is_extrapolated_and_never_goes_back(agent: Agent) -> None:
     assert agent.side.engine_now() == 1010 * SECOND
     agent.clock(1, engine_us=2000 * SECOND)
     assert agent.side.engine_now() == 1010 * SECOND, "a late beat is ignored"
+
+
+def test_engine_time_that_was_far_ahead_steps_back(agent: Agent) -> None:
+    """As after a sleep of the engine's machine: else it would stand still for as long as that was."""
+    agent.clock(1, engine_us=1000 * SECOND)
+    agent.time += 3600 * SECOND
+    assert agent.side.engine_now() == 4600 * SECOND
+    agent.clock(2, engine_us=1001 * SECOND)
+    assert agent.side.engine_now() == 1001 * SECOND
 
 
 def test_a_thousand_ended_goals_are_remembered_and_running_ones_never_forgotten() -> None:
