@@ -1,7 +1,7 @@
 """Sites of real processes under torture, a little of it: `benchmarks/torture.py` plays hours (docs/reliability.md).
 
-Stories of what was found once, and a short round whose faults are drawn from a fixed seed. What was wrong is judged from outside,
-by what the agents and the client noted.
+Stories of what was found once, and a short round whose faults are drawn from a fixed seed. What was wrong is judged from
+outside, by what the agents and the client noted.
 """
 
 from pathlib import Path
@@ -14,7 +14,7 @@ from benchmarks.torture_bench.scenarios import SCENARIOS
 
 pytestmark = pytest.mark.network
 QUICK = ("forgets", "standstill")
-"""The engine and others look into the live journal before a kill; an engine stands still for longer than machines may be silent."""
+"""Others look into the live journal before a kill; an engine stands still for longer than machines may be silent."""
 HELD = ("starve", "way_home")
 
 
