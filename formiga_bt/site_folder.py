@@ -130,7 +130,10 @@ class SiteFolder:
             self.path.mkdir(parents=True, exist_ok=True)
             lock = (self.path / "lock").open("a+", encoding="utf-8")
         except OSError as error:
-            raise SiteError(f"cannot write the site's runtime folder {self.path}: {error.strerror or error}") from error
+            raise SiteError(
+                f"cannot write the site's runtime folder {self.path}: {error.strerror or error}\n"
+                "  help: let this user write there (read-only or full disk? another owner?), then start again"
+            ) from error
         for left in reversed(range(TAKE_TRIES)):
             try:
                 fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)

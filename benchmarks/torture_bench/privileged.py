@@ -23,7 +23,7 @@ def available() -> frozenset[str]:
         if (
             shutil.which("ip")
             and shutil.which("nsenter")
-            and _works("unshare", "-n", "ip", "link", "add", "a", "type", "veth", "peer", "name", "b")
+            and _works("unshare", "-n", "ip", "link", "add", "name", "tva", "type", "veth", "peer", "name", "tvb")
         ):
             found.add("netns")
     return frozenset(found)
@@ -117,7 +117,7 @@ class Net:
         self._near, self._far = f"ta{os.getpid() % 100000}x{Net._made}", f"tb{os.getpid() % 100000}x{Net._made}"
         near, far = f"10.231.{self._number}.1", f"10.231.{self._number}.2"
         _do("ip", "netns", "add", self._name)
-        _do("ip", "link", "add", self._near, "type", "veth", "peer", "name", self._far, "netns", self._name)
+        _do("ip", "link", "add", "name", self._near, "type", "veth", "peer", "name", self._far, "netns", self._name)
         _do("ip", "addr", "add", f"{near}/24", "dev", self._near)
         _do("ip", "link", "set", self._near, "up")
         for words in (

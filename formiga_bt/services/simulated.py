@@ -122,7 +122,10 @@ def _take(folder: Path) -> IO[str]:
         folder.mkdir(parents=True, exist_ok=True)
         lock = (folder / LOCK).open("a+", encoding="utf-8")
     except OSError as error:
-        raise SiteError(f"cannot write the site's runtime folder {folder}: {error.strerror or error}") from error
+        raise SiteError(
+            f"cannot write the site's runtime folder {folder}: {error.strerror or error}\n"
+            "  help: let this user write there (read-only or full disk? another owner?), then start again"
+        ) from error
     try:
         fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except OSError as error:

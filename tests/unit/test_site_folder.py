@@ -198,7 +198,7 @@ def test_damaged_marks_are_told(tmp_path: Path, text: str) -> None:
 
 def test_a_folder_that_cannot_be_written_is_told(tmp_path: Path) -> None:
     (tmp_path / ".formiga").write_text("a file in the way", encoding="utf-8")
-    with pytest.raises(SiteError, match="cannot write the site's runtime folder"):
+    with pytest.raises(SiteError, match=r"cannot write the site's runtime folder .*\n  help: "):
         SiteFolder(tmp_path, "meadow").take()
 
 
