@@ -75,6 +75,8 @@ class Drone:
         self.on_link_loss = on_link_loss
         self.drift: tuple[float, float] = (0.0, 0.0)
         """How far east and north of the truth its own fix is, in metres."""
+        self.is_unsure = False
+        """Set True to play a drone whose sensors do not tell whether it stands."""
         self.broken: dict[str, str] = {}
         """Preflight checks that fail, with what the drone says of it."""
         self.home = state.home
@@ -128,6 +130,8 @@ class Drone:
 
     def landed(self) -> Landed:
         """Return what it knows of standing on the ground."""
+        if self.is_unsure:
+            return "unknown"
         if not self.is_airborne:
             return "grounded"
         if self._kind in ("climb", "descend", "fall") and self.position().up_m < CLEAR_OF_GROUND_M:

@@ -22,7 +22,7 @@ Body = Drone | Person
 
 OrderKind = Literal[
     "nan", "wrong_id", "slow", "refuse", "take_over", "hand_back", "lose_result", "never_confirm",
-    "link_loss", "battery", "wind", "preflight", "drift", "event",
+    "link_loss", "battery", "wind", "preflight", "drift", "unsure", "event",
 ]  # fmt: skip
 
 
@@ -39,7 +39,7 @@ class Order(Struct, frozen=True, kw_only=True):
     delay_s: float = 0.0
     """How late all it says is from now on, in wall time; 0 ends it (slow)."""
     on: bool = True
-    """False ends never_confirm, link_loss, preflight, drift."""
+    """False ends never_confirm, link_loss, preflight, drift, unsure."""
     vanishes: bool = True
     """Whether the presence token goes with the link (link_loss)."""
     percent: float = 100.0
@@ -185,6 +185,9 @@ def obey(order: Order, body: Body, front: FaultyBody, link: FaultyLink) -> None:
             body.set_wind((order.east, order.north))
         case "drift" if isinstance(body, Drone):
             body.drift = (order.east, order.north) if order.on else (0.0, 0.0)
+            body.report()
+        case "unsure" if isinstance(body, Drone):
+            body.is_unsure = order.on
             body.report()
         case "preflight" if isinstance(body, Drone):
             body.broken.pop(order.check, None)

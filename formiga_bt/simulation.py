@@ -177,6 +177,7 @@ def describe(entry: ScenarioFault | ScenarioOrder) -> str:
         "wind": f" {entry.east:g} m/s east, {entry.north:g} m/s north",
         "event": f" {entry.event}",
         "preflight": f" {entry.check}{over}",
+        "unsure": over,
         "drift": over or f" {entry.east:g} m east, {entry.north:g} m north",
     }.get(entry.kind, "")
     times = f" x{entry.count}" if entry.count > 1 else ""

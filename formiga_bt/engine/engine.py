@@ -260,6 +260,8 @@ class Engine:
                 self.gatekeeper.port_waited(rest)
             case "escalate":
                 self.people.escalate(rest)
+            case "stray":
+                self.fleet.on_stray_due(rest)
             case "order":
                 self.orders.on_deadline(rest)
             case "clear" | "clearwait":

@@ -33,6 +33,9 @@ MOST_ID = 10**9
 REMOVED = "removed"
 """Why a machine is quarantined that was lost, and that a person took away: it comes back by `clear` only."""
 
+STRAY_US = 5 * SECOND
+"""For so long (engine time) a machine may fly for nobody, or not know whether it does."""
+
 TELEPORT_FREE_M = 30.0
 """A jump smaller than this is never called a teleport: fixes get better and worse."""
 
@@ -114,8 +117,6 @@ class Fleet:
         if lie:
             self.on_bad(agent.id, lie)
             return
-        found = agent.position is None and not agent.human and not agent.task and not agent.refused
-        found = found and agent.quarantine != REMOVED
         took_over = status.control != "engine" and not agent.human and not agent.taken and self._takes(agent, status)
         core.put_agent(
             agent.id,
@@ -151,13 +152,7 @@ class Fleet:
             core.effect(Alarm("found_airborne", text, "", agent.id))
         if took_over:
             self._pilot_has(agent)
-        elif found and status.landed == "airborne" and status.control == "engine":
-            text = f"{agent.id} is in the air and belongs to no task; formiga return {agent.id} brings it home"
-            core.effect(Alarm("found_airborne", text, "", agent.id))
-        elif self._strays(agent, status):
-            text = f"{agent.id} is in the air and belongs to no task; it is brought home"
-            core.effect(Alarm("found_airborne", text, "", agent.id))
-            self.orders.bring_home_if_idle(agent.id, "engine")
+        self._look_for_stray(agent.id)
         if not agent.human:
             self.breaches.look(agent.id, status.last_goal)
             if status.landed == "grounded" and agent.landed != "grounded" and agent.task:
@@ -176,11 +171,36 @@ class Fleet:
         # What joins under its pilot's or its failsafe's command in the air was taken over, too.
         return agent.control == "engine" or (status.control in ("pilot", "failsafe") and status.landed != "grounded")
 
-    def _strays(self, agent: AgentRecord, status: AgentStatus) -> bool:
-        """Return whether a machine that stood is in the air and nobody here sent it: an engine that forgot it has."""
-        rose = agent.landed == "grounded" and status.landed == "airborne" and status.control == "engine"
+    def _look_for_stray(self, agent_id: str) -> None:
+        """Look whether a machine flies, or may, under our command and for nobody, whatever it was before.
+
+        An engine that forgot it has sent it, or it joins in the air. It is waited for a little: a task may be granted it, and
+        many do not know for a moment whether they stand.
+        """
+        core = self._core
+        key = f"stray|{agent_id}"
+        if self._is_stray(core.state.agents[agent_id]):
+            if key not in core.state.deadlines:
+                core.set_deadline(key, core.now + STRAY_US)
+        elif key in core.state.deadlines:
+            core.clear_deadline(key)
+
+    def on_stray_due(self, agent_id: str) -> None:
+        """A machine has flown for nobody, or may have, for long enough: people are told, and it comes home."""
+        agent = self._core.state.agents[agent_id]
+        if self._is_stray(agent):
+            how = "is in the air" if agent.landed == "airborne" else "does not know whether it stands"
+            text = f"{agent_id} {how} and belongs to no task; it is brought home"
+            self._core.effect(Alarm("found_airborne", text, "", agent_id))
+            self.orders.bring_home_if_idle(agent_id, "engine")
+
+    def _is_stray(self, agent: AgentRecord) -> bool:
         free = not (agent.human or agent.task or agent.goal or agent.taken or agent.refused)
-        return rose and free and agent.pool != "QUARANTINED" and agent.id not in self._core.state.orders
+        ours = free and agent.control == "engine" and agent.pool != "QUARANTINED" and agent.liveness != "LOST"
+        may_fly = agent.landed == "airborne" or (
+            agent.landed == "unknown" and self._core.agent_type(agent).recover is not None
+        )
+        return ours and may_fly and agent.id not in self._core.state.orders
 
     def _lie(self, agent: AgentRecord, status: AgentStatus) -> str:
         if status.type != agent.type:

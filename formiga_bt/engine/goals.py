@@ -30,7 +30,7 @@ from formiga_bt.engine.fleet import Fleet
 from formiga_bt.engine.gatekeeper import TTL_BEATS, Gatekeeper
 from formiga_bt.engine.inputs import Alarm, CancelGoal, EffectFailed, QueryGoal
 from formiga_bt.engine.people import TTL_BEATS as QUESTION_BEATS
-from formiga_bt.engine.records import BUSY, GO_ON, STOPPED, GoalRecord
+from formiga_bt.engine.records import BUSY, GO_ON, STOPPED, AgentRecord, GoalRecord
 from formiga_bt.geo import Place, Position
 from formiga_bt.lang.types import Type
 from formiga_bt.nodes.run import Failure, GoalOrder
@@ -239,7 +239,14 @@ class Goals:
             return
         result: dict[str, Any] = {}
         if event.state == "succeeded":
-            if spec.effect and not core.state.agents[goal.agent].human and not _is_past(event):
+            agent = core.state.agents[goal.agent]
+            if spec.effect and not agent.human and not _is_past(event):
+                if _contradicts(agent, event, spec.effect):
+                    text = (
+                        f"{agent.id} says that {goal.action} is done, and that it is {agent.landed}, not {spec.effect}"
+                    )
+                    self.end(goal.id, "failed", "contradicted", text)
+                    return
                 core.put_agent(goal.agent, landed=spec.effect)
             try:
                 result = read_result(spec.result, event.result)
@@ -428,6 +435,16 @@ def _number(raw: Any, most: float, kind: type[float] = float) -> Any:
     if not are_within((number,), most):
         raise ValueError(f"{number!r} is out of bounds")
     return number
+
+
+def _contradicts(agent: AgentRecord, event: GoalEvent, effect: str) -> bool:
+    """Return whether what a machine says of itself with the end of a goal, or has said since, is not what that leads to.
+
+    A status that was not believed says nothing, nor does one of a machine that does not know whether it stands.
+    """
+    status = event.status
+    heard = status is not None and agent.boot_id == status.boot_id and agent.seq >= status.seq
+    return heard and agent.landed != "unknown" and agent.landed != effect
 
 
 def _is_past(event: GoalEvent) -> bool:

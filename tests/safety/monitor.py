@@ -138,7 +138,6 @@ class Monitor:
         self._looked: Micros = 0
         self._alarmed: set[str] = set()
         self._silent: dict[str, tuple[Micros, TaskRecord]] = {}
-        self._flown: set[str] = set()
         self._twice: set[tuple[str, str]] = set()
         for step in world.steps:
             fold(self.state, self._board, step)
@@ -201,7 +200,6 @@ class Monitor:
                 if before is not None and before.task and after.task != before.task and not agent.human:
                     self._released(before, after)
             case ch.Granted(task_id, roles, _) if not state.tasks[task_id].system_agent:
-                self._flown.update(a for group in roles.values() for a in group)
                 if self._pressed is not None:
                     self.tell("lockdown", f"{task_id} is granted {sorted(roles)} in lockdown")
             case ch.TaskPut(task):
@@ -429,7 +427,7 @@ class Monitor:
         task, order = self.state.tasks.get(agent.task), self.state.orders.get(agent.id)
         works = task is not None and task.section not in ("", "done")
         idle = drone.is_airborne and ours and not works and order is None and agent.pool != "QUARANTINED"
-        if self._lasts("left", agent.id, idle and agent.id in self._flown, LEFT_US):
+        if self._lasts("left", agent.id, idle, LEFT_US):
             self.tell("left", f"{agent.id} hovers with no task, no order and no quarantine")
         may = ours and agent.pool != "QUARANTINED" and drone.is_airborne
         mended = order is not None or task is None or task.section != "steps" or task.stopping

@@ -232,8 +232,20 @@ def goals_are_sent_again_blindly(patch: Patch) -> None:
 
 
 def returned_machines_are_left(patch: Patch) -> None:
-    """A machine that comes back from quarantine in the air is put into the pool as it is."""
+    """A machine that comes back from quarantine in the air is put into the pool as it is, and not seen there."""
+    strays_are_not_seen(patch)
     patch.setattr(Fleet, "_returned", lambda self, agent_id: self._rest(agent_id))
+
+
+def strays_are_not_seen(patch: Patch) -> None:
+    """A machine that flies for nobody is left there."""
+    patch.setattr(Fleet, "_look_for_stray", lambda self, agent_id: None)
+
+
+def strays_that_are_unsure_are_not_seen(patch: Patch) -> None:
+    """A machine that flies for nobody is left there while it does not know that it flies."""
+    is_stray = Fleet._is_stray
+    patch.setattr(Fleet, "_is_stray", lambda self, agent: agent.landed == "airborne" and is_stray(self, agent))
 
 
 def machines_are_granted_twice(patch: Patch) -> None:
@@ -315,6 +327,8 @@ PLANTS: dict[str, tuple[Callable[[Patch], None], frozenset[str]]] = {
         (orders_are_forgotten, {"left", "order", "release"}),
         (goals_are_sent_again_blindly, {"twice"}),
         (returned_machines_are_left, {"left"}),
+        (strays_are_not_seen, {"left"}),
+        (strays_that_are_unsure_are_not_seen, {"left"}),
         (machines_are_granted_twice, {"two_tasks"}),
         (state_changes_behind_the_journal, {"fold"}),
         (drained_goals_wake_nobody, {"hang", "rest"}),

@@ -193,6 +193,8 @@ class Run:
                 sim.nan_status(agent, int(deed.much))
             case "mute" | "unmute":
                 sim.never_confirm_cancel(agent, deed.what == "mute")
+            case "unsure" | "sure":
+                sim[agent].drone.is_unsure = deed.what == "unsure"
             case "battery":
                 self._lose_charge(agent, deed.much)
             case "wind" | "wind_off":
@@ -262,6 +264,7 @@ class Run:
             sim.never_confirm_cancel(agent, False)
             hub.set_faults(agent, CLEAN_WIRE)
             hub.set_delay(agent, hub.delay_us)
+            sim[agent].drone.is_unsure = False
             if hasattr(sim, "mend_link"):
                 sim.mend_link(agent)
                 sim[agent].drone.set_wind((0.0, 0.0))

@@ -43,6 +43,8 @@ HARD = 100_000
 """From this seed on much more happens in a scene."""
 WILD = 200_000
 """From this seed on the trees are drawn at random (`drawn`); as much happens as below `HARD`."""
+UNSURE = 300_000
+"""From this seed on drones do not always know whether they stand; as much else happens as below `HARD`."""
 
 STOPS = ("hold", "return", "land", "cut")
 
@@ -84,7 +86,7 @@ class Scene(Struct, frozen=True):
 
 def tasks(seed: int) -> tuple[Task, ...]:
     """Return the tasks of a scene: the shipped ones and those in `trees`, or drawn ones."""
-    return drawn() if seed >= WILD else _written()
+    return drawn() if WILD <= seed < UNSURE else _written()
 
 
 @cache
@@ -107,7 +109,7 @@ def scene(seed: int) -> Scene:
     lasts = dice.choice((120.0, 240.0, 400.0))
     requests = [_request(dice, drones, list(people), dice.uniform(0.0, lasts * 0.6)) for _ in range(dice.randint(1, 4))]
     requests[0] = Request(0.0, requests[0].task, requests[0].params)
-    if seed >= WILD:
+    if WILD <= seed < UNSURE:
         requests = [_drawn(dice, request) for request in requests]
     return Scene(
         seed,
@@ -196,6 +198,12 @@ def _deeds(dice: Random, seed: int, drones: Sequence[str], lasts: float) -> list
         near = found and dice.random() < 0.35
         at = max(0.0, dice.choice(found).at + dice.uniform(-1.5, 1.5)) if near else dice.uniform(3.0, lasts)
         found += _deed(dice, round(at, 3), drones)
+    if seed >= UNSURE:
+        unsure = Random(f"unsure/{seed}")
+        for _ in range(unsure.choice((1, 2, 4))):
+            at, drone = round(unsure.uniform(1.0, lasts), 3), unsure.choice(drones)
+            until = round(at + unsure.choice((0.5, 3.0, 12.0, 40.0)), 3)
+            found += [Deed(at, "unsure", drone), Deed(until, "sure", drone)]
     if dice.random() < 0.25:
         # People lose their link, too: nobody of them is ever LOST, and questions wait.
         at, person = round(dice.uniform(3.0, lasts), 3), dice.choice(("watcher_1", "picker_1"))

@@ -10,17 +10,18 @@ from dataclasses import replace
 from agents_sim.world import AgentSpec
 from formiga_bt.engine import inputs as inp
 from formiga_bt.errors import TaskError
-from formiga_bt.geo import Place
+from formiga_bt.geo import Place, Position
 from formiga_bt.lang.model import SiteAgent
 from formiga_bt.testing import packaged_world
 from tests.safety.runs import PERSON, Run
 from tests.safety.scenes import Request, Scene
 
 FIELD = Place(20.0, 180.0)
+OVER = Position(-20.0, -60.0, 40.0)
 DRONE, TASK = "hwd_1", "Linger-1"
 
 
-def scene(at: Place | None = None, script: tuple[dict[str, object], ...] = ()) -> Scene:
+def scene(at: Place | Position | None = None, script: tuple[dict[str, object], ...] = ()) -> Scene:
     """One heavy drone, which the task needs, a light one, and a watcher."""
     site, _ = packaged_world()
     ports = {"hwd_1": "p5", "lwd_1": "p1"}
@@ -141,6 +142,8 @@ SILENT = ({"match": "start here", "never": True}, {"match": "go on", "options": 
 STATES: dict[str, Callable[[], Case]] = {
     "idle at the port": lambda: Case(scene()).wait(1),
     "idle away from the port": lambda: Case(scene(at=Place(-20.0, -60.0))).wait(1),
+    "joined in the air": lambda: Case(scene(at=OVER)).wait(1),
+    "joined in the air, unsure": lambda: unsure(Case(scene(at=OVER))).wait(1),
     "just asked for": lambda: Case(scene()).begin(),
     "task pending": lambda: Case(scene(at=Place(-20.0, -60.0))).begin().wait(1),
     "goal sent": lambda: Case(scene()).begin().flies("TakeOff", "sent"),
@@ -192,6 +195,11 @@ STATES: dict[str, Callable[[], Case]] = {
     "breached": lambda: low(Case(scene()).cruises()).wait(3),
 }  # fmt: skip
 """How to bring a fresh run into each state."""
+
+
+def unsure(case: Case) -> Case:
+    case.world.sim[DRONE].drone.is_unsure = True
+    return case
 
 
 def anew(case: Case) -> Case:

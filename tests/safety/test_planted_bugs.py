@@ -28,6 +28,8 @@ WHERE: dict[str, Where] = {
     "orders_are_forgotten": ("cruising", "return the machine"),
     "goals_are_sent_again_blindly": 188,
     "returned_machines_are_left": ("quarantined in the air", "clear the machine"),
+    "strays_are_not_seen": ("joined in the air", "removed the machine"),
+    "strays_that_are_unsure_are_not_seen": ("joined in the air, unsure", "removed the machine"),
     "machines_are_granted_twice": 0,
     "state_changes_behind_the_journal": ("cruising", "abort"),
     "drained_goals_wake_nobody": ("cruising", "abort"),

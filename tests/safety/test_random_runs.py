@@ -4,8 +4,8 @@ import pytest
 
 from tests.safety.runs import run
 
-FIRSTS, EACH = (*range(0, 200, 8), *range(200_000, 200_040, 8)), 8
-"""Missions as they are written, and (from 200,000 on) trees that are drawn."""
+FIRSTS, EACH = (*range(0, 200, 8), *range(200_000, 200_040, 8), *range(300_000, 300_040, 8)), 8
+"""Missions as they are written, trees that are drawn (200,000), and drones that are unsure whether they stand (300,000)."""
 FOUND = (269, 378, 381, 403, 441, 514, 577, 613, 683, 734, 746, 991, 1024, 1026, 100_015, 100_030, 100_037)
 """Further seeds that found something once."""
 

@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 
 MORE_FROM: Final = 1000
 """The first seed that draws these."""
+UNSURE_FROM: Final = 40_000
+"""The first seed whose drones do not always know whether they stand."""
 STILL_FROM: Final = 30_000
 """The first seed whose engine's process may stand still."""
 PILOTS: Final = {"ann": 3, "bo": 2}
@@ -55,6 +57,8 @@ def more(drawn: "Plan") -> "Plan":
         deeds += _story(dice, "blame_in_cleanup", round(dice.uniform(5.0, lasts - 5.0), 3), machines, people)
     if drawn.seed >= STILL_FROM:
         deeds += _standstills(Random(f"simulation/still/{drawn.seed}"), lasts)
+    if drawn.seed >= UNSURE_FROM:
+        deeds += _unsure(Random(f"simulation/unsure/{drawn.seed}"), lasts, machines)
     deeds = sorted([*drawn.deeds, *deeds], key=lambda deed: deed.at)
     return replace(drawn, asks=asks, deeds=tuple(deeds), real=real, ahead=ahead)
 
@@ -86,6 +90,18 @@ def _standstills(dice: Random, lasts: float) -> list["Deed"]:
         )
         for _ in range(dice.randint(1, 4))
     ]
+
+
+def _unsure(dice: Random, lasts: float, machines: Sequence[str]) -> list["Deed"]:
+    """Drones say for a while that they do not know whether they stand, some of them as they take off or land."""
+    from tests.simulation.plan import Deed
+
+    found = []
+    for _ in range(dice.randint(2, 8)):
+        at, drone = round(dice.uniform(2.0, lasts - 5.0), 3), dice.choice(machines)
+        until = round(at + dice.choice((0.5, 2.0, 4.0, 9.0, 30.0)), 3)
+        found += [Deed(at, "unsure", drone), Deed(until, "sure", drone)]
+    return found
 
 
 def _story(dice: Random, story: str, at: float, machines: Sequence[str], people: Sequence[str]) -> list["Deed"]:

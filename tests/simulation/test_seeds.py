@@ -11,7 +11,7 @@ import pytest
 
 from tests.simulation import runs
 from tests.simulation.invariants import Violation
-from tests.simulation.more import MORE_FROM, STILL_FROM
+from tests.simulation.more import MORE_FROM, STILL_FROM, UNSURE_FROM
 from tests.simulation.plan import FAULTS, MIN_AGENTS, MIN_FAULTS, MIN_TASKS, Plan, plan, plan_without
 from tests.simulation.runs import Report, play
 
@@ -74,10 +74,16 @@ def test_it_holds_when_the_engines_process_stands_still() -> None:
     assert violated([STILL_FROM, next(n for n in range(STILL_FROM, STILL_FROM + 40) if plan(n).ahead)]) == []
 
 
+def test_it_holds_when_drones_do_not_know_whether_they_stand() -> None:
+    """Seeds from `UNSURE_FROM` on: for up to half a minute, on the ground, in the air and between."""
+    assert violated(range(UNSURE_FROM, UNSURE_FROM + 3)) == []
+
+
+BLOCKS = (range(FEW, MORE, 10), *(range(a, a + MORE, 10) for a in (MORE_FROM, STILL_FROM, UNSURE_FROM)))
+
+
 @pytest.mark.external
-@pytest.mark.parametrize(
-    "first", [*range(FEW, MORE, 10), *range(MORE_FROM, MORE_FROM + MORE, 10), *range(STILL_FROM, STILL_FROM + MORE, 10)]
-)
+@pytest.mark.parametrize("first", [first for block in BLOCKS for first in block])
 def test_it_holds_in_hundreds_of_seeds(first: int) -> None:
     """So many in CI."""
     assert violated(range(first, first + 10)) == []

@@ -496,6 +496,9 @@ class World:
                 sim.nan_status(who, int(deed.much))
             case "mute" | "unmute":
                 sim.never_confirm_cancel(who, deed.what == "mute")
+            case "unsure" | "sure":
+                self.drones[who].is_unsure = deed.what == "unsure"
+                self.drones[who].report()
             case "battery" if self.drones[who].battery() > deed.much:
                 self.drones[who].set_battery(deed.much)
             case "event":
@@ -591,6 +594,7 @@ class World:
             sim.restart(agent)
         for agent in self.drones:
             sim.never_confirm_cancel(agent, False)
+            self.drones[agent].is_unsure = False
             sim.mend_link(agent)
             sim[agent].front.refusals.clear()
             hub._lost_results[agent] = 0

@@ -10,7 +10,7 @@ from formiga_bt.lang.model import Catalogue, Site, Task
 
 FaultKind = Literal[
     "kill", "restart", "freeze", "thaw", "nan", "wrong_id", "slow", "refuse", "take_over", "hand_back", "lose_result",
-    "never_confirm", "link_loss", "battery", "wind", "preflight", "drift", "event",
+    "never_confirm", "link_loss", "battery", "wind", "preflight", "drift", "unsure", "event",
 ]  # fmt: skip
 OrderWord = Literal[
     "hold", "return", "land", "cut", "continue", "restart", "handback", "clear", "removed", "lockdown", "abort",

@@ -92,13 +92,15 @@ FAULTS: Final[Mapping[str, tuple[Option, ...]]] = MappingProxyType(
             Option("east", "value", "How far its fix is off (0 m).", type="distance"),
             Option("north", "value", "How far its fix is off (0 m).", type="distance"),
         ),
+        "unsure": (_FOR,),
     }
 )
 """Kinds of faults with the options that each has besides `at`, `agent` and `kind`."""
 
 ENDS: Final[Mapping[str, FaultKind]] = MappingProxyType(
     {"kill": "restart", "freeze": "thaw", "take_over": "hand_back", "slow": "slow",
-     "never_confirm": "never_confirm", "link_loss": "link_loss", "preflight": "preflight", "drift": "drift"}
+     "never_confirm": "never_confirm", "link_loss": "link_loss", "preflight": "preflight", "drift": "drift",
+     "unsure": "unsure"}
 )  # fmt: skip
 """What ends a fault that lasts for a while."""
 FOR_DRONES: Final[Mapping[str, str]] = MappingProxyType(
@@ -109,6 +111,7 @@ FOR_DRONES: Final[Mapping[str, str]] = MappingProxyType(
         "wind": "a drone flies in it",
         "preflight": "no checks before a flight",
         "drift": "a drone has a fix",
+        "unsure": "a drone stands or flies",
     }
 )
 """Faults that befall no person, and why."""

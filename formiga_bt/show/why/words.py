@@ -100,6 +100,7 @@ REASONS: Final[Mapping[str, str]] = {
     "leg_busy": "another machine was in its way until it had to come home",
     "port_busy": "its port, and every other, was taken until it had to come down",
     "bad_result": "an agent's result could not be read",
+    "contradicted": "a machine said that an action was done, and its own status says otherwise",
     "nothing_applied": "none of the alternatives applied",
     "zip_length": "lists that belong together have different lengths",
     "agent_busy": "an agent had another order of this task",

@@ -116,7 +116,7 @@ def test_battery_min_filters_with_the_numbers(make: Make) -> None:
     ("status", "code"),
     [
         ({"position": Position(5.0, 0.0, 0.0)}, "parked_away"),
-        ({"landed": "airborne"}, "ordered"),  # nobody sent it up: it is brought home first
+        ({"landed": "airborne"}, "airborne"),
         ({"landed": "unknown"}, "airborne"),
         ({"position": None}, "no_position"),
     ],

@@ -386,8 +386,85 @@ def test_a_machine_that_stood_and_is_in_the_air_with_no_task_is_brought_home(mak
     yard = make(CART + "steps: [{do: cart.Move}]")
     yard.cart.auto = {"Home": 1.0}
     yard.cart.say(landed="airborne")
-    yard.run_for(5)
+    yard.run_for(8)
 
     assert alarms(yard) == ["found_airborne"]
     assert yard.cart.done == ["Home"]
     assert (yard.record("c1").pool, yard.record("c1").landed) == ("STANDBY", "grounded")
+
+
+@pytest.mark.parametrize("between", ["unknown", ""])
+def test_it_is_brought_home_whatever_it_said_between(make: Make, between: str) -> None:
+    yard = make(CART + "steps: [{do: cart.Move}]")
+    yard.cart.auto = {"Home": 1.0}
+    if between:
+        yard.cart.say(landed=between)
+        yard.run_for(0.5)
+    yard.cart.say(landed="airborne")
+    yard.run_for(8)
+
+    assert alarms(yard) == ["found_airborne"]
+    assert yard.cart.done == ["Home"]
+
+
+def test_a_machine_that_joins_in_the_air_under_our_command_is_brought_home(make: Make) -> None:
+    yard = make(CART + "steps: [{do: cart.Move}]")
+    made = yard.agent("c2", "cart", landed="airborne", auto={"Home": 1.0}, effects={"Home": "grounded"})
+    yard.run_for(8)
+
+    assert alarms(yard) == ["found_airborne"]
+    assert made.done == ["Home"]
+
+
+def test_a_machine_that_joins_in_the_air_may_be_ordered_otherwise_first(make: Make) -> None:
+    yard = make(CART + "steps: [{do: cart.Move}]")
+    made = yard.agent("c2", "cart", landed="airborne")
+    yard.ask(Operator("hold", "c2", "ann"))
+    yard.run_for(20)
+
+    assert (alarms(yard), made.done) == ([], [])
+
+
+def test_a_machine_that_does_not_know_for_long_whether_it_stands_is_brought_home(make: Make) -> None:
+    yard = make(CART + "steps: [{do: cart.Move}]")
+    yard.cart.auto = {"Home": 1.0}
+    yard.cart.say(landed="unknown")
+    yard.run_for(4)
+    assert alarms(yard) == []
+    yard.run_for(6)
+
+    assert alarms(yard) == ["found_airborne"]
+    assert yard.cart.done == ["Home"]
+
+
+def test_a_moment_without_knowing_is_nothing(make: Make) -> None:
+    yard = make(CART + "steps: [{do: cart.Move}]")
+    for landed in ("unknown", "grounded") * 3:
+        yard.cart.say(landed=landed)
+        yard.run_for(4)
+
+    assert (alarms(yard), yard.cart.done) == ([], [])
+
+
+@pytest.mark.parametrize("why", ["pilot", "order", "task", "lost"])
+def test_one_that_somebody_cares_for_is_no_stray(make: Make, why: str) -> None:
+    yard = make(CART + "steps: [{wait: 10 min}]")
+    match why:
+        case "pilot":
+            yard.cart.side.take_control("pilot")
+        case "order":
+            yard.ask(Operator("hold", "c1", "ann"))
+        case "task":
+            yard.start()
+        case "lost":
+            yard.cart.kill()
+            yard.run_for(40)
+    before = alarms(yard)
+    if why != "lost":
+        yard.cart.say(landed="unknown")
+        yard.run_for(1)
+        yard.cart.say(landed="airborne")
+    yard.run_for(20)
+
+    assert "found_airborne" not in alarms(yard)[len(before) :]
+    assert yard.cart.done == []

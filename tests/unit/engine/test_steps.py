@@ -133,7 +133,7 @@ def test_expect_sees_the_result_and_a_false_one_fails(make: Make) -> None:
 
 @pytest.mark.parametrize(
     ("since", "stands"),
-    [({}, "grounded"), ({"last_goal": "Else-9/1/steps/steps[0]"}, "airborne"), ({"action_name": "Move"}, "airborne")],
+    [({}, "grounded"), ({"last_goal": "Else-9/1/steps/steps[0]"}, "unknown"), ({"action_name": "Move"}, "unknown")],
     ids=["nothing", "another goal has ended", "another goal runs"],
 )
 def test_a_result_that_is_told_again_changes_nothing_of_a_machine_that_did_more_since(
@@ -143,7 +143,7 @@ def test_a_result_that_is_told_again_changes_nothing_of_a_machine_that_did_more_
     yard.start()
     yard.run_for(0.2)
     goal = yard.cart.goal.goal_id
-    told = {"seq": 900, "stamp": yard.now, "landed": "airborne", "last_goal": goal, "action_name": "", **since}
+    told = {"seq": 900, "stamp": yard.now, "landed": "unknown", "last_goal": goal, "action_name": "", **since}
     status = msgspec.structs.replace(yard.cart.side.status, **told)
 
     yard.driver.feed(GoalEventInput(GoalEvent(goal_id=goal, agent="c1", state="succeeded", n=9, status=status)))
