@@ -4,6 +4,7 @@ import glob
 import os
 import shutil
 import subprocess
+import sys
 import time
 from pathlib import Path
 from typing import Final
@@ -15,7 +16,7 @@ LIBRARIES: Final = ("/usr/lib/*/faketime/libfaketimeMT.so.1", "/usr/lib/faketime
 def available() -> frozenset[str]:
     """Return which of `PRIVILEGES` this user and machine have."""
     found = set()
-    if _library():
+    if _library() and _sleeps():
         found.add("faketime")
     if os.geteuid() == 0:
         if _works("unshare", "-m", "sh", "-c", "mount -t tmpfs tmpfs /mnt"):
@@ -31,6 +32,13 @@ def available() -> frozenset[str]:
 
 def _works(*words: str) -> bool:
     return subprocess.run(words, capture_output=True, check=False).returncode == 0
+
+
+def _sleeps() -> bool:
+    """Return whether a process can sleep under the library: some versions break `clock_nanosleep` when time goes back."""
+    words = {"LD_PRELOAD": _library(), "FAKETIME": "-4", "FAKETIME_DONT_FAKE_MONOTONIC": "1"}
+    script = [sys.executable, "-c", "import time; time.sleep(0.01)"]
+    return subprocess.run(script, env={**os.environ, **words}, capture_output=True, check=False).returncode == 0
 
 
 def _library() -> str:
