@@ -10,7 +10,7 @@ from typing import Any
 from agents_sim.referee import Referee
 from agents_sim.world import STATUS_EVERY_US, AgentSpec, SimFleet
 from formiga_bt.clock import SECOND, Micros, VirtualScheduler
-from formiga_bt.engine.allocator.policy import Policy, closest
+from formiga_bt.engine.allocator.policy import Policy, closest_charged
 from formiga_bt.engine.drivers.virtual import VirtualDriver
 from formiga_bt.engine.engine import Engine
 from formiga_bt.engine.inputs import Abort, Step, Submit
@@ -49,7 +49,7 @@ class Rehearsal:
         *,
         seed: int = 0,
         trees: TreesFactory = CompiledTrees,
-        policy: Policy = closest,
+        policy: Policy = closest_charged,
         start: Micros = START,
         status_every_us: Micros = STATUS_EVERY_US,
         keep_steps: bool = True,

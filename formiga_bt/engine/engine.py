@@ -12,7 +12,7 @@ from formiga_bt.clock import Micros
 from formiga_bt.engine import changes as ch
 from formiga_bt.engine import inputs as inp
 from formiga_bt.engine.allocation import Allocation
-from formiga_bt.engine.allocator.policy import Policy, closest
+from formiga_bt.engine.allocator.policy import Policy, closest_charged
 from formiga_bt.engine.authority import Authority
 from formiga_bt.engine.breaches import Breaches
 from formiga_bt.engine.clearances import Clearances
@@ -49,7 +49,7 @@ class Engine:
         site: the checked site.
         catalogue: agent types and actions.
         tasks: checked tasks by name; as `Bundles`, further versions may be added while it runs.
-        policy: how agents are chosen; `closest` by default.
+        policy: how agents are chosen; `closest_charged` by default.
         trees: how trees are run; the tests' naive interpreter is another.
         state: a loaded state to go on from.
         resumes: the first input will be `Resumed`; until then no timer fires, and a tree that cannot be rebuilt is told in
@@ -64,7 +64,7 @@ class Engine:
         catalogue: Catalogue,
         tasks: Mapping[str, Task],
         *,
-        policy: Policy = closest,
+        policy: Policy = closest_charged,
         trees: TreesFactory = CompiledTrees,
         state: EngineState | None = None,
         resumes: bool = False,

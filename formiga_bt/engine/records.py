@@ -676,10 +676,14 @@ class Verdict(Struct, frozen=True):
     role: str
     agent: str
     code: str
-    """`chosen`, `fits` (another was nearer, or the team is not complete), or the filter that refused it.
+    """`chosen`, `fits` (another cost less, or the team is not complete), or the filter that refused it.
 
     For a HIGH request also `preempting` (its task, the detail, steps aside) and `kept` (its task may not be preempted now: the
     detail is `<task>: <code>`, see `engine.preemption`).
     """
     cost: float | None = None
+    """Metres."""
     detail: str = ""
+    """Of one that is short of charge the numbers."""
+    short: int = 0
+    """Points of charge that the job leaves less than a comfortable margin: counted in its cost (`allocator.cost`)."""

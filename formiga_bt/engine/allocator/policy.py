@@ -1,4 +1,4 @@
-"""The seam for policies, and the paper's one: `closest`.
+"""The seam for policies, and two: `closest_charged`, which the engine uses, and the paper's `closest`.
 
 A policy sees all waiting requests (in order of service) and all agents at one instant, and returns grants and, for every
 request, a verdict on every agent. All roles of a request are granted together or none.
@@ -6,24 +6,21 @@ request, a verdict on every agent. All roles of a request are granted together o
 `closest` (the paper's choose_closest_mex, section 3.3): highest priority first, then first come first served; each role gets
 the nearest agent that fits; a role with several places gets the best one-to-one assignment. A role that takes as many as
 there are is filled up after all roles have what they need.
+
+`closest_charged` differs in one thing: nearness is weighed with the charge that the job leaves (`allocator.cost`).
 """
 
 from collections.abc import Mapping, Sequence
 from typing import Any, Protocol
 
 from msgspec import Struct
+from msgspec.structs import replace
 
 from formiga_bt.engine.allocator.candidate import Candidate
+from formiga_bt.engine.allocator.cost import CostOf, far, far_and_low, in_words
 from formiga_bt.engine.allocator.filters import refused_there
 from formiga_bt.engine.allocator.roster import Roster
 from formiga_bt.engine.records import Request, RoleRequest, Verdict
-from formiga_bt.geo import horizontal_m, mm
-
-PREFERRED = -1e6
-"""Cost bonus, metres, of the preferred agent: it wins if it fits."""
-
-UNREACHABLE = 1e5
-"""Cost, metres, of a person who cannot be reached now: reachable ones come first."""
 
 
 class Grant(Struct, frozen=True):
@@ -50,13 +47,22 @@ class Policy(Protocol):
 
 def closest(requests: Sequence[Request], agents: Sequence[Candidate]) -> Decision:
     """Grant the nearest fitting agents, request by request in the given order."""
+    return _decide(requests, agents, far)
+
+
+def closest_charged(requests: Sequence[Request], agents: Sequence[Candidate]) -> Decision:
+    """Grant the nearest fitting agents whose charge lasts, request by request in the given order."""
+    return _decide(requests, agents, far_and_low)
+
+
+def _decide(requests: Sequence[Request], agents: Sequence[Candidate], cost_of: CostOf) -> Decision:
     roster = agents if isinstance(agents, Roster) else Roster(agents)
     taken: dict[str, str] = {}
     grants: list[Grant] = []
     verdicts: dict[str, tuple[Verdict, ...]] = {}
     machines = {agent.id: place for place, agent in enumerate(roster) if not agent.human}
     for request in requests:
-        roles, seen = _serve(request, roster, taken, machines)
+        roles, seen = _serve(request, roster, taken, machines, cost_of)
         verdicts[request.task] = roster.shared(request.roles, seen)
         if roles is not None:
             grants.append(Grant(request.task, roles))
@@ -82,7 +88,7 @@ Costs = dict[tuple[str, str], tuple[float, int]]
 
 
 def _serve(
-    request: Request, agents: Roster, taken: dict[str, str], machines: Mapping[str, int]
+    request: Request, agents: Roster, taken: dict[str, str], machines: Mapping[str, int], cost_of: CostOf
 ) -> tuple[dict[str, tuple[str, ...]] | None, list[Verdict]]:
     costs: Costs = {}
     verdicts: list[Verdict] = []
@@ -102,18 +108,19 @@ def _serve(
                 seen[place] = agents.verdict(role.role, agent.id, *refused)
                 continue
             ways = max(1, min(role.count + role.more, len(role.near)))
-            cost = _cost(agent, role, 0) if ways == 1 else min(_cost(agent, role, index) for index in range(ways))
-            costs[role.role, agent.id] = cost, agent.order
-            seen[place] = Verdict(role.role, agent.id, "fits", cost)
+            cost = cost_of(agent, role, 0) if ways == 1 else min(cost_of(agent, role, index) for index in range(ways))
+            costs[role.role, agent.id] = cost.metres, agent.order
+            told = in_words(agent, role, cost)
+            seen[place] = Verdict(role.role, agent.id, "fits", cost.metres, told, cost.short)
             fits.append(len(verdicts) + place)
         verdicts += seen
     counts = {role.role: role.count for role in request.roles}
-    chosen = _assign(_slots(request, counts), agents, costs)
+    chosen = _assign(_slots(request, counts), agents, costs, cost_of)
     if chosen is None:
         return None, verdicts
     for role in request.roles:
         if role.more:
-            chosen = _fill_up(request, role, counts, chosen, agents, costs)
+            chosen = _fill_up(request, role, counts, chosen, agents, costs, cost_of)
     slots = _slots(request, counts)
     roles: dict[str, tuple[str, ...]] = {role.role: () for role in request.roles}
     for (role, _), agent_id in zip(slots, chosen, strict=True):
@@ -121,7 +128,7 @@ def _serve(
     for place in fits:
         verdict = verdicts[place]
         if verdict.agent in roles[verdict.role]:
-            verdicts[place] = Verdict(verdict.role, verdict.agent, "chosen", verdict.cost, verdict.detail)
+            verdicts[place] = replace(verdict, code="chosen")
     return roles, verdicts
 
 
@@ -140,6 +147,7 @@ def _fill_up(
     chosen: list[str],
     agents: Sequence[Candidate],
     costs: Costs,
+    cost_of: CostOf,
 ) -> list[str]:
     """Give a role as many agents beyond its count as fit and are free; `counts` is raised, the choice for all is returned."""
     least = counts[role.role]
@@ -147,7 +155,7 @@ def _fill_up(
     most = max(least, min(least + role.more, fit))
     while least < most:  # if so many can be had, then fewer can: halve the rest each time
         tried = (least + most + 1) // 2
-        found = _assign(_slots(request, {**counts, role.role: tried}), agents, costs)
+        found = _assign(_slots(request, {**counts, role.role: tried}), agents, costs, cost_of)
         if found is None:
             most = tried - 1
         else:
@@ -156,19 +164,9 @@ def _fill_up(
     return chosen
 
 
-def _cost(agent: Candidate, role: RoleRequest, index: int) -> float:
-    cost = 0.0
-    if role.near and agent.position is not None and not role.id:
-        place: Any = role.near[index] if index < len(role.near) else role.near[0]
-        cost = mm(horizontal_m(agent.position, place))
-    if role.prefer and agent.id == role.prefer:
-        cost += PREFERRED
-    if agent.human and agent.liveness != "ALIVE":
-        cost += UNREACHABLE
-    return cost
-
-
-def _assign(slots: Sequence[tuple[RoleRequest, int]], agents: Sequence[Candidate], costs: Costs) -> list[str] | None:
+def _assign(
+    slots: Sequence[tuple[RoleRequest, int]], agents: Sequence[Candidate], costs: Costs, cost_of: CostOf
+) -> list[str] | None:
     """Return an agent per slot of least total cost, or None if the slots cannot all be filled."""
     if len(slots) == 1:
         role = slots[0][0]
@@ -183,12 +181,12 @@ def _assign(slots: Sequence[tuple[RoleRequest, int]], agents: Sequence[Candidate
                 return None
             picked[role.role, index] = fits[index][2]
     if len(machines) == 1:
-        single = _assign(machines, agents, costs)
+        single = _assign(machines, agents, costs, cost_of)
         if single is None:
             return None
         picked[machines[0][0].role, machines[0][1]] = single[0]
     elif machines:
-        ids = _best_team(machines, agents, costs)
+        ids = _best_team(machines, agents, costs, cost_of)
         if ids is None:
             return None
         for (role, index), agent_id in zip(machines, ids, strict=True):
@@ -196,7 +194,9 @@ def _assign(slots: Sequence[tuple[RoleRequest, int]], agents: Sequence[Candidate
     return [picked[role.role, index] for role, index in slots]
 
 
-def _best_team(slots: Sequence[tuple[RoleRequest, int]], agents: Sequence[Candidate], costs: Costs) -> list[str] | None:
+def _best_team(
+    slots: Sequence[tuple[RoleRequest, int]], agents: Sequence[Candidate], costs: Costs, cost_of: CostOf
+) -> list[str] | None:
     import numpy as np
     from scipy.optimize import linear_sum_assignment  # type: ignore[attr-defined]
 
@@ -207,7 +207,7 @@ def _best_team(slots: Sequence[tuple[RoleRequest, int]], agents: Sequence[Candid
     for row, (role, index) in enumerate(slots):
         for column, agent in enumerate(agents):
             if (role.role, agent.id) in costs:
-                matrix[row, column] = _cost(agent, role, index)
+                matrix[row, column] = cost_of(agent, role, index).metres
     rows, columns = linear_sum_assignment(matrix)
     if any(matrix[r, c] >= far for r, c in zip(rows, columns, strict=True)):
         return None

@@ -5,8 +5,9 @@ from typing import Final
 
 from msgspec.structs import replace
 
-from formiga_bt.engine.allocator.policy import PREFERRED, UNREACHABLE
+from formiga_bt.engine.allocator.cost import M_PER_POINT, PREFERRED, UNREACHABLE
 from formiga_bt.engine.records import TaskRecord, Verdict
+from formiga_bt.geo import mm
 from formiga_bt.show.facts import Because
 from formiga_bt.show.why.scene import Scene, deeper
 from formiga_bt.show.why.waiting import OTHER_ROLE, refusals
@@ -51,7 +52,14 @@ def _reason(picked: Sequence[Verdict], others: Sequence[Verdict]) -> str:
         return ", which was asked for; others that fitted"
     if len(set(costs)) == 1:
         return "; others that fitted"
-    return ", the nearest; others that fitted" if len(picked) == 1 else ", nearest as a team; others that fitted"
+    charged = all(v.short == 0 for v in picked) and any(v.short for v in others)
+    if max(_way_m(v) for v in (*picked, *others)) == 0.0:
+        return f", {'with charge to spare' if charged else 'with the most charge'}; others that fitted"
+    if len(picked) > 1:
+        return ", nearest as a team; others that fitted"
+    if _way_m(picked[0]) == min(_way_m(v) for v in (*picked, *others)):
+        return ", the nearest; others that fitted"
+    return f", the nearest {'with charge to spare' if charged else 'for its charge'}; others that fitted"
 
 
 def with_cost(scene: Scene, verdict: Verdict) -> str:
@@ -64,7 +72,19 @@ def with_cost(scene: Scene, verdict: Verdict) -> str:
     agent = scene.state.agents.get(verdict.agent)
     if agent is not None and agent.human and cost >= UNREACHABLE:
         return f"{verdict.agent} (unreachable then)"
-    metres = f"{cost:.0f} m" if cost < 10_000 else f"{cost / 1000:.0f} km"
+    told = "; ".join(part for part in (_far(scene, verdict), verdict.detail) if part)
+    return f"{verdict.agent} ({told})"
+
+
+def _far(scene: Scene, verdict: Verdict) -> str:
+    way = _way_m(verdict)
+    if way == 0.0:
+        return ""
+    metres = f"{way:.0f} m" if way < 10_000 else f"{way / 1000:.0f} km"
     speed = scene.speed_m_s(verdict.agent)
-    far = f"{metres}, {span(round(cost / speed * 1e6))}" if speed else metres
-    return f"{verdict.agent} ({far} away)"
+    return f"{metres}, {span(round(way / speed * 1e6))} away" if speed else f"{metres} away"
+
+
+def _way_m(verdict: Verdict) -> float:
+    """Return how far it was: its cost without what counts for too little charge."""
+    return max(0.0, mm((verdict.cost or 0.0) - M_PER_POINT * verdict.short))

@@ -1,10 +1,14 @@
-"""The policy `closest` on its own: teams of least cost, reservation, what no agent could ever serve. Pure functions."""
+"""The policies on their own: teams of least cost, reservation, charge, what no agent could ever serve. Pure functions."""
 
 from typing import Any
 
+import pytest
+
+from formiga_bt.energy import power_of
 from formiga_bt.engine.allocator.candidate import Candidate
+from formiga_bt.engine.allocator.energy import Charge
 from formiga_bt.engine.allocator.filters import hopeless
-from formiga_bt.engine.allocator.policy import closest
+from formiga_bt.engine.allocator.policy import closest, closest_charged
 from formiga_bt.engine.records import Request, RoleRequest
 from formiga_bt.geo import Place, Position
 
@@ -84,3 +88,67 @@ def test_a_busy_or_empty_agent_is_no_reason_to_give_up() -> None:
     agents = [drone("d1", 0.0, task="Other-1"), drone("d2", 0.0, battery=3.0)]
 
     assert hopeless(wish, closest([wish], agents).verdicts["T-1"]) == ""
+
+
+# -- charge --------------------------------------------------------------------------------------------------------------
+
+DRAINS = {"speed_m_s": 8.0, "climb_m_s": 2.5, "cruise_drain_pct_s": 0.066, "hover_drain_pct_s": 0.058}
+
+
+def charged(name: str, east_m: float, battery: float) -> Candidate:
+    """Return a drone of which the charge is known, at home where it stands."""
+    power = power_of(DRAINS)
+    assert power is not None
+    here, home = Position(east_m, 0.0, 0.0), Place(east_m, 0.0)
+    charge = Charge(battery=battery, reserve=20.0, power=power, position=here, home=home, layer_m=40.0)
+    return drone(name, east_m, battery=battery, charge=charge)
+
+
+@pytest.mark.parametrize("near", [(), (Place(10.0, 0.0),)])
+def test_one_with_little_charge_is_not_taken_before_full_ones(near: tuple[Place, ...]) -> None:
+    agents = [charged("d1", 0.0, 27.0), *(charged(f"d{n}", 20.0 * n, 100.0) for n in range(2, 8))]
+
+    decision = closest_charged([request("T-1", role(near=near))], agents)
+
+    assert decision.grants[0].roles == {"drone": ("d2",)}
+    assert closest([request("T-1", role(near=near))], agents).grants[0].roles == {"drone": ("d1",)}
+    low = next(v for v in decision.verdicts["T-1"] if v.agent == "d1")
+    assert low.short > 20
+    assert "27 %" in low.detail
+
+
+def test_of_those_with_charge_to_spare_the_closest_is_taken_however_full_another_is() -> None:
+    agents = [charged("d1", 300.0, 100.0), charged("d2", 50.0, 75.0)]
+
+    decision = closest_charged([request("T-1")], agents)
+
+    assert decision.grants[0].roles == {"drone": ("d2",)}
+    assert [v.short for v in decision.verdicts["T-1"]] == [0, 0]
+
+
+def test_one_point_short_of_the_margin_counts_as_100_metres() -> None:
+    """d1 stands at the place and is 9 points short: one 800 m away is better, one 1000 m away is not."""
+    low = charged("d1", 0.0, 43.0)
+    verdict = closest_charged([request("T-1")], [low]).verdicts["T-1"][0]
+    assert (verdict.short, verdict.cost) == (9, 900.0)
+
+    for metres, best in ((800.0, "d2"), (1000.0, "d1")):
+        decision = closest_charged([request("T-1")], [low, charged("d2", metres, 100.0)])
+        assert decision.grants[0].roles == {"drone": (best,)}
+
+
+def test_the_preferred_one_is_taken_with_little_charge_too() -> None:
+    agents = [charged("d1", 0.0, 27.0), charged("d2", 0.0, 100.0)]
+
+    decision = closest_charged([request("T-1", role(near=(), prefer="d1"))], agents)
+
+    assert decision.grants[0].roles == {"drone": ("d1",)}
+
+
+def test_a_team_is_matched_by_way_and_charge() -> None:
+    places = (Place(0.0, 0.0), Place(100.0, 0.0))
+    agents = [charged("d1", 0.0, 30.0), charged("d2", 100.0, 100.0), charged("d3", 200.0, 100.0)]
+
+    decision = closest_charged([request("T-1", role(near=places, count=2, is_list=True))], agents)
+
+    assert decision.grants[0].roles == {"drone": ("d2", "d3")}

@@ -8,15 +8,20 @@ from typing import Any
 import pytest
 
 from formiga_bt.clock import SECOND
+from formiga_bt.engine.allocator.candidate import Candidate
+from formiga_bt.engine.allocator.policy import closest_charged
 from formiga_bt.engine.inputs import Abort, Operator
 from formiga_bt.engine.records import GoalRecord, Question, Recovering, Request, RoleRequest, Verdict
 from formiga_bt.engine.state import EngineState
 from formiga_bt.errors import TaskError
+from formiga_bt.geo import Position
 from formiga_bt.lang.binding import bind_params
 from formiga_bt.nodes.run import Failure
 from formiga_bt.rehearsal import Rehearsal, fleet_of, simulated
 from formiga_bt.show.facts import ActionFact
+from formiga_bt.show.why.chosen import chosen
 from formiga_bt.show.why.front import explain
+from formiga_bt.show.why.scene import Scene
 from formiga_bt.show.why.text import in_words
 from formiga_bt.testing import packaged_task, packaged_world, task_of
 from tests.unit.services.fakes import NOW, machine, order, task
@@ -456,3 +461,23 @@ def test_an_unknown_id_is_refused_with_near_ones(state: EngineState, of: str, wo
     with pytest.raises(TaskError) as refused:
         by_hand(state, of)
     assert (refused.value.code, str(refused.value)) == ("unknown_task", words)
+
+
+def test_a_choice_by_charge_gives_the_numbers_of_those_with_little() -> None:
+    wish = RoleRequest(role="drone", types=("lwd",), human=False)
+    full, low = (
+        Candidate(
+            id=f"lwd_{number}", type="lwd", order=number, human=False, actions=(), refused="", pool="STANDBY",
+            liveness="ALIVE", control="engine", task="", goal="", word="STANDBY", landed="grounded", at_port=True,
+            battery=battery, position=Position(0.0, 0.0, 0.0),
+        )
+        for number, battery in ((2, 100.0), (1, 27.0))
+    )  # fmt: skip
+    asked = Request(task="T-1", priority="medium", order=1, at=0, roles=(wish,))
+    verdicts = closest_charged([asked], [low, full]).verdicts["T-1"]
+    done = task("T-1", status="SUCCEEDED", section="done", roles={})
+    scene = Scene(EngineState(tasks={"T-1": done}, explanations={"T-1": verdicts}), {}, NOW)
+
+    (line,) = chosen(scene, done)
+
+    assert line.text.startswith("drone = lwd_2, with charge to spare; others that fitted: lwd_1 (27 %")
