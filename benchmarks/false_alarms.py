@@ -27,6 +27,7 @@ from formiga_bt.casework.cases import CaseFile
 from formiga_bt.casework.mocks import Mocks
 from formiga_bt.casework.reading import load_cases_text
 from formiga_bt.diagnostics import Diagnostic
+from formiga_bt.engine.allocation import WAIT_US
 from formiga_bt.engine.inputs import SendGoal
 from formiga_bt.engine.records import AgentRecord
 from formiga_bt.engine.state import EngineState
@@ -38,6 +39,7 @@ from formiga_bt.lang.reading import Problems
 from formiga_bt.lang.scenario import Scenario, ScenarioTask
 from formiga_bt.lang.world import World
 from formiga_bt.packaged import folder
+from formiga_bt.rehearsal import patience
 from formiga_bt.show.why.front import explain
 from formiga_bt.simulation import VirtualRun
 from tests.mutation.operators import OPERATORS, other_count
@@ -207,9 +209,9 @@ def others() -> Mapping[str, Task]:
 def run(task: Task, index: int, limit_s: float = LIMIT_S) -> Ended:
     """Run a task in a scenario, for so long at most."""
     case = cases().cases[index]
-    requests = [ScenarioTask(0, task.name, case.params)]
+    requests = [ScenarioTask(0, task.name, case.params, wait=patience(task))]
     if case.name == "traffic":
-        requests = [ScenarioTask(at * 10_000_000, "Other", case.params) for at in (0, 6, 12)] + requests
+        requests = [ScenarioTask(at * 10_000_000, "Other", case.params, wait=WAIT_US) for at in (0, 6, 12)] + requests
     scenario = Scenario(
         "false alarms", cases().site, cases().catalogue, {task.name: task, **others()}, case.agents,
         tuple(requests), case.faults, case.orders, file="scenarios",

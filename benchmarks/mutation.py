@@ -41,6 +41,7 @@ from formiga_bt.lang.reading import Problems
 from formiga_bt.lang.scenario import Scenario, ScenarioTask
 from formiga_bt.lang.world import World
 from formiga_bt.packaged import folder
+from formiga_bt.rehearsal import patience
 from formiga_bt.simulation import VirtualRun
 from tests.mutation.operators import OPERATORS, Fault, faults
 from tests.mutation.scenarios import COOKBOOK, HOSTS, LIBRARY_HOSTS, MISSIONS, test_file
@@ -226,7 +227,7 @@ def trace_of(cases: CaseFile, index: int, task: Task) -> Trace:
     case = cases.cases[index]
     scenario = Scenario(
         "mutation", cases.site, cases.catalogue, {task.name: task}, case.agents,
-        (ScenarioTask(0, task.name, case.params),), case.faults, case.orders, file="scenarios",
+        (ScenarioTask(0, task.name, case.params, wait=patience(task)),), case.faults, case.orders, file="scenarios",
     )  # fmt: skip
     run = VirtualRun(scenario)
     mocks = Mocks(case, task.name, run.rehearsal.scheduler, dict)

@@ -10,6 +10,7 @@ from typing import Any
 from agents_sim.referee import Referee
 from agents_sim.world import STATUS_EVERY_US, AgentSpec, SimFleet
 from formiga_bt.clock import SECOND, Micros, VirtualScheduler
+from formiga_bt.engine.allocation import WAIT_US
 from formiga_bt.engine.allocator.policy import Policy, closest_charged
 from formiga_bt.engine.drivers.virtual import VirtualDriver
 from formiga_bt.engine.engine import Engine
@@ -23,6 +24,14 @@ from formiga_bt.transport.memory import MemoryHub
 
 START: Micros = 1_000_000 * SECOND
 """Engine time at the start: far from zero, so that a clock read by mistake is found out."""
+
+
+def patience(task: Task) -> Micros | None:
+    """Return how long a task that is alone on its site is let wait for agents; None: as its roles say.
+
+    Who it does not get in that time does not become free by itself: a rehearsal then says so, where a running engine waits on.
+    """
+    return None if any(role.wait is not None for role in task.roles.values()) else WAIT_US
 
 
 class Rehearsal:

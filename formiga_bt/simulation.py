@@ -64,7 +64,7 @@ def site_of(scenario: Scenario) -> Site:
 
 def request_of(task: ScenarioTask) -> Submit:
     """Return the request for a task of a scenario."""
-    return Submit(task.task, dict(task.params), priority=task.priority, requester="scenario")
+    return Submit(task.task, dict(task.params), task.priority, "scenario", wait=task.wait, expires=task.expires)
 
 
 OrderInput = Operator | LockdownOrder | Abort

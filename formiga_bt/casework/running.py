@@ -15,6 +15,7 @@ from formiga_bt.engine.inputs import Notify, SendGoal, Step
 from formiga_bt.engine.records import AgentRecord, TaskRecord
 from formiga_bt.lang.places import steps_around
 from formiga_bt.lang.scenario import Scenario, ScenarioTask
+from formiga_bt.rehearsal import patience
 from formiga_bt.simulation import VirtualRun
 from formiga_bt.spending import Spending
 from formiga_bt.transport.agent_side import CONFIRM
@@ -78,7 +79,7 @@ def play(cases: CaseFile, case: Case, coverage: Coverage | None = None, spending
     spending = spending or Spending()
     scenario = Scenario(
         "case", cases.site, cases.catalogue, {task.name: task for task in (cases.task, *cases.requested)}, case.agents,
-        (ScenarioTask(0, cases.task.name, case.params),), case.faults, case.orders, file=cases.file,
+        (ScenarioTask(0, cases.task.name, case.params, wait=patience(cases.task)),), case.faults, case.orders, file=cases.file,
     )  # fmt: skip
     run = VirtualRun(scenario, spending=spending)
     story = _Story(cases)

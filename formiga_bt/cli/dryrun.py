@@ -90,7 +90,7 @@ def command(
     filled = of_profile(profile, task, given)
     values = _bound(task, given | filled, the_site, f"; {profile} said {', '.join(filled)}" if filled else "")
     from formiga_bt.lang.requested import with_requested
-    from formiga_bt.rehearsal import Rehearsal, fleet_of, simulated
+    from formiga_bt.rehearsal import Rehearsal, fleet_of, patience, simulated
     from formiga_bt.show.runlog import RunLog
 
     answers = _answers(pairs(answer or []), the_site, world.catalogue)
@@ -101,7 +101,7 @@ def command(
     spending = Spending(most_steps, most_seconds)
     rehearsal.driver.listeners.append(spending.feed)
     rehearsal.run_for(1.0)
-    task_id = rehearsal.submit(task.name, values)
+    task_id = rehearsal.submit(task.name, values, wait=patience(task))
     rehearsal.run_until(lambda: spending.is_over or rehearsal.ended(task_id), limit_s=limit * 3600.0)
     in_time = rehearsal.ended(task_id)
     log = RunLog()

@@ -40,6 +40,13 @@ def command(
         ),
     ] = None,
     priority: Annotated[str, typer.Option(help="low, medium or high. Default: the task's own.")] = "",
+    wait: Annotated[
+        str,
+        typer.Option(help="How long at most it waits for its agents: 10 min. Default: as its roles say.", metavar="TIME"),
+    ] = "",
+    expires: Annotated[
+        str, typer.Option(help="The longest time PENDING: 2 h. Default: as the task says.", metavar="TIME")
+    ] = "",
     profile: ProfileOption = "",
     follow: Annotated[bool, typer.Option("--follow", "-f", help="Watch it to its end.")] = False,
     by: Annotated[str, typer.Option(help="Who requests it. Default: you.", metavar="NAME")] = "",
@@ -61,6 +68,7 @@ def command(
     if profile:
         params |= of_profile_by_name(profile, task, params, client.get("/v1/library")["tasks"])
     body = {"task": task, "params": params, "priority": _priority(priority), "requester": by or user()}
+    body |= _duration("wait_s", wait, "--wait") | _duration("expires_s", expires, "--expires")
     task_id = _requested(client, {**body, "bundle": loaded["bundle"]} if loaded else body, file)
     if not follow:
         if as_json:
@@ -88,6 +96,18 @@ def _requested(client: Client, body: dict[str, Any], file: str) -> str:
         if error.code == "not_approved" and file:
             show_next(f"formiga approve {file} --by NAME")
         raise
+
+
+def _duration(key: str, text: str, option: str) -> dict[str, float]:
+    """Return the key with a duration in seconds, or nothing if none was given."""
+    if not text:
+        return {}
+    from formiga_bt.units import parse_quantity
+
+    found = parse_quantity(text.strip())
+    if found is None or found[0] != "duration" or found[1] < 0.0:
+        raise typer.BadParameter(f"'{text}' is no duration: 30 s, '10 min', 2h", param_hint=option)
+    return {key: found[1]}
 
 
 def _priority(word: str) -> Literal["low", "medium", "high"] | None:

@@ -133,6 +133,11 @@ class Requests:
         if taken:
             return str(taken[0])
         body = {"task": entry.task, "params": dict(entry.texts), "priority": entry.priority, "requester": REQUESTER}
+        body |= {
+            f"{key}_s": lasts / 1e6
+            for key, lasts in (("wait", entry.wait), ("expires", entry.expires))
+            if lasts is not None
+        }
         return api.call(lambda client: str(client.post("/v1/tasks", body)["id"]))
 
 

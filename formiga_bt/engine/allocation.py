@@ -50,7 +50,7 @@ MOST_AGENTS = 1000
 """More than any fleet has: what `count: all` may take."""
 
 WAIT_US: Micros = 900_000_000
-"""Default of a role's `wait`."""
+"""Default of a role's `wait` while its task, or the one that waits for its end, holds agents already."""
 
 _read = attrgetter(
     "type", "order", "human", "actions", "refused", "refused_at_rest", "pool", "liveness", "control", "task", "goal",
@@ -84,11 +84,16 @@ class Allocation:
         core = self._core
         model = core.model(task)
         env = TaskEnv(core, task, values)
+        waits = WAIT_US if task.parent and not task.detached else None  # its parent holds agents while it waits
         try:
-            roles = tuple(self._role(role, env) for role in model.roles.values())
+            roles = tuple(self._role(role, env, waits) for role in model.roles.values())
             expires = core.now + micros(model.expires.run(env)) if model.expires else None
         except CANNOT_COMPUTE as error:
             raise TaskError("bad_role", f"{model.name}: a role cannot be evaluated: {error}") from error
+        if task.wait is not None:
+            roles = tuple(replace(role, wait_until=core.now + task.wait) for role in roles)
+        if task.expires is not None:
+            expires = core.now + task.expires
         return Request(
             task=task.id, priority=task.priority, order=task.order, at=core.now, roles=roles, expires=expires
         )
@@ -100,7 +105,8 @@ class Allocation:
         core = self._core
         task = core.task(task_id)
         wanted = tuple(
-            replace(self._role(role, env), but_not=but_not, rebind=role.if_lost == "rebind") for role in roles.values()
+            replace(self._role(role, env, WAIT_US), but_not=but_not, rebind=role.if_lost == "rebind")
+            for role in roles.values()
         )
         request = Request(task=f"{task_id}|{node}", priority=task.priority, order=task.order, at=core.now, roles=wanted)
         core.emit(ch.RequestPut(request.task, request))
@@ -118,12 +124,13 @@ class Allocation:
             core.set_deadline(task_deadline(request.task, "expires"), request.expires, request.task)
         self.poke()
 
-    def _role(self, role: Role, env: Env) -> RoleRequest:
+    def _role(self, role: Role, env: Env, otherwise: Micros | None) -> RoleRequest:
+        """Return a role as it is wanted; without a `wait` of its own it waits for so long, None: as long as it takes."""
         core = self._core
         types = tuple(
             t for t in core.catalogue.types if t in role.types or any(x in role.types for x in _line(core, t))
         )
-        wait = micros(role.wait.run(env)) if role.wait else WAIT_US
+        wait = micros(role.wait.run(env)) if role.wait else otherwise
         return RoleRequest(
             role=role.name,
             types=types,
@@ -137,7 +144,7 @@ class Allocation:
             battery_min=float(role.battery_min.run(env)) if role.battery_min else 0.0,
             away=role.away,
             actions=tuple(dict.fromkeys((*role.actions, *role.capabilities))),
-            wait_until=core.now + wait,
+            wait_until=None if wait is None else core.now + wait,
         )
 
     # -- looking ---------------------------------------------------------------------------------------------------

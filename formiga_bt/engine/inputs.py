@@ -26,6 +26,10 @@ class Submit(Struct, frozen=True, tag=True):
     requester: str = ""
     bundle: str = ""
     """Of the version that is meant; "" = the newest."""
+    wait: Micros | None = None
+    """How long at most it waits for its first agents, instead of what its roles say."""
+    expires: Micros | None = None
+    """The longest time PENDING, instead of the task's own."""
 
 
 class Serve(Struct, frozen=True, tag=True):

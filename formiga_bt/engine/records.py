@@ -199,6 +199,10 @@ class TaskRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
     """`Version.order` of the newest version of any name when a person requested it, or the first task of its family."""
     priority: Priority = "medium"
     requester: str = ""
+    wait: Micros | None = None
+    """How long each run waits for its first agents, if its request said so."""
+    expires: Micros | None = None
+    """The longest time PENDING of each run, likewise."""
     parent: str = ""
     """The task that requested it, if no person did; then also the node that waits for its end, and how deep it is."""
     parent_node: str = ""

@@ -240,7 +240,7 @@ ROLE: Final[tuple[Option, ...]] = (
     ),
     Option("battery_min", "value", "The least charge at the start.", type="percent"),
     Option("capabilities", "words", "What else the agent must be able to do."),
-    Option("wait", "value", "How long to queue for it (15 min).", type="duration"),
+    Option("wait", "value", "How long to queue for it (as long as it takes; of with_agents 15 min).", type="duration"),
     Option("if_lost", "word", "What a lost agent means (fail).", values=("fail", "rebind")),
     Option("away", "flag", "Agents grounded away from a port, or idle in the air, fit too."),
 )

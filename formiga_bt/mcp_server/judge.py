@@ -156,7 +156,7 @@ def flown(task: "Task", loaded: Loaded, ground: Ground, job: Job, progress: Prog
     """
     from formiga_bt.lang.binding import bind_params
     from formiga_bt.lang.requested import with_requested
-    from formiga_bt.rehearsal import START, Rehearsal, fleet_of, simulated
+    from formiga_bt.rehearsal import START, Rehearsal, fleet_of, patience, simulated
 
     values, problems, sources = bind_params(task, texts_of(job.params), ground.site, START)
     if problems:
@@ -168,7 +168,7 @@ def flown(task: "Task", loaded: Loaded, ground: Ground, job: Job, progress: Prog
     try:
         rehearsal.run_for(1.0)
         try:
-            task_id = rehearsal.submit(task.name, values)
+            task_id = rehearsal.submit(task.name, values, wait=patience(task))
         except TaskError as refused:
             return FlightOut(ok=False, task=task.name, status="REFUSED", reason=str(refused))
         _fly(rehearsal, task_id, job.hours * 3600.0, progress)

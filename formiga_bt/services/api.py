@@ -17,6 +17,7 @@ from fastapi.responses import JSONResponse, StreamingResponse
 from starlette.exceptions import HTTPException
 
 from formiga_bt import __version__
+from formiga_bt.clock import Micros, micros
 from formiga_bt.services import crew_routes, library_routes, order_routes, past_routes, seeing_routes
 from formiga_bt.services import models as m
 from formiga_bt.services.crew import Crew
@@ -24,7 +25,7 @@ from formiga_bt.services.door import Door
 from formiga_bt.services.feed import Event, Feed
 from formiga_bt.services.loading import Loading
 from formiga_bt.services.not_served import NotServed
-from formiga_bt.services.orders import Orders
+from formiga_bt.services.orders import Orders, Waits
 from formiga_bt.services.refused import Refused
 from formiga_bt.show.source import Source
 
@@ -152,6 +153,10 @@ def _errors(app: FastAPI) -> None:
         )
 
 
+def _micros(seconds: float | None) -> Micros | None:
+    return None if seconds is None else micros(seconds)
+
+
 def _tasks(app: FastAPI, orders: Orders) -> None:
     @app.post("/v1/tasks", status_code=201, tags=["tasks"])
     def submit(
@@ -160,7 +165,9 @@ def _tasks(app: FastAPI, orders: Orders) -> None:
     ) -> m.Submitted:
         """Request a task. With an Idempotency-Key, sending it twice starts one task."""
         name = body.requester or "http"
-        return m.Submitted(id=orders.submit(body.task, body.params, body.priority, name, idempotency_key, body.bundle))
+        waits = Waits(_micros(body.wait_s), _micros(body.expires_s))
+        task_id = orders.submit(body.task, body.params, body.priority, name, idempotency_key, body.bundle, waits)
+        return m.Submitted(id=task_id)
 
     @app.get("/v1/tasks", tags=["tasks"])
     def tasks(

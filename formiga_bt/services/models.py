@@ -3,7 +3,7 @@
 Words and units as everywhere: percent 0..100, metres, seconds in `_s`, instants of engine time in `unix_millis_*`.
 """
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Final, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -11,6 +11,9 @@ from formiga_bt.services.order_models import LockdownOut, StandingOrderOut
 
 Id = Annotated[str, Field(min_length=1, max_length=200)]
 Name = Annotated[str, Field(max_length=200)]
+
+LONGEST_S: Final = 30 * 86400.0
+"""That a request may say it waits."""
 
 
 class Body(BaseModel):
@@ -28,6 +31,10 @@ class SubmitBody(Body):
     requester: Name = ""
     bundle: Annotated[str, Field(max_length=64)] = ""
     """Of the version that is meant, as GET /v1/library lists it; empty: the newest."""
+    wait_s: Annotated[float, Field(ge=0.0, le=LONGEST_S)] | None = None
+    """How long at most it waits for its first agents, instead of what its roles say; then it ends FAILED `no_agent`."""
+    expires_s: Annotated[float, Field(ge=0.0, le=LONGEST_S)] | None = None
+    """The longest time PENDING, instead of the task's own; then it ends FAILED `task_expired`."""
 
 
 class AbortBody(Body):

@@ -12,7 +12,7 @@ import threading
 from collections import OrderedDict
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, Final, Protocol
+from typing import Any, Final, NamedTuple, Protocol
 
 from formiga_bt.clock import Micros
 from formiga_bt.diagnostics import render
@@ -43,6 +43,16 @@ from formiga_bt.transport.desk import DeskTransport
 
 KEYS_KEPT: Final = 10_000
 """Idempotency keys remembered."""
+
+
+class Waits(NamedTuple):
+    """What a request says itself of its time PENDING, microseconds; None: as its task says."""
+
+    wait: Micros | None = None
+    expires: Micros | None = None
+
+
+UNSAID: Final = Waits()
 
 
 class Driver(Protocol):
@@ -118,18 +128,19 @@ class Orders:
         requester: str = "",
         key: str = "",
         bundle: str = "",
+        waits: Waits = UNSAID,
     ) -> str:
         """Request a task; return its id. The same `key` again returns the same id, and starts nothing.
 
-        `bundle`: of the version that is meant; empty: the newest.
+        `bundle`: of the version that is meant; empty: the newest. `waits`: how long it may be PENDING.
 
         Raises:
             Refused: unknown task, its file is not served, bad parameters, busy, draining, or the key came with another
                 request.
         """
         if not key:
-            return self._submit(name, params, priority, requester, bundle)
-        asked = json.dumps([name, params, priority, requester, bundle], sort_keys=True, default=str)
+            return self._submit(name, params, priority, requester, bundle, waits)
+        asked = json.dumps([name, params, priority, requester, bundle, *waits], sort_keys=True, default=str)
         digest = hashlib.sha256(asked.encode()).hexdigest()
         with self._keys_lock:
             entry = self._keys.setdefault(key, _Keyed(digest))
@@ -143,11 +154,17 @@ class Orders:
             )
         with entry.lock:
             if not entry.task_id:
-                entry.task_id = self._submit(name, params, priority, requester, bundle)
+                entry.task_id = self._submit(name, params, priority, requester, bundle, waits)
             return entry.task_id
 
     def _submit(
-        self, name: str, params: Mapping[str, Any], priority: Priority | None, requester: str, bundle: str
+        self,
+        name: str,
+        params: Mapping[str, Any],
+        priority: Priority | None,
+        requester: str,
+        bundle: str,
+        waits: Waits,
     ) -> str:
         if self.closed_for:
             raise Refused(
@@ -171,7 +188,7 @@ class Orders:
                 first.help or "",
                 [render(problem, sources) for problem in problems],
             )
-        task_id = self.ask(Submit(task.name, values, priority, requester, task.bundle))
+        task_id = self.ask(Submit(task.name, values, priority, requester, task.bundle, *waits))
         self._view.catch_up()
         return task_id
 

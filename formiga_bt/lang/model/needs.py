@@ -68,7 +68,7 @@ class Role:
     battery_min: Expr | None = None
     capabilities: tuple[str, ...] = ()
     wait: Expr | None = None
-    """How long to queue, seconds; None = 15 min."""
+    """How long to queue, seconds; None = as long as it takes, of a block 15 min."""
     if_lost: Literal["fail", "rebind"] = "fail"
     away: bool = False
     actions: tuple[str, ...] = ()

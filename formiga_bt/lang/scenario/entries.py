@@ -48,6 +48,10 @@ class ScenarioTask:
     priority: Priority | None = None
     texts: Mapping[str, Any] = field(default_factory=dict)
     """The parameters as written: texts, lists and mappings of texts."""
+    wait: Micros | None = None
+    """How long it waits for its first agents, instead of what its roles say."""
+    expires: Micros | None = None
+    """The longest time PENDING, instead of the task's own."""
 
 
 @dataclass(frozen=True, slots=True)

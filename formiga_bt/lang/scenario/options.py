@@ -47,6 +47,8 @@ TASK: Final = (
     Option("task", "name", "Which task.", required=True),
     Option("params", "map", "Its parameters."),
     Option("priority", "word", "Instead of the task's own.", values=("low", "medium", "high")),
+    Option("wait", "value", "How long it waits for its agents (as its roles say).", type="duration"),
+    Option("expires", "value", "The longest time PENDING (as the task says).", type="duration"),
 )
 FAULT: Final = (
     Option("at", "value", "When it begins.", type="duration", required=True),

@@ -67,7 +67,10 @@ class Requests:
             wanted: dict[str, Priority] = {"low": "low", "medium": "medium", "high": "high"}
             written = keys["params"].value if "params" in keys else None
             texts = plain(written) if isinstance(written, Mapping_) else {}
-            found.append(ScenarioTask(at, task.name, params, wanted.get(priority), texts))
+            wait, expires = (
+                micros(self.book.duration(keys, key, 0.0)) if key in keys else None for key in ("wait", "expires")
+            )
+            found.append(ScenarioTask(at, task.name, params, wanted.get(priority), texts, wait, expires))
         for own, name in self._asked.items():
             self._add_requested(self.tasks[own], name)
         return found

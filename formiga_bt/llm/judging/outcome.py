@@ -51,7 +51,7 @@ def fly(
         says: what people answer instead, where it is an option.
     """
     from formiga_bt.lang.binding import bind_params
-    from formiga_bt.rehearsal import START, Rehearsal, fleet_of, simulated
+    from formiga_bt.rehearsal import START, Rehearsal, fleet_of, patience, simulated
 
     values, problems, _ = bind_params(task, dict(params or {}), world.site, START)
     if problems:
@@ -62,7 +62,7 @@ def fly(
     try:
         rehearsal.run_for(1.0)
         try:
-            task_id = rehearsal.submit(task.name, values)
+            task_id = rehearsal.submit(task.name, values, wait=patience(task))
         except FormigaError as error:
             return Flight(task=task.name, status="REFUSED", code=getattr(error, "code", ""), reason=str(error))
         end = rehearsal.now + round(limit_s * 1e6)

@@ -27,6 +27,7 @@ FOR_EVER: Final = ("no_action", "failed_before")
 """Refusals that waiting does not change, told last."""
 ALIKE: Final = 4
 """Of agents refused for the same reason so many are told one by one."""
+FIRST: Final = "formiga run --priority high is served before it; formiga tasks shows who has what it waits for"
 FOLLOWED: Final = 3
 """So many tasks that keep agents busy are looked into."""
 
@@ -44,14 +45,20 @@ def waiting(scene: Scene, task: TaskRecord) -> Iterator[Because]:
 
 
 def _queue(scene: Scene, request: Request) -> Iterator[Because]:
-    ahead = sorted((r for r in scene.state.requests.values() if _rank(r) < _rank(request)), key=_rank)
+    queued = scene.state.requests.values()
+    ahead = sorted((r for r in queued if _rank(r) < _rank(request)), key=_rank)
     if ahead:
         names = ", ".join(r.holder for r in ahead[:3]) + (" ..." if len(ahead) > 3 else "")
         verb = "waits" if len(ahead) == 1 else "wait"
         text = (
-            f"{len(ahead)} of the same or a higher priority {verb} before it ({names}); its own is {request.priority}"
+            f"it is number {len(ahead) + 1} of {len(queued)}: {len(ahead)} of the same or a higher priority {verb} before "
+            f"it ({names}); its own is {request.priority}"
         )
-        yield Because("queue", text)
+        yield Because("queue", text, FIRST if request.priority != "high" else "")
+    elif len(queued) > 1:
+        yield Because(
+            "queue", f"it is number 1 of {len(queued)}: none of the same or a higher priority waits before it"
+        )
 
 
 def _rank(request: Request) -> tuple[int, int]:
@@ -74,7 +81,9 @@ def asked(scene: Scene, request: Request) -> Iterator[Because]:
     yield from making_room(request)
     waits = [role.wait_until for role in request.roles if role.wait_until is not None]
     if waits and request.wait_left is None:
-        yield Because("no_agent", f"it gives up in {span(min(waits) - scene.now)} (the roles' `wait`)")
+        yield Because("no_agent", f"it gives up in {span(min(waits) - scene.now)} (the `wait` of its roles or request)")
+    elif not waits and request.expires is None:
+        yield Because("no_limit", "it waits as long as it takes", f"formiga abort {request.holder}")
     if request.expires is not None:
         yield Because("task_expired", f"it expires in {span(request.expires - scene.now)}")
 

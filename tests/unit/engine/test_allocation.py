@@ -4,6 +4,7 @@ from typing import Any
 
 import pytest
 
+from formiga_bt.clock import SECOND
 from formiga_bt.engine.changes import Explained, Reexplained
 from formiga_bt.engine.inputs import Alarm
 from formiga_bt.geo import Place, Position
@@ -206,6 +207,65 @@ def test_no_agent_after_the_roles_wait_and_the_explanation_stays(make: Make) -> 
     assert yard.outcome(task_id) == ("FAILED", "no_agent")
     assert codes(yard, task_id) == {"c1": "busy", "ann": "wrong_type"}
     assert yard.engine.state.requests == {}
+
+
+LONG = "agents: {cart: {type: cart}}\nsteps: [{wait: 40 min}]"
+
+
+def test_a_request_that_could_be_served_waits_as_long_as_it_takes(make: Make) -> None:
+    yard = make(CART + HOLD, task(LONG, name="Busy"))
+    yard.start("Busy")
+    queue = [yard.submit("Try") for _ in range(3)]
+    again = yard.submit("Busy")
+
+    yard.run_for(39 * 60)
+    assert {yard.task(t).status for t in (*queue, again)} == {"PENDING"}
+    yard.run_until_ended()
+
+    assert [yard.outcome(t) for t in (*queue, again)] == [("SUCCEEDED", "")] * 4
+
+
+@pytest.mark.parametrize(
+    ("given", "code"), [({"wait": 60 * SECOND}, "no_agent"), ({"expires": 60 * SECOND}, "task_expired")]
+)
+@pytest.mark.parametrize("own", ["", ", wait: 10 s"])
+def test_what_the_request_says_of_its_wait_counts_instead_of_the_file(
+    make: Make, given: dict[str, Any], code: str, own: str
+) -> None:
+    if own and "expires" in given:
+        own = ""  # the role's wait is another limit
+    yard = make(f"expires: 30 min\nagents: {{cart: {{type: cart{own}}}}}\n" + HOLD, task(LONG, name="Busy"))
+    yard.start("Busy")
+
+    task_id = yard.submit("Try", {}, **given)
+    yard.run_for(59)
+    assert yard.task(task_id).status == "PENDING"
+    yard.run_for(2)
+
+    assert yard.outcome(task_id) == ("FAILED", code)
+
+
+def test_what_the_request_says_of_its_wait_holds_when_it_begins_anew(make: Make) -> None:
+    text = "agents: {cart: {type: cart}}\nsteps: [{do: cart.Move}]"
+    yard = make(text, task(LONG, name="Busy"))
+    mine = yard.submit("Try", {}, wait=60 * SECOND)
+    yard.run_for(1)
+
+    urgent = yard.submit("Busy", {}, priority="high")
+    yard.run_for(10)
+    assert (yard.task(urgent).status, yard.task(mine).run) == ("ACTIVE", 2)
+    yard.run_for(70)
+
+    assert yard.outcome(mine) == ("FAILED", "no_agent")
+
+
+def test_a_request_that_nobody_could_ever_serve_is_not_kept(make: Make) -> None:
+    yard = make("agents: {carts: {type: cart, count: 3}}\n" + HOLD, carts=2)
+
+    task_id = yard.start()
+    yard.run_for(11)
+
+    assert yard.outcome(task_id) == ("FAILED", "no_agent")
 
 
 def test_a_task_that_waits_longer_than_it_keeps_is_expired(make: Make) -> None:

@@ -413,3 +413,19 @@ def test_a_snapshot_with_a_child_under_way_is_whole(make: Make) -> None:
     assert snapshot(load_snapshot(shot)) == shot
     assert b'"mem":"request"' in shot
     yard.abort(mine)
+
+
+@pytest.mark.parametrize(("detached", "status"), [(False, "FAILED"), (True, "PENDING")])
+def test_who_holds_agents_does_not_wait_for_a_child_without_end(make: Make, detached: bool, status: str) -> None:
+    step = f"{{request: Look, detached: {str(detached).lower()}, wait: {str(not detached).lower()}}}"
+    yard = make(*tasks(Try=f"steps: [{step}]", Look=LOOK, Long=CART + "steps: [{wait: 1 h}]"))
+    yard.start("Long")
+    mine = yard.start()
+    one = child(yard, mine).id
+
+    yard.run_for(15 * 60 + 2)
+
+    assert yard.task(one).status == status
+    assert detached or yard.outcome(mine) == ("FAILED", "request:no_agent")
+    if detached:
+        yard.abort(one)

@@ -81,6 +81,8 @@ def test_a_running_task_shows_what_it_does(start: Start) -> None:
         ({"task": "Hello", "params": {"height": "500 m"}}, 422, "bad_params", "at most 120 m"),
         ({"task": "Hello", "params": {"target": "[1, {"}}, 422, "bad_params", ""),
         ({"task": "Hello", "priority": "urgent"}, 422, "bad_request", "priority"),
+        ({"task": "Hello", "wait_s": -1}, 422, "bad_request", "wait_s"),
+        ({"task": "Hello", "expires_s": "soon"}, 422, "bad_request", "expires_s"),
         ({"task": "Hello", "prams": {}}, 422, "bad_request", "prams"),
         ({}, 422, "bad_request", "task"),
         (b'{"task": ', 400, "bad_json", "not JSON"),
@@ -102,6 +104,17 @@ def test_all_problems_of_parameters_come_at_once(service: Service) -> None:
     problem = service.refused("POST", "/v1/tasks", {"task": "Hello", "params": {"height": "3", "nope": "1"}})
 
     assert len(problem["problems"]) == 2
+
+
+def test_a_request_says_how_long_it_may_be_pending(start: Start) -> None:
+    with start(auto=False) as service:
+        first = service.submit("Hello")
+        service.wait(lambda: service.task(first)["goals"])
+
+        given = [{"task": "Hello", key: 0.2} for key in ("wait_s", "expires_s")]
+        waits = [str(service.post("/v1/tasks", body)["id"]) for body in given]
+
+        assert [service.ends(one)["code"] for one in waits] == ["no_agent", "task_expired"]
 
 
 def test_an_idempotency_key_starts_one_task(service: Service) -> None:

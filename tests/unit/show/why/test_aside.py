@@ -70,7 +70,7 @@ def test_who_waits_is_told_why_nobody_is_asked(text: str, words: str) -> None:
     lines = told(yard, urgent)
 
     assert lines["kept"] == f"c1 is busy with {mine}, which is not preempted: {words}"
-    assert lines["no_agent"] == "it gives up in 60 s (the roles' `wait`)"
+    assert lines["no_agent"] == "it gives up in 60 s (the `wait` of its roles or request)"
     yard.close()
 
 

@@ -93,7 +93,8 @@ def test_who_waits_is_told_his_place_each_machine_and_what_stands_behind_it(fiel
         """
         PickUp-4 PENDING
           it waits for agents since 2 min; all of its roles are granted together
-            1 of the same or a higher priority waits before it (PickUp-3); its own is medium
+            it is number 2 of 2: 1 of the same or a higher priority waits before it (PickUp-3); its own is medium
+                -> formiga run --priority high is served before it; formiga tasks shows who has what it waits for
             drone: no hwd that fits is free
               hwd_1 is busy with PickUp-1
                 Q3 of PickUp-1 waits for an answer of picker_1 since 35 s; in 4 min watcher_1 is asked too; lapses in \
@@ -103,7 +104,8 @@ def test_who_waits_is_told_his_place_each_machine_and_what_stands_behind_it(fiel
                 PickUp-2: hwd_2 does TakeOff since 24 s (climbing)
             picker: picker_2 could do it
             watcher: watcher_1 could do it
-            it gives up in 13 min (the roles' `wait`)
+            it waits as long as it takes
+                -> formiga abort PickUp-4
         """
     )
 
@@ -230,7 +232,8 @@ def test_a_stopped_machine_and_who_waits_for_it(field: Field) -> None:
                   -> formiga continue hwd_1
               hwd_2 has a standing order (hold)
                   -> formiga continue hwd_2
-            it gives up in 15 min (the roles' `wait`)
+            it waits as long as it takes
+                -> formiga abort Hover-2
         """
     )
 
