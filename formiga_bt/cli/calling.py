@@ -55,6 +55,8 @@ class Client:
 
     def __init__(self, address: EngineAddress, token: str | None = None) -> None:
         self.address = address
+        self.ahead_us = 0
+        """By how much the engine's clock was ahead of its wall clock at the last answer; below 0: behind."""
         self._token = _token(address) if token is None else token
 
     def get(self, path: str, **query: Any) -> Any:
@@ -125,6 +127,7 @@ class Client:
             text = None if body is None else json.dumps(body).encode()
             connection.request(method, f"{path}?{words}" if words else path, text, headers)
             answer = connection.getresponse()
+            self.ahead_us = _ahead(answer)
             if answer.status >= 400:
                 raise self._no(answer)
             if answer.status >= 300:
@@ -174,6 +177,13 @@ def _error(answer: http.client.HTTPResponse) -> ApiError:
         return ApiError(said["code"], text, said.get("hint", ""), answer.status)
     except (ValueError, KeyError, TypeError):
         return ApiError("http", f"{answer.status} {answer.reason}", "", answer.status)
+
+
+def _ahead(answer: http.client.HTTPResponse) -> int:
+    try:
+        return round(float(answer.headers.get("Formiga-Ahead-S", "0")) * 1e6)
+    except (ValueError, OverflowError):  # of something else than an engine
+        return 0
 
 
 def _token(address: EngineAddress) -> str:

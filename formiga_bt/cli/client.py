@@ -6,6 +6,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Any
 
+import click
 import typer
 
 from formiga_bt.cli.calling import (
@@ -38,6 +39,7 @@ __all__ = [
     "print_table",
     "segment",
     "show_next",
+    "tell_clock",
     "user",
 ]
 
@@ -66,6 +68,20 @@ def lasted(seconds: float) -> str:
     from formiga_bt.show.why.words import span
 
     return span(round(seconds * 1e6))
+
+
+def tell_clock(client: Client) -> None:
+    """Have a verb that shows times say at its end how far their clock is from the wall clock, if it is."""
+    context = click.get_current_context(silent=True)
+    if context is not None:
+        context.call_on_close(lambda: _tell_clock(client.ahead_us))
+
+
+def _tell_clock(ahead_us: int) -> None:
+    from formiga_bt.show.offset import offset_words
+
+    if words := offset_words(ahead_us):
+        typer.echo(f"note: all times are engine time, {words}", err=True)
 
 
 def print_table(rows: list[tuple[str, ...]]) -> None:

@@ -13,6 +13,7 @@ from formiga_bt.cli.client import (
     lasted,
     print_json,
     show_next,
+    tell_clock,
 )
 from formiga_bt.show.why.unanswered import then
 
@@ -25,7 +26,9 @@ def command(
     token_file: TokenFileOption = None,
 ) -> None:
     """List open questions, oldest first, with their options and who may answer."""
-    found = connect(site, url, token_file).get("/v1/inbox", person=person)
+    client = connect(site, url, token_file)
+    tell_clock(client)
+    found = client.get("/v1/inbox", person=person)
     if as_json:
         print_json(found)
         return

@@ -10,6 +10,7 @@ from typing import Any, Final, TypeVar
 import msgspec
 
 from formiga_bt.cli.calling import ApiError, Client, connect, segment
+from formiga_bt.cli.client import tell_clock
 from formiga_bt.errors import FormigaError, TaskError
 from formiga_bt.show.facts import Because, Chart, Now, Stats, TaskPicture, Timeline
 
@@ -141,4 +142,6 @@ def connect_source(site: Path | None = None, url: str = "", token_file: Path | N
         NoEngine: none runs.
         UnusableFile: the address or the token cannot be used.
     """
-    return RemoteSource(connect(site, url, token_file))
+    client = connect(site, url, token_file)
+    tell_clock(client)
+    return RemoteSource(client)

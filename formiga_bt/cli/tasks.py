@@ -16,6 +16,7 @@ from formiga_bt.cli.client import (
     print_json,
     print_table,
     show_next,
+    tell_clock,
 )
 
 
@@ -37,6 +38,7 @@ def command(
         from formiga_bt.cli.past import with_journal
 
         raise with_journal(error, site, url) from error
+    tell_clock(client)
     if library:
         _library(client.get("/v1/library"), as_json)
         return

@@ -252,6 +252,7 @@ def _banner(host: "EngineHost", people: dict[str, str], sim: bool) -> None:
         f"  people  {', '.join(people) + ' answer here: formiga inbox' if people else 'answer with their own apps'}",
         f"  API     {host.address.url}/v1   (OpenAPI: {host.address.url}/v1/openapi.json)",
         f"  journal {host.journaling.text}",
+        *([f"  clock   {host.clock_text}"] if host.clock_text else []),
     ]
     rows += [f"  aside   {text}" for text in host.journaling.aside]
     rows += [f"  resume  {text}" for text in host.resumed]

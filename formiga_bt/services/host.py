@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 from msgspec.structs import replace
 
 from formiga_bt import __version__
-from formiga_bt.clock import passed_us
+from formiga_bt.clock import SECOND, passed_us
 from formiga_bt.engine import changes as ch
 from formiga_bt.engine.drivers.failpoints import Failpoint
 from formiga_bt.engine.drivers.realtime import Listener, RealtimeDriver, stop_words
@@ -30,11 +30,13 @@ from formiga_bt.services import api, beginning, crew, server, shown
 from formiga_bt.services import models as m
 from formiga_bt.services.answering import Answering
 from formiga_bt.services.bundles import BundleStore
+from formiga_bt.services.clocked import Clocked
 from formiga_bt.services.collector import uncollected
 from formiga_bt.services.door import is_loopback
 from formiga_bt.services.doubles import OneEach
 from formiga_bt.services.feed import Feed
 from formiga_bt.services.flightlog import FlightLog
+from formiga_bt.services.house import House, Trouble, clock_check
 from formiga_bt.services.journal_watch import Watch
 from formiga_bt.services.journaling import JournalAt, Journaling
 from formiga_bt.services.listening import listen_of
@@ -46,7 +48,9 @@ from formiga_bt.services.recalling import Recall
 from formiga_bt.services.resuming import Comeback, Pulse
 from formiga_bt.services.standing import lockdown_out, wall_us
 from formiga_bt.services.view import View
+from formiga_bt.show.facts import HouseFact
 from formiga_bt.show.folded import FoldedSource
+from formiga_bt.show.offset import offset_words
 from formiga_bt.show.source import Source
 from formiga_bt.site_folder import APPROVALS, SiteFolder
 from formiga_bt.transport.base import AgentTransport
@@ -209,6 +213,7 @@ class EngineHost:
             self.view.ledger, self.site, self._tasks, self._catalogue,
             desk=lambda: tuple(self.orders.desk_people), engine=lambda: self.status, clock=self.driver.now,
             wall=wall_us, speed=self.driver.speed, lock=self.view.lock, recall=self.recall,
+            house=self._house_facts, ahead=lambda: self.driver.clock.ahead_us,
         )  # fmt: skip
         self.past = PastReader(lambda: self.journaling.word, self.site.name)
         self._opened.append(self.past.close)
@@ -220,6 +225,8 @@ class EngineHost:
         self._opened.append(self.view.stop)
         flights.start()
         self._opened.append(flights.stop)
+        self.house = House(self._tell_trouble, [clock_check(self.driver.clock)])
+        self._opened.append(self.house.stop)
         self._opened.append(self._stop_server)
         self._opened.append(self._stop_driver)  # first: requests that wait for it are answered, then the server ends
         self.driver.start()
@@ -241,8 +248,10 @@ class EngineHost:
         for version in self.loading.first():
             self.driver.ask(version)
         crew.restore(self._folder.path, self.driver)
-        self._server = server.HttpServer(api.build(self, token=token, needs_token=self._needs_token), sock)
+        app = Clocked(api.build(self, token=token, needs_token=self._needs_token), lambda: self.driver.clock.ahead_us)
+        self._server = server.HttpServer(app, sock)
         self._server.start()
+        self.house.start()
         self.address = self._folder.publish(epoch=self.epoch, url=self._server.url, endpoint=self.endpoint)
 
     def _first(self, back: Comeback, engine: Engine) -> Resumed:
@@ -322,6 +331,16 @@ class EngineHost:
         return self._back.told(self.site) if self._back is not None else []
 
     @property
+    def clock_text(self) -> str:
+        """Return how the clock of all times that are shown stands to the wall clock, in words; empty: they are the same."""
+        speed, off = self.driver.speed, offset_words(self.driver.clock.ahead_us)
+        parts = [] if speed == 1.0 else [f"engine time runs {speed:g} times as fast as the wall clock"]
+        if off:
+            end = "" if self.site.mode == "real" else "; to end that: formiga up --start-anew"
+            parts.append(f"engine time is {off}{end}")
+        return "; ".join(parts)
+
+    @property
     def desk(self) -> DeskTransport:
         """Return the people who answer at this engine."""
         return self._desk
@@ -330,6 +349,16 @@ class EngineHost:
     def _tell_double(self, agent: str, text: str) -> None:
         self.feed.add("alarm", self.driver.now(), text, agent=agent, data={"code": "double"})
         self.feed.announce()
+
+    def _tell_trouble(self, severity: str, trouble: Trouble) -> None:
+        text = f"{trouble.text} ({trouble.code})" if severity == "alarm" else f"{trouble.code} is over"
+        self.feed.add(severity, self.driver.now(), text, data={"code": trouble.code, "severity": severity})
+        self.feed.announce()
+
+    def _house_facts(self) -> tuple[HouseFact, ...]:
+        """Return what is wrong with the engine's own house, as pictures show it."""
+        found = self.house.standing if hasattr(self, "house") else ()
+        return tuple(HouseFact(code=t.code, subject=t.subject, text=t.text) for t in (one.trouble for one in found))
 
     @property
     def feed(self) -> Feed:
@@ -457,12 +486,22 @@ class EngineHost:
                 speed=self.driver.speed,
                 endpoint=self.endpoint,
                 unix_millis_now=shown.millis(self.driver.now()),
+                ahead_s=round(self.driver.clock.ahead_us / SECOND, 3),
                 steps=state.seq,
                 tasks=tasks,
                 agents=agents,
                 lockdown=lockdown_out(state, self.driver.now()),
                 questions=sum(q.reply is None for q in state.questions.values()),
                 alarms=[shown.line_out(line) for line in list(self.view.alarms)[-10:]],
+                standing=[
+                    m.StandingAlarm(
+                        code=one.trouble.code,
+                        subject=one.trouble.subject,
+                        text=one.trouble.text,
+                        unix_millis_since=shown.millis(one.since),
+                    )
+                    for one in self.house.standing
+                ],
                 load=m.Load(
                     waiting=load.inbox.waiting,
                     most_waiting=load.inbox.most,

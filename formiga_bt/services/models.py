@@ -338,6 +338,17 @@ class Load(BaseModel):
     """How late the earliest deadline is, in seconds of engine time; 0 = the engine keeps up."""
 
 
+class StandingAlarm(BaseModel):
+    """Something that is wrong with the engine's own house, as long as it is: its clock, its runtime folder, its journal."""
+
+    code: str
+    subject: str
+    """What it is about: `clock`, or a file's name."""
+    text: str
+    unix_millis_since: int
+    """Of the wall clock."""
+
+
 class Health(BaseModel):
     """How the engine is."""
 
@@ -352,6 +363,9 @@ class Health(BaseModel):
     endpoint: str
     """Where agents connect."""
     unix_millis_now: int
+    """Engine time, as all times that people are shown."""
+    ahead_s: float
+    """Engine time less the wall clock, seconds: a simulation at another speed moves away from it."""
     steps: int
     tasks: dict[str, int]
     """Number by status."""
@@ -360,6 +374,7 @@ class Health(BaseModel):
     questions: int
     lockdown: LockdownOut
     alarms: list[LineOut]
+    standing: list[StandingAlarm]
     load: Load
     journal: Literal["ok", "slow", "full", "gone"] = "ok"
     """Of `full` and `gone` no task is admitted."""

@@ -216,6 +216,14 @@ class LineFact(Struct, frozen=True, kw_only=True, omit_defaults=True):
     agent: str = ""
 
 
+class HouseFact(Struct, frozen=True, kw_only=True):
+    """Something that is wrong with the engine's own house, as long as it is: its clock, its runtime folder, its journal."""
+
+    code: str
+    subject: str
+    text: str
+
+
 class Top(Struct, frozen=True, kw_only=True, omit_defaults=True):
     """What a person must see first."""
 
@@ -225,7 +233,7 @@ class Top(Struct, frozen=True, kw_only=True, omit_defaults=True):
     longest_wait_us: Micros = 0
     """Of those."""
     alarms: int = 0
-    """That happened in the last ten minutes, or still stand (a breach, a quarantine, a lost machine)."""
+    """That happened in the last ten minutes, or still stand: a breach, a quarantine, a lost machine, the engine's own house."""
     held: int = 0
     taken: tuple[tuple[str, str], ...] = ()
     """(`PILOT` or `FAILSAFE`, machine)."""
@@ -242,6 +250,8 @@ class Now(Struct, frozen=True, kw_only=True):
     mode: str = ""
     speed: float = 1.0
     """Engine seconds per wall second; all spans and instants are of the engine's clock."""
+    ahead_us: Micros = 0
+    """The engine's clock less the wall clock; 0 in a picture of the past."""
     top: Top
     counts: dict[str, int]
     """Tasks by status."""
@@ -254,6 +264,8 @@ class Now(Struct, frozen=True, kw_only=True):
     questions: tuple[QuestionFact, ...]
     lines: tuple[LineFact, ...] = ()
     """The newest, oldest first."""
+    house: tuple[HouseFact, ...] = ()
+    """Alarms of the engine's own house that stand: its clock, its runtime folder, its journal."""
 
 
 class TaskPicture(Struct, frozen=True, kw_only=True):

@@ -24,6 +24,7 @@ from formiga_bt.show.facts import (
     Because,
     Chart,
     Drawing,
+    HouseFact,
     Now,
     Spot,
     Stats,
@@ -64,6 +65,8 @@ class FoldedSource:
         speed: engine seconds per wall second.
         lock: held while something is read.
         recall: called before tasks of these ids (none: of all) are looked at, to make the ledger know their beginnings.
+        house: alarms of the engine's own house that stand.
+        ahead: engine time less the wall clock.
     """
 
     def __init__(
@@ -80,6 +83,8 @@ class FoldedSource:
         speed: float = 1.0,
         lock: AbstractContextManager[Any] | None = None,
         recall: Callable[[Sequence[str]], None] = lambda _ids: None,
+        house: Callable[[], tuple[HouseFact, ...]] = tuple,
+        ahead: Callable[[], Micros] = lambda: 0,
     ) -> None:
         self.ledger = ledger
         self._site = site
@@ -88,6 +93,7 @@ class FoldedSource:
         self._desk, self._engine, self._clock, self._wall, self._speed = desk, engine, clock, wall, speed
         self._lock: AbstractContextManager[Any] = lock if lock is not None else nullcontext()
         self._recall = recall
+        self._house, self._ahead = house, ahead
         self._words = Wording(site)
         self._drawings: dict[str, tuple[Task, Drawing]] = {}
 
@@ -115,7 +121,8 @@ class FoldedSource:
                 engine=self._engine(),
                 mode=self._site.mode,
                 speed=self._speed,
-                top=self._top(index),
+                ahead_us=self._ahead(),
+                top=self._top(index, len(house := self._house())),
                 counts=counts,
                 tasks=tuple(page),
                 total=total,
@@ -123,6 +130,7 @@ class FoldedSource:
                 agents=tuple(agent_fact(state, agent, index.now, wall) for agent in agents),
                 questions=tuple(question_fact(state, question, desk) for question in questions),
                 lines=tuple(islice(reversed(self.ledger.lines), LINES))[::-1],
+                house=house,
             )
 
     def _page(self, index: Index, first: int, count: int, find: str, *, over: bool) -> tuple[list[TaskFact], int, int]:
@@ -148,7 +156,7 @@ class FoldedSource:
         plain = (task.id, task.code, task.status, task.requester, task.reason, *agents_of(task), *task.held)
         return any(find in word.lower() for word in plain) or find in index.doing(task).lower()
 
-    def _top(self, index: Index) -> Top:
+    def _top(self, index: Index, house: int) -> Top:
         state, ledger = index.state, self.ledger
         machines = [agent for agent in state.agents.values() if not agent.human]
         asked = [question.asked_at for group in index.questions.values() for question in group]
@@ -163,7 +171,7 @@ class FoldedSource:
             airborne=sum(agent.landed == "airborne" for agent in machines),
             needs_you=len(waits),
             longest_wait_us=index.now - min(waits) if waits else 0,
-            alarms=fresh + standing,
+            alarms=fresh + standing + house,
             held=sum(bool(task.held) and task.section != "done" for task in state.tasks.values()),
             taken=tuple(
                 (agent.control.upper(), agent.id) for agent in machines if agent.control in ("pilot", "failsafe")

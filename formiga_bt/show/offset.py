@@ -4,6 +4,8 @@ from typing import Final
 
 from formiga_bt.clock import SECOND, Micros
 
+AHEAD_HEADER: Final = "Formiga-Ahead-S"
+"""Header of an answer of the API: engine time less the wall clock, seconds."""
 SAID: Final = 5 * SECOND
 """A smaller difference is not worth a word."""
 

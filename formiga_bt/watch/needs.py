@@ -7,7 +7,7 @@ be read and not answered. `choices` gives what the number keys do to a row.
 from collections.abc import Callable, Sequence
 from functools import partial
 
-from formiga_bt.show.facts import AgentFact, LineFact, Now, QuestionFact, TaskFact
+from formiga_bt.show.facts import AgentFact, HouseFact, LineFact, Now, QuestionFact, TaskFact
 from formiga_bt.show.why.unanswered import then
 from formiga_bt.show.why.words import DOUBLE, quarantine_hint
 from formiga_bt.watch.orders import HANDBACKS, Order
@@ -43,6 +43,8 @@ def needs(now: Now, tasks: Sequence[TaskFact], width: int, glyphs: Glyphs) -> Ro
     alarms = [one for one in now.lines if one.severity == "alarm" and now.at - one.at <= ALARM_US]
     for number, alarm in enumerate(reversed(alarms)):
         found.append(((3, far, number), f"alarm:{alarm.at}:{alarm.text}", partial(_alarm, alarm, now, width)))
+    for number, trouble in enumerate(now.house):
+        found.append(((3, 0, number), f"house:{trouble.code}:{trouble.subject}", partial(_house, trouble, width)))
     found.sort(key=lambda each: each[:2])
     return Rows([row for _, row, _ in found], lambda place: Row(found[place][1], found[place][2]()))
 
@@ -65,7 +67,9 @@ def choices(row_id: str, now: Now) -> list[Order]:
 def name_of(row_id: str) -> str:
     """Return what people call the thing of a row: `hwd_1` of `agent:hwd_1`, an event by its words."""
     kind, _, name = row_id.partition(":")
-    return name if kind in ("agent", "task") or kind.isdigit() else "the alarm" if kind == "alarm" else row_id
+    return (
+        name if kind in ("agent", "task") or kind.isdigit() else "the alarm" if kind in ("alarm", "house") else row_id
+    )
 
 
 def find_question(number: str, now: Now) -> QuestionFact | None:
@@ -137,6 +141,10 @@ def _task(task: TaskFact, width: int) -> tuple[Line, ...]:
 
 def _alarm(one: LineFact, now: Now, width: int) -> tuple[Line, ...]:
     return _told(f"ALARM {span(now.at - one.at)} ago: {one.text}", width, "alarm")
+
+
+def _house(one: HouseFact, width: int) -> tuple[Line, ...]:
+    return _told(f"ALARM that stands: {one.text} ({one.code})", width, "alarm")
 
 
 def _told(text: str, width: int, tone: Tone, *more: Line) -> tuple[Line, ...]:

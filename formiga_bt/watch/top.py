@@ -12,6 +12,7 @@ from msgspec import Struct
 
 from formiga_bt.clock import SECOND, Micros
 from formiga_bt.show.facts import Now, Top
+from formiga_bt.show.offset import offset_words
 from formiga_bt.watch.text import Line, Piece, clean, line, span, width_of
 
 
@@ -61,8 +62,10 @@ def clock(at: Micros) -> str:
 
 
 def about(now: Now) -> str:
-    """Return the site's name, and how fast its clock goes where that is not real time."""
-    return clean(now.site) if now.speed == 1.0 else f"{clean(now.site)}, clock x{now.speed:g}"
+    """Return the site's name, how fast its clock goes where that is not real time, and how far it is from the wall clock."""
+    speed = "" if now.speed == 1.0 else f"x{now.speed:g}"
+    words = " ".join(part for part in (speed, offset_words(now.ahead_us)) if part)
+    return f"{clean(now.site)}, clock {words}" if words else clean(now.site)
 
 
 def _lockdown(top: Top) -> str:

@@ -56,7 +56,7 @@ def test_the_site_a_task_time_space_and_figures_are_the_same_through_http(
     service: Service, remote: RemoteSource, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     near = service.host.source
-    for clock in ("_clock", "_wall"):
+    for clock in ("_clock", "_wall", "_ahead"):
         monkeypatch.setattr(near, clock, lambda: 0)  # the engine's time is that of its last step then
 
     answers: list[tuple[Any, Any]] = [
@@ -258,3 +258,13 @@ def test_a_page_of_a_thousand_tasks_holds_the_view_for_a_moment_only(tmp_path: P
     assert (found.total, len(found.tasks)) == (1000, 100)
     assert took < 1.0  # some 30 ms on an idle machine
     print(f"a page of now over 1000 tasks by HTTP: {took * 1000:.0f} ms")
+
+
+def test_a_simulation_that_is_ahead_of_the_wall_clock_says_so_in_each_answer(
+    service: Service, remote: RemoteSource
+) -> None:
+    """The service runs 20 times as fast: its times were read as those of the wall clock."""
+    service.wait(lambda: service.get("/v1/health")["ahead_s"] > 6.0)
+    assert remote.now().ahead_us > 6_000_000
+    assert remote.client.ahead_us > 6_000_000
+    assert "ahead of the wall clock; to end that: formiga up --start-anew" in service.host.clock_text

@@ -1,8 +1,10 @@
 """The top line: exact words, and a second line where the first is too short."""
 
+from msgspec.structs import replace
+
 from formiga_bt.show.facts import Now, Top
 from formiga_bt.watch.text import plain
-from formiga_bt.watch.top import Link, parts, top_lines
+from formiga_bt.watch.top import Link, about, parts, top_lines
 from tests.unit.watch.fake import AT, S
 
 FULL = Top(airborne=7, needs_you=2, longest_wait_us=41 * S, alarms=1, held=1, taken=(("PILOT", "lwd_3"),))
@@ -58,3 +60,9 @@ def test_before_the_first_answer() -> None:
 def test_words_from_outside_command_no_terminal() -> None:
     top = Top(lockdown="return by \x1b[2Jeve\n")
     assert lines(site(top))[0].startswith("LOCKDOWN return by  [2Jeve  |")
+
+
+def test_the_site_says_how_far_its_clock_is_from_the_wall_clock() -> None:
+    now = site(Top())
+    assert about(now) == "meadow"
+    assert about(replace(now, speed=5.0, ahead_us=7_380 * S)) == "meadow, clock x5 2 h 3 min ahead of the wall clock"
