@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from formiga_bt.cli.inputs import UnusableFile, readable, site_file
+from formiga_bt.extras import install
 
 
 def command(
@@ -26,7 +27,7 @@ def command(
     """
     del stdio
     if find_spec("pygls") is None:
-        raise UnusableFile("the language server is an extra; install it: pip install 'formiga-bt[lsp]'")
+        raise UnusableFile(f"the language server needs a package more\n  help: {install('lsp')}")
     files = [readable(path) for path in actions or ()]
     the_site = readable(site_file(site)) if site is not None else None
     from formiga_bt.editor.server import serve

@@ -9,6 +9,7 @@ import typer
 
 from formiga_bt.cli.client import TokenFileOption, UrlOption, user
 from formiga_bt.cli.inputs import UnusableFile, is_demo, readable
+from formiga_bt.extras import install
 
 if TYPE_CHECKING:
     from formiga_bt.show.source import Source
@@ -36,7 +37,7 @@ def command(
     for a person. Exit code 2: a file cannot be read, or the extra is not installed.
     """
     if find_spec("mcp") is None:
-        raise UnusableFile("the server for assistants is an extra; install it: pip install 'formiga-bt[mcp]'")
+        raise UnusableFile(f"the server for assistants needs a package more\n  help: {install('mcp')}")
     here = Path("site.yaml")
     named = site if site is not None else here if here.is_file() else None
     file = None if named is None or is_demo(named) else str(readable(named).resolve())

@@ -20,6 +20,7 @@ from sqlalchemy.engine import URL, make_url
 from sqlalchemy.exc import ArgumentError, DBAPIError, OperationalError, SQLAlchemyError
 
 from formiga_bt.errors import JournalError
+from formiga_bt.extras import install
 from formiga_bt.journal import schema
 from formiga_bt.journal.codec import RESTORE
 from formiga_bt.journal.files import beside, check_file, size_of
@@ -132,8 +133,7 @@ class Database:
                 engine = sa.create_engine(self.url, connect_args=options)
         except ModuleNotFoundError as error:
             raise JournalError(
-                f"a journal in PostgreSQL needs {error.name}, which is not installed\n"
-                "  help: pip install 'formiga-bt[postgres]'"
+                f"a journal in PostgreSQL needs {error.name}, which is not installed\n  help: {install('postgres')}"
             ) from error
         sa.event.listen(engine, "connect", self._on_connect_sqlite)
         sa.event.listen(engine, "begin", _begin)

@@ -21,6 +21,7 @@ from formiga_bt.clock import Micros
 from formiga_bt.engine import changes as ch
 from formiga_bt.engine.records import GoalRecord, Question
 from formiga_bt.errors import JournalError
+from formiga_bt.extras import install
 from formiga_bt.journal.past import Past
 from formiga_bt.journal.reading import Readable
 from formiga_bt.journal.writer import tasks_of
@@ -183,7 +184,7 @@ def _parquet() -> Callable[[Path, dict[str, str], Iterable[Row]], Path]:
         pq: Any = import_module("pyarrow.parquet")
     except ModuleNotFoundError as error:
         raise JournalError(
-            "Parquet needs pyarrow, which is not installed\n  help: pip install 'formiga-bt[parquet]', or export CSV"
+            f"Parquet needs pyarrow, which is not installed\n  help: {install('parquet')}\n        or export CSV"
         ) from error
     kinds: dict[str, Any] = {"int": pa.int64(), "float": pa.float64(), "text": pa.string()}
 

@@ -15,7 +15,7 @@ from formiga_bt.llm.presets import LOCAL, NAMES, OTHER, PRESETS, has_key
 
 NOTHING: Final = """\
 no language model is set up. Ways to one:
-  a model on this machine, offline:  formiga model fetch qwen2.5-coder-0.5b   (491 MB; pip install 'formiga-bt[local-llm]')
+  a model on this machine, offline:  formiga model fetch qwen2.5-coder-0.5b   (491 MB)
   a service, with a key:             export GROQ_API_KEY=...   (or OPENAI_API_KEY, HF_TOKEN, AZURE_OPENAI_API_KEY)
   a server of your own:              --provider ollama | vllm | llamacpp, or --base-url http://localhost:8000/v1
   help: docs/models.md; formiga model use NAME makes one the default"""

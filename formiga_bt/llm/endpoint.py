@@ -16,6 +16,7 @@ from typing import Any, Final
 
 import msgspec
 
+from formiga_bt.extras import install
 from formiga_bt.llm import ladder
 from formiga_bt.llm.errors import Cancelled, LlmError, NoKey, Refused, TooLong, Unreachable
 from formiga_bt.llm.presets import OTHER, OWN_KEY, Preset, Price, cost_usd, is_loopback
@@ -387,7 +388,7 @@ def _is_passing(failure: Failure) -> bool:
 
 def _check_installed() -> None:
     if find_spec("openai") is None:
-        raise LlmError("asking a language model needs a package more; install it: pip install 'formiga-bt[llm]'")
+        raise LlmError(f"asking a language model needs a package more\n  help: {install('llm')}")
 
 
 def _mapped(work: Callable[[], None]) -> Failure | None:

@@ -21,6 +21,7 @@ from pathlib import Path
 from secrets import token_urlsafe
 from typing import IO, Any, Final
 
+from formiga_bt.extras import install
 from formiga_bt.llm.adapters import about
 from formiga_bt.llm.endpoint import Endpoint
 from formiga_bt.llm.errors import Cancelled, TooLong, Unreachable, UnusableModel
@@ -79,9 +80,7 @@ class LocalChat:
         self._child: _Child | None = None
         self._endpoint: Endpoint | None = None
         if find_spec("xllamacpp") is None:
-            raise UnusableModel(
-                "a model on this machine needs a package more; install it: pip install 'formiga-bt[local-llm]'"
-            )
+            raise UnusableModel(f"a model on this machine needs packages more\n  help: {install('local-llm')}")
 
     def complete(
         self,

@@ -187,7 +187,7 @@ def test_parquet_without_its_library_is_told(taken: Journal, tmp_path: Path, mon
         raise ModuleNotFoundError(name=name)
 
     monkeypatch.setattr(exporting, "import_module", gone)
-    with pytest.raises(JournalError, match=r"help: pip install 'formiga-bt\[parquet\]', or export CSV"):
+    with pytest.raises(JournalError, match=r"help: \S+ -m pip install 'pyarrow>=15'\n +or export CSV"):
         export(taken, tmp_path, form="parquet")
 
 

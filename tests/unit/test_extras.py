@@ -1,0 +1,35 @@
+"""What is said of a package that is missing: a command that works, though formiga_bt itself is in no index."""
+
+import re
+import sys
+from pathlib import Path
+from typing import get_args
+
+import pytest
+
+from formiga_bt.extras import Extra, install, packages
+
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.mark.parametrize("extra", get_args(Extra))
+def test_the_command_names_the_packages_that_the_project_says(extra: Extra) -> None:
+    import tomllib
+
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    said = {line.partition(">=")[0] for line in project["optional-dependencies"][extra]}
+    command = install(extra)
+    assert command.startswith(f"{sys.executable} -m pip install ")
+    assert said == {one.replace("<", ">").partition(">")[0] for one in packages(extra)}
+    assert "formiga-bt" not in command
+
+
+def test_no_text_of_the_program_advises_to_install_it_from_an_index() -> None:
+    files = [
+        path
+        for name in ("formiga_bt", "agents_sim", "docs")
+        for path in (ROOT / name).rglob("*")
+        if path.suffix in (".py", ".md")
+    ]
+    assert len(files) > 300
+    assert [str(path) for path in files if re.search(r"pip install '?formiga", path.read_text(encoding="utf-8"))] == []
