@@ -43,6 +43,8 @@ class Option:
     """Of `options`."""
     required: bool = False
     available: bool = True
+    like: str = ""
+    """A value as an example, where it is required."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,7 +82,7 @@ _ROUNDS = (
 )
 
 RETRY: Final[tuple[Option, ...]] = (
-    Option("attempts", "value", "How often to try, the first time included.", type="int", required=True),
+    Option("attempts", "value", "How often to try, the first time included.", type="int", required=True, like="3"),
     Option("delay", "value", "How long to wait between attempts (0 s).", type="duration"),
     Option("backoff", "value", "Factor by which the delay grows each time (1).", type="number"),
     Option("attempt_timeout", "value", "Bound of a single attempt.", type="duration"),
@@ -88,8 +90,8 @@ RETRY: Final[tuple[Option, ...]] = (
 )
 
 CLEARS: Final[tuple[Option, ...]] = (
-    Option("role", "name", "The machine that people then stand clear of.", required=True),
-    Option("on", "words", "The answers that say so.", required=True),
+    Option("role", "name", "The machine that people then stand clear of.", required=True, like="drone"),
+    Option("on", "words", "The answers that say so.", required=True, like="[yes]"),
 )
 
 MODIFIERS: Final[tuple[Option, ...]] = (
@@ -110,7 +112,7 @@ _KINDS: Final = (
         "text",
         "Put a question to people; the result is {answer, by, at}.",
         (
-            Option("of", "roles", "Whom to ask, in order: roles or site roles.", required=True),
+            Option("of", "roles", "Whom to ask, in order: roles or site roles.", required=True, like="[ROLE]"),
             Option("options", "words", "The possible answers ([yes, no])."),
             Option("policy", "word", "Whose answer counts (any).", values=("any", "all")),
             Option("escalate_after", "value", "Ask the next one too after this long.", type="duration"),

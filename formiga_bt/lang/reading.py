@@ -259,7 +259,9 @@ def read_keys(mapping: Mapping_, options: Iterable[Option], problems: Problems, 
             found[key] = entry
     for option in known.values():
         if option.required and option.name not in found:
-            problems.add("E008", mapping.mark, f"{owner} needs '{option.name}'", f"add {option.name}:")
+            problems.add(
+                "E008", mapping.mark, f"{owner} needs '{option.name}'", f"add {option.name}: {option.like}".rstrip()
+            )
     return found
 
 

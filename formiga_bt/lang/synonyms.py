@@ -93,6 +93,10 @@ KEY_SYNONYMS: Final[Mapping[str, str]] = MappingProxyType(
         "ensure": "finally",
         "always": "finally",
         "retries": "retry",
+        "answers": "options",
+        "choices": "options",
+        "to": "of",
+        "whom": "of",
         "output": "save_as",
         "register": "save_as",
     }

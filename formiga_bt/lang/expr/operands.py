@@ -200,6 +200,11 @@ class Operands(Parts):
         kinds = {left.type.name, right.type.name}
         if "time" in kinds and kinds & {"text", "literal"}:
             mend = "a text is no time: write today('06:30'), or make it a parameter of type time"
+        records = [part for part in (left, right) if part.type.name == "record" and part.type.fields]
+        if not mend and len(records) == 1:
+            mend = (
+                f"compare a field of it: {', '.join(f'{records[0].source}.{name}' for name in records[0].type.fields)}"
+            )
         self.bad(node, "E013", f"cannot {verb} {a} and {b}", mend)
         return None
 

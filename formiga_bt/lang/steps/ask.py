@@ -6,8 +6,9 @@ Each function reads the keys of one step and returns its own part of the model; 
 from formiga_bt.lang import records
 from formiga_bt.lang.body import Body
 from formiga_bt.lang.document import Node, Scalar
+from formiga_bt.lang.expr.compiling import poison
 from formiga_bt.lang.kinds import CLEARS
-from formiga_bt.lang.model import Who
+from formiga_bt.lang.model import Expr, Who
 from formiga_bt.lang.reading import (
     did_you_mean,
     fix_word,
@@ -19,6 +20,7 @@ from formiga_bt.lang.reading import (
     read_word,
     read_words,
     shorten,
+    what_is,
 )
 from formiga_bt.lang.steps.parts import Keys, Part, read_expect, read_save
 from formiga_bt.lang.steps.who import find_action, read_held, read_who, site_role_names
@@ -27,7 +29,7 @@ from formiga_bt.lang.synonyms import surely
 
 def read_ask(body: Body, keys: Keys) -> Part | None:
     """Read a question to people."""
-    part: Part = {"question": body.text(keys["ask"].value, "ask")}
+    part: Part = {"question": _words(body, keys["ask"].value, "ask", "of: [ROLE] and options: [yes, no]")}
     part["of"] = _read_whom(body, keys["of"].value, "of", action="Confirm") if "of" in keys else ()
     options = _read_options(body, keys)
     part["options"] = options
@@ -47,6 +49,15 @@ def read_ask(body: Body, keys: Keys) -> Part | None:
         part["save_as"] = read_save(body, keys["save_as"].value, result)
     part["expect"] = read_expect(body, keys, result)
     return part
+
+
+def _words(body: Body, node: Node, kind: str, others: str) -> Expr:
+    """Compile what people are to read; `others` are the keys that somebody may have meant who wrote no text."""
+    if not isinstance(node, Scalar):
+        help_ = f"{kind}: takes the words themselves; {others} stand beside it, at the same indent"
+        body.problems.add("E013", node.mark, f"{kind} is due a text, this is {what_is(node)}", help_)
+        return poison(node, "")
+    return body.text(node, kind)
 
 
 def _read_options(body: Body, keys: Keys) -> tuple[str, ...]:
@@ -113,7 +124,7 @@ def _read_whom(body: Body, node: Node, key: str, action: str = "") -> tuple[Who,
 
 def read_notify(body: Body, keys: Keys) -> Part:
     """Read a notice to people."""
-    part: Part = {"text": body.text(keys["notify"].value, "notify")}
+    part: Part = {"text": _words(body, keys["notify"].value, "notify", "to: [ROLE] and severity: warning")}
     if "to" in keys:
         part["to"] = _read_whom(body, keys["to"].value, "to")
     if "severity" in keys:
