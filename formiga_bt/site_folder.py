@@ -32,7 +32,7 @@ from typing import IO, Any, Final
 
 from formiga_bt.durable import append_line, move_aside, read_lines, remove_durably, write_durably
 from formiga_bt.errors import SiteError
-from formiga_bt.transport.bounds import MOST_EPOCH
+from formiga_bt.unusable_files import set_unusable_aside
 
 __all__ = [
     "APPROVALS", "COUNTERS", "FLIGHTS", "FLYING", "FOLDER", "JOURNAL", "JOURNAL_AT", "RESERVE", "EngineAddress", "SiteFolder",
@@ -60,6 +60,8 @@ EVIDENCE: Final = ("epoch", "marks.json", FLYING, "alive.json", JOURNAL_AT)
 """Files that an earlier start left."""
 UNKNOWN: Final = 1_000_000
 """Ids of each kind are passed over for each earlier start, if it is not known how many were used."""
+UNKNOWN_EPOCHS: Final = 500
+"""Passed over if the last epoch is not known: agents take a step of up to 1,000."""
 COUNTERS: Final = ("task", "question", "clearance", "safety")
 """The counters that ids of goals, and numbers of questions, are made of."""
 TAKE_TRIES: Final = 5
@@ -100,8 +102,13 @@ class SiteFolder:
         """The journal of the last start, which did not end cleanly, has every id that was used."""
         self.lack = ""
         """Why something that was noted is not on disk; empty: all of it is."""
+        self.unusable: dict[str, str] = {}
+        """Files that could not be used and were set aside at this start: why, by name."""
+        self.lost_marks = False
+        """It is not known which ids earlier starts have used."""
         self._clock = clock
-        self._is_anew = False
+        self._is_anew = self._had_evidence = False
+        self._last_epoch = 0
         self._lock: IO[str] | None = None
         self._reserved = dict.fromkeys(COUNTERS, 0)
         self._last = dict.fromkeys(COUNTERS, 0)
@@ -128,6 +135,8 @@ class SiteFolder:
             raise SiteError(f"the site's name {self.site!r} cannot name a folder: use letters, digits, '_' and '-'")
         try:
             self.path.mkdir(parents=True, exist_ok=True)
+            if os.path.lexists(self.path / "lock") and not (self.path / "lock").is_file():
+                move_aside([self.path / "lock"])
             lock = (self.path / "lock").open("a+", encoding="utf-8")
         except OSError as error:
             raise SiteError(
@@ -144,6 +153,13 @@ class SiteFolder:
                     raise SiteError(_taken(self.path)) from error
                 time.sleep(0.05)  # a command may just be looking whether an engine runs
         self._lock = lock
+        self._had_evidence = any(os.path.lexists(self.path / one) for one in EVIDENCE)
+        self.unusable = set_unusable_aside(self.path)
+        there = read_address(self.path)
+        self._last_epoch = there.epoch if there is not None else 0
+        if "epoch" in self.unusable:
+            self._last_epoch += UNKNOWN_EPOCHS
+        self.lost_marks = self._had_evidence and not (self.path / "marks.json").exists()
         (self.path / "engine.json").unlink(missing_ok=True)  # where an engine that was killed has been
 
     def release(self) -> None:
@@ -156,29 +172,18 @@ class SiteFolder:
 
     # -- epoch and marks -------------------------------------------------------------------------------------------
     def next_epoch(self) -> int:
-        """Return the epoch of this start: one higher than the last, and safely on disk.
+        """Return the epoch of this start: one higher than any that this folder knows, and safely on disk.
 
         Raises:
-            SiteError: the file holds no number, or cannot be written.
+            SiteError: it cannot be written.
         """
         file = self.path / "epoch"
         try:
-            text = file.read_text(encoding="ascii").strip() if file.exists() else "0"
-            if not (text.isascii() and text.isdigit()):
-                raise SiteError(
-                    f"{file} holds {text[:40]!r}, not a number\n"
-                    "  help: write a number there that is at least the highest epoch your agents have seen"
-                )
-            if len(text) > len(str(MOST_EPOCH)) or int(text) >= MOST_EPOCH:
-                raise SiteError(
-                    f"{file} holds {text[:40]}; agents follow no engine beyond start {MOST_EPOCH}\n"
-                    "  help: write the highest number there that an engine of this site ever had (formiga journal stats "
-                    "tells how often it was started), and start every agent anew while it stands on the ground"
-                )
-            epoch = int(text) + 1
-            write_durably(file, f"{epoch}\n")
-        except (OSError, UnicodeDecodeError) as error:
+            known = int(file.read_text(encoding="ascii")) if file.exists() else 0
+        except (OSError, ValueError) as error:  # it was looked at when the lock was taken
             raise SiteError(f"cannot use {file}: {error}") from error
+        epoch = max(known, self._last_epoch) + 1
+        write_durably(file, f"{epoch}\n")
         return epoch
 
     def raise_epoch(self, epoch: int) -> None:
@@ -207,7 +212,9 @@ class SiteFolder:
     @property
     def had_journal(self) -> bool:
         """Return whether an earlier start kept a journal, by what it left here."""
-        return not (self.path / NO_JOURNAL).exists() and any((self.path / one).exists() for one in EVIDENCE)
+        return not (self.path / NO_JOURNAL).exists() and (
+            self._had_evidence or any((self.path / one).exists() for one in EVIDENCE)
+        )
 
     def note_journal(self, on: bool) -> None:
         """Note whether a journal has this site from now on.
@@ -243,13 +250,11 @@ class SiteFolder:
         file = self.path / "marks.json"
         try:
             data: Any = json.loads(file.read_text(encoding="utf-8")) if file.exists() else {}
-            self._now_us = 0 if self._is_anew else int(data.get("now_us", 0))
-            told = data.get("counters", {})
-            self._last = {name: int(told.get(name, UNTOLD if told else 0)) for name in COUNTERS}
-        except (OSError, ValueError, TypeError, AttributeError) as error:
-            raise SiteError(
-                f"cannot read {file}: {error}\n  help: if it is damaged beyond repair, delete it"
-            ) from error
+        except (OSError, ValueError) as error:  # it was looked at when the lock was taken
+            raise SiteError(f"cannot read {file}: {error}") from error
+        self._now_us = 0 if self._is_anew else int(data.get("now_us", 0))
+        counters = data.get("counters", {})
+        self._last = {name: int(counters.get(name, UNTOLD if counters else 0)) for name in COUNTERS}
         self._reserved = dict(self._last)
         self.was_exact = (self.path / EXACT).exists()
         return self._now_us, dict(self._last)
@@ -350,12 +355,9 @@ class SiteFolder:
 
                 with os.fdopen(os.open(file, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w") as made:
                     made.write(secrets.token_urlsafe(24) + "\n")
-            token = file.read_text(encoding="ascii").strip()
+            return file.read_text(encoding="ascii").strip()
         except (OSError, UnicodeDecodeError) as error:
             raise SiteError(f"cannot use {file}: {error}") from error
-        if len(token) < 16:
-            raise SiteError(f"{file} holds no token of at least 16 characters\n  help: delete it; a new one is made")
-        return token
 
 
 def read_address(folder: Path) -> EngineAddress | None:

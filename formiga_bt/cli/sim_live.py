@@ -132,7 +132,12 @@ class Requests:
         taken = [task_id for task_id in mine if task_id not in self._before]
         if taken:
             return str(taken[0])
-        body = {"task": entry.task, "params": dict(entry.texts), "priority": entry.priority, "requester": REQUESTER}
+        body: dict[str, Any] = {
+            "task": entry.task,
+            "params": dict(entry.texts),
+            "priority": entry.priority,
+            "requester": REQUESTER,
+        }
         body |= {
             f"{key}_s": lasts / 1e6
             for key, lasts in (("wait", entry.wait), ("expires", entry.expires))

@@ -254,7 +254,7 @@ def _banner(host: "EngineHost", people: dict[str, str], sim: bool) -> None:
         f"  journal {host.journaling.text}",
         *([f"  clock   {host.clock_text}"] if host.clock_text else []),
     ]
-    rows += [f"  aside   {text}" for text in host.journaling.aside]
+    rows += [f"  aside   {text}" for text in (*host.journaling.aside, *host.set_aside)]
     rows += [f"  resume  {text}" for text in host.resumed]
     rows += [f"  note    {text}" for text in host.restored]
     first = "Hello" if "Hello" in served else "TASK"

@@ -200,12 +200,20 @@ class Shelf:
             return None
         for place in (*([folder] if folder is not None else []), *self.library):
             path = place / name
-            try:
-                if path.is_file():
-                    return path
-            except (OSError, ValueError):
-                continue
+            if self._is_there(path):
+                return path
         return None
+
+    def _is_there(self, path: Path) -> bool:
+        try:
+            if path.is_file():
+                return True
+            if self._read is not read_file:  # of texts that lie on no disk
+                self._read(path)
+                return True
+        except (OSError, ValueError):
+            pass
+        return False
 
 
 def _first_line(root: Mapping_) -> Fix | None:

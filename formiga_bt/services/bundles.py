@@ -2,57 +2,78 @@
 
 | file | what |
 |---|---|
-| `<hash>/...` | the texts of one bundle, under their paths below the site's folder |
-| `<hash>/bundle.json` | which of them is the task, and who loaded it; written last: a folder without it is none |
-| `served.json` | task -> the folder that was loaded last; what the next start of the engine serves again |
+| `<hash>.json` | one bundle: the texts by their paths below the site's folder, which of them is the task, who loaded it |
+| `served.json` | task -> the bundle that was loaded last; what the next start of the engine serves again |
 
-A folder is written once and never changed. The hash is of the texts and their paths.
+A bundle is written once and never changed. The hash is of the texts and their paths: a path that a caller names is data in the
+file, and never a path on this disk.
 """
 
 import hashlib
 import json
-import shutil
+import os.path
 from collections.abc import Mapping
 from contextlib import suppress
-from pathlib import Path, PurePosixPath
+from pathlib import Path
 from typing import Any, Final
 
+import msgspec
 from msgspec import Struct
 
+from formiga_bt.durable import move_aside
 from formiga_bt.errors import SiteError
 from formiga_bt.site_folder import write_durably
 
 BUNDLES: Final = "bundles"
-ABOUT: Final = "bundle.json"
 SERVED: Final = "served.json"
 SHOWN: Final = 16
-"""Characters of a hash in a folder's name."""
+"""Characters of a hash in a file's name."""
+
+
+class Bundle(Struct, frozen=True):
+    """What a file of the store holds."""
+
+    file: str
+    """Which of the texts is the task."""
+    texts: dict[str, str]
+    by: str = ""
+    unix_millis: int = 0
+
+    def __post_init__(self) -> None:
+        if self.file not in self.texts:
+            raise ValueError(f"it has no text of {self.file!r}")
 
 
 class Stored(Struct, frozen=True):
     """A bundle on disk."""
 
-    folder: Path
-    file: str
-    """The task's file, below the folder."""
-    by: str = ""
-    unix_millis: int = 0
+    path: Path
+    bundle: Bundle
+
+    @property
+    def folder(self) -> Path:
+        """Return the folder below which its texts count as lying; no such folder is on the disk."""
+        return self.path.with_suffix("")
 
     @property
     def task_file(self) -> Path:
-        """Return where the task lies."""
-        return self.folder / self.file
+        """Return where the task counts as lying."""
+        return self.folder / self.bundle.file
 
     def text(self) -> str:
-        """Return the task's text.
+        """Return the task's text."""
+        return self.bundle.texts[self.bundle.file]
+
+    def read(self, path: Path) -> str:
+        """Return a text of the bundle by where it counts as lying.
 
         Raises:
-            SiteError: it cannot be read.
+            FileNotFoundError: it is not in the bundle.
         """
-        try:
-            return self.task_file.read_text(encoding="utf-8")
-        except (OSError, UnicodeDecodeError) as error:
-            raise SiteError(f"cannot read {self.task_file}: {error}") from error
+        name = os.path.relpath(os.path.normpath(path), self.folder)
+        if name not in self.bundle.texts:
+            raise FileNotFoundError(2, "it is not in the bundle")
+        return self.bundle.texts[name]
 
 
 class BundleStore:
@@ -64,6 +85,8 @@ class BundleStore:
 
     def __init__(self, runtime: Path) -> None:
         self.path = runtime / BUNDLES
+        self.unusable: dict[str, str] = {}
+        """Files that could not be used and were set aside: why, by name, in sentences."""
 
     def keep(self, file: str, texts: Mapping[str, str], *, by: str, unix_millis: int) -> tuple[Stored, bool]:
         """Write a bundle, safely on disk when this returns; and return whether it is new.
@@ -71,40 +94,48 @@ class BundleStore:
         Raises:
             SiteError: it cannot be written.
         """
-        said = json.dumps([file, sorted(texts.items())], ensure_ascii=True)
-        folder = self.path / hashlib.sha256(said.encode()).hexdigest()[:SHOWN]
-        known = _about(folder)
+        text = json.dumps([file, sorted(texts.items())], ensure_ascii=True)
+        path = self.path / f"{hashlib.sha256(text.encode()).hexdigest()[:SHOWN]}.json"
+        known = self._stored(path)
         if known is not None:
             return known, False
-        shutil.rmtree(folder, ignore_errors=True)  # what a power cut left
-        for name, text in texts.items():
-            path = folder / PurePosixPath(name)
-            try:
-                path.parent.mkdir(parents=True, exist_ok=True)
-            except OSError as error:
-                raise SiteError(f"cannot write {path.parent}: {error.strerror or error}") from error
-            write_durably(path, text)
-        about = {"file": file, "by": by, "unix_millis": unix_millis}
-        write_durably(folder / ABOUT, json.dumps(about, indent=2) + "\n")
-        return Stored(folder, file, by, unix_millis), True
+        bundle = Bundle(file, dict(texts), by, unix_millis)
+        try:
+            self.path.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise SiteError(f"cannot write {self.path}: {error.strerror or error}") from error
+        write_durably(path, msgspec.json.format(msgspec.json.encode(bundle)).decode() + "\n")
+        return Stored(path, bundle), True
 
     def drop(self, stored: Stored) -> None:
         """Remove a bundle that turned out to have errors."""
         with suppress(OSError):
-            (stored.folder / ABOUT).unlink()
-        shutil.rmtree(stored.folder, ignore_errors=True)
+            stored.path.unlink()
 
     def served(self) -> dict[str, Stored]:
-        """Return what was loaded last for each task, in the order of loading; what is gone is left out."""
-        try:
-            said: Any = json.loads((self.path / SERVED).read_text(encoding="utf-8"))
-        except (OSError, ValueError):
-            return {}
+        """Return what was loaded last for each task, in the order of loading.
+
+        What cannot be used is set aside (`unusable`); what is gone is named there, too.
+        """
+        file = self.path / SERVED
+        names: dict[str, str] = {}
+        if os.path.lexists(file):
+            try:
+                if not file.is_file():
+                    raise ValueError("it is no file")
+                names = msgspec.json.decode(file.read_bytes(), type=dict[str, str])
+            except (OSError, ValueError, RecursionError):
+                self._aside(file, "tasks that were loaded are not served: load them again")
         found = {}
-        for name, folder in said.items() if isinstance(said, dict) else ():
-            stored = _about(self.path / PurePosixPath(str(folder)).name)
+        for name, key in names.items():
+            plain = "".join(one for one in key if one.isalnum())[:SHOWN]
+            stored = self._stored(self.path / f"{plain}.json")
             if stored is not None:
-                found[str(name)] = stored
+                found[name] = stored
+            else:
+                self.unusable.setdefault(
+                    name, f"{name} was loaded, and its files are gone or damaged: it is not served; load it again"
+                )
         return found
 
     def serve(self, task: str, stored: Stored | None) -> None:
@@ -113,15 +144,24 @@ class BundleStore:
         Raises:
             SiteError: it cannot be written.
         """
-        folders = {name: one.folder.name for name, one in self.served().items() if name != task}
+        keys = {name: one.path.stem for name, one in self.served().items() if name != task}
         if stored is not None:
-            folders[task] = stored.folder.name
-        write_durably(self.path / SERVED, json.dumps(folders, indent=2) + "\n")
+            keys[task] = stored.path.stem
+        write_durably(self.path / SERVED, json.dumps(keys, indent=2) + "\n")
 
+    def _stored(self, path: Path) -> Stored | None:
+        """Return the bundle of a file; one that cannot be used is set aside."""
+        if not os.path.lexists(path):
+            return None
+        try:
+            if not path.is_file():
+                raise ValueError("it is no file")
+            return Stored(path, msgspec.json.decode(path.read_bytes(), type=Bundle))
+        except (OSError, ValueError, RecursionError):
+            self._aside(path, "the task in it is not served: load it again")
+            return None
 
-def _about(folder: Path) -> Stored | None:
-    try:
-        said = json.loads((folder / ABOUT).read_text(encoding="utf-8"))
-        return Stored(folder, str(said["file"]), str(said.get("by", "")), int(said.get("unix_millis", 0)))
-    except (OSError, ValueError, KeyError, TypeError, AttributeError):
-        return None
+    def _aside(self, file: Path, follows: str) -> None:
+        with suppress(SiteError):
+            where: Any = move_aside([file])
+            self.unusable[file.name] = f"{BUNDLES}/{file.name} cannot be used; it was set aside in {where}: {follows}"

@@ -124,6 +124,7 @@ class EngineHost:
         self._wires: list[AgentTransport] = [own] if own is not None else list(wires or ())
         self._trees = beside / "trees"
         self._folder = SiteFolder(beside, site.name)
+        self._store = BundleStore(self._folder.path)
         self.journaling = Journaling(self._folder, site.name, journal, self._keep, start_anew=start_anew)
         self._texts = dict(texts or {})
         self._failpoint = failpoint
@@ -201,9 +202,7 @@ class EngineHost:
             self.driver, self.view, self._desk, self.site, self._tasks, self._catalogue, answering=self._answering,
             refused=self.refused, trees=self._trees,
         )  # fmt: skip
-        self.loading = Loading(
-            self.orders.ask, self.view, self.site, self._catalogue, self._tasks, BundleStore(self._folder.path)
-        )
+        self.loading = Loading(self.orders.ask, self.view, self.site, self._catalogue, self._tasks, self._store)
         self.loading.closed_for = lambda: self.orders.closed_for
         self.loading.keep = self.journaling.keep_loaded
         self.recall = Recall(self.view, self._time_machine)
@@ -225,7 +224,7 @@ class EngineHost:
         self._opened.append(self.view.stop)
         flights.start()
         self._opened.append(flights.stop)
-        self.house = House(self._tell_trouble, [clock_check(self.driver.clock)])
+        self.house = House(self._tell_trouble, [clock_check(self.driver.clock), self._set_aside])
         self._opened.append(self.house.stop)
         self._opened.append(self._stop_server)
         self._opened.append(self._stop_driver)  # first: requests that wait for it are answered, then the server ends
@@ -260,7 +259,7 @@ class EngineHost:
 
     def _restore_tasks(self) -> None:
         """Serve what was loaded into the engine before, besides the task files of this start."""
-        store = BundleStore(self._folder.path)
+        store = self._store
         found, self.restored = served_again(store, self._tasks, self.site, self._catalogue)
         loaded = store.served()
         for name, task in found.items():
@@ -349,6 +348,15 @@ class EngineHost:
     def _tell_double(self, agent: str, text: str) -> None:
         self.feed.add("alarm", self.driver.now(), text, agent=agent, data={"code": "double"})
         self.feed.announce()
+
+    @property
+    def set_aside(self) -> list[str]:
+        """Return which files of the runtime folder could not be used, and what follows, in sentences."""
+        return [one.text for one in self._set_aside()]
+
+    def _set_aside(self) -> list[Trouble]:
+        found = {**self._folder.unusable, **self._store.unusable}
+        return [Trouble("set_aside", name, text) for name, text in sorted(found.items())]
 
     def _tell_trouble(self, severity: str, trouble: Trouble) -> None:
         text = f"{trouble.text} ({trouble.code})" if severity == "alarm" else f"{trouble.code} is over"

@@ -16,7 +16,7 @@ from formiga_bt.engine.drivers.persist import DURABLE, Outcome
 from formiga_bt.engine.inputs import JournalState, Step
 from formiga_bt.engine.library import Bundles
 from formiga_bt.engine.state import EngineState
-from formiga_bt.errors import JournalError, SiteError
+from formiga_bt.errors import JournalError
 from formiga_bt.lang.model import Catalogue, Site, Task
 from formiga_bt.services.bundles import Stored
 from formiga_bt.site_folder import COUNTERS, JOURNAL, RESERVE, UNKNOWN, SiteFolder, journal_of
@@ -143,6 +143,8 @@ class Journaling:
         """
         if self.journal is None or not self._folder.had_journal:
             self._folder.note_journal(False)  # who is killed before the journal has the site has forgotten nothing
+        if self._folder.lost_marks and self.journal is None:
+            self._knows_ids = False
         epoch = self._folder.next_epoch()
         if self.journal is not None:
             taken = self.journal.take(max(epoch, self._last_epoch + 1))
@@ -188,6 +190,9 @@ class Journaling:
         if not (found.sign.kept and self._is_exact(found.state.counters, counters)):
             for name, value in counters.items():
                 found.state.counters[name] = max(found.state.counters.get(name, 0), value)
+        if self._folder.lost_marks:
+            for name in COUNTERS:
+                found.state.counters[name] = found.state.counters.get(name, 0) + UNKNOWN
         return found
 
     def _is_exact(self, known: Mapping[str, int], aside: Mapping[str, int]) -> bool:
@@ -299,13 +304,7 @@ class Journaling:
 
     def keep_again(self, task: Task, stored: Stored) -> None:
         """Keep the files of a task that an earlier start had loaded."""
-        texts = {}
-        for path in sorted(stored.folder.rglob("*.y*ml")):
-            try:
-                texts[path.relative_to(stored.folder).as_posix()] = path.read_text(encoding="utf-8")
-            except (OSError, UnicodeDecodeError) as error:
-                raise SiteError(f"cannot read {path}: {error}") from error
-        self.keep_files(task.name, task.bundle, stored.file, texts, loaded=True)
+        self.keep_files(task.name, task.bundle, stored.bundle.file, stored.bundle.texts, loaded=True)
 
     # -- the end -------------------------------------------------------------------------------------------------------
     def end(self) -> None:

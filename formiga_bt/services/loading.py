@@ -200,15 +200,15 @@ def _running(state: EngineState, name: str, newest: str) -> list[str]:
 # -- reading -----------------------------------------------------------------------------------------------------------
 def read_stored(stored: Stored, site: Site, catalogue: Catalogue, others: Mapping[str, str]) -> Loaded:
     """Read and check a bundle; `others`: the texts of tasks that it may request, by name."""
-    inside = (stored.folder.resolve(), folder("trees").resolve())
+    library = folder("trees").resolve()
 
     def read(path: Path) -> str:
-        if not any(path.resolve().is_relative_to(one) for one in inside):
-            raise FileNotFoundError(2, "it is not in the bundle")
-        return path.read_text(encoding="utf-8")
+        if path.resolve().is_relative_to(library):
+            return path.read_text(encoding="utf-8")
+        return stored.read(path)
 
     return load_task_text(
-        stored.text(), stored.file, catalogue=catalogue, site=site,
+        stored.text(), stored.bundle.file, catalogue=catalogue, site=site,
         folder_=stored.task_file.parent, read=read, others=others,
     )  # fmt: skip
 
@@ -247,15 +247,15 @@ def served_again(
         else:
             found[name] = task
             texts[name] = stored.text()
-            told.append(f"{name} is served again as it was loaded{_when(stored)}; to forget it: rm -r {stored.folder}")
+            told.append(f"{name} is served again as it was loaded{_when(stored)}; to forget it: rm {stored.path}")
     return found, told
 
 
 def _when(stored: Stored) -> str:
-    if not stored.unix_millis:
+    if not stored.bundle.unix_millis:
         return ""
-    by = f" by {stored.by}" if stored.by else ""
-    return f" on {datetime.fromtimestamp(stored.unix_millis / 1000).astimezone():%Y-%m-%d %H:%M}{by}"
+    by = f" by {stored.bundle.by}" if stored.bundle.by else ""
+    return f" on {datetime.fromtimestamp(stored.bundle.unix_millis / 1000).astimezone():%Y-%m-%d %H:%M}{by}"
 
 
 def _first(loaded: Loaded) -> str:

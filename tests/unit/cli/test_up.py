@@ -145,7 +145,7 @@ def banner_of(refused: Sequence[NotServed], served: Iterable[str], capsys: pytes
     host = SimpleNamespace(
         served=list(served), refused=tuple(refused), endpoint="tcp/here:1", epoch=3,
         site=SimpleNamespace(name="north", mode="simulation"), address=SimpleNamespace(url="http://here"),
-        journaling=SimpleNamespace(text="none", aside=[]), resumed=[], restored=[], clock_text="",
+        journaling=SimpleNamespace(text="none", aside=[]), resumed=[], restored=[], set_aside=[], clock_text="",
     )  # fmt: skip
     capsys.readouterr()
     _banner(host, {}, False)  # type: ignore[arg-type]

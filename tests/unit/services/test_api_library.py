@@ -100,7 +100,7 @@ def test_a_new_start_serves_it_again_with_a_notice(start: Start, tmp_path: Path)
         assert service.ends(service.submit("Brief"))["status"] == "SUCCEEDED"
         (told,) = service.host.restored
     assert told.startswith("Brief is served again as it was loaded on ")
-    assert f"rm -r {tmp_path}/.formiga/meadow/bundles/" in told
+    assert f"rm {tmp_path}/.formiga/meadow/bundles/" in told
 
 
 def test_on_a_real_site_what_is_loaded_flies_once_it_is_approved(real: Start) -> None:

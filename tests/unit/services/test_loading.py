@@ -60,7 +60,7 @@ def test_a_new_task_is_kept_and_served(rig: Rig) -> None:
 
     assert (said.task, said.what, said.version, said.text) == ("Try", "new", 1, "Try is served now")
     (stored,) = rig.store.served().values()
-    assert (stored.text(), stored.by, stored.file) == (ONE, "eve", FILE)
+    assert (stored.text(), stored.bundle.by, stored.bundle.file) == (ONE, "eve", FILE)
     assert rig.ask(Submit("Try", bundle=said.bundle)) == "Try-1"
     assert [event.text for event in rig.view.feed.after(0)[0] if event.type == "library"] == ["Try is served now"]
 
@@ -86,7 +86,7 @@ def test_the_same_bundle_changes_nothing(rig: Rig) -> None:
 
     assert (rig.load().what, rig.given) == ("same", [])
     assert rig.load(file="trees/other.yaml").what == "same"  # the bundle is of texts, not of names
-    assert len([one for one in rig.store.path.iterdir() if one.is_dir()]) == 1
+    assert len([one for one in rig.store.path.iterdir() if one.name != "served.json"]) == 1
 
 
 def test_an_older_one_again_is_a_newer_version(rig: Rig) -> None:
@@ -117,7 +117,8 @@ def test_an_import_that_was_not_sent_is_missed_though_it_lies_on_the_engines_dis
     (tmp_path / "secret.yaml").write_text("password: 1\n")
     with pytest.raises(Refused) as told:
         rig.load(CALLS.replace("lib/go.yaml", "../../../secret.yaml"))
-    assert "it is not in the bundle" in told.value.problems[0]
+    assert "E008" in told.value.problems[0]
+    assert "password" not in told.value.problems[0]
     assert not any("password" in text for text in told.value.problems)
     with pytest.raises(Refused, match="errors; it is not served"):
         rig.load(CALLS)
@@ -164,7 +165,7 @@ def test_what_was_loaded_is_served_again_unless_a_file_has_the_name(rig: Rig) ->
     found, told = served_again(rig.store, {}, SITE, CATALOGUE)
     assert [(name, one.bundle) for name, one in found.items()] == [("Try", last.bundle)]
     assert told[0].startswith("Try is served again as it was loaded on 2027-01-15 ")
-    assert told[0].endswith(f" by eve; to forget it: rm -r {rig.store.served()['Try'].folder}")
+    assert told[0].endswith(f" by eve; to forget it: rm {rig.store.served()['Try'].path}")
 
     mine = task(ONE.partition("task: Try\n")[2])
     found, told = served_again(rig.store, {"Try": mine}, SITE, CATALOGUE)
@@ -175,7 +176,8 @@ def test_what_was_loaded_is_served_again_unless_a_file_has_the_name(rig: Rig) ->
 
 def test_one_that_does_not_fit_any_more_is_told_of(rig: Rig) -> None:
     rig.load()
-    rig.store.served()["Try"].task_file.write_text(ONE.replace("Park", "Fly"))
+    path = rig.store.served()["Try"].path
+    path.write_text(path.read_text().replace("Park", "Fly"))
     found, (told,) = served_again(rig.store, {}, SITE, CATALOGUE)
     assert found == {}
     assert " and is not served again: trees/try.yaml:4:" in told
@@ -183,9 +185,10 @@ def test_one_that_does_not_fit_any_more_is_told_of(rig: Rig) -> None:
 
 def test_a_bundle_half_written_is_none_and_is_written_anew(rig: Rig) -> None:
     rig.load()
-    stored = rig.store.served()["Try"]
-    (stored.folder / "bundle.json").unlink()
+    path = rig.store.served()["Try"].path
+    path.write_text(path.read_text()[:-20])
     assert rig.store.served() == {}
+    assert sorted(rig.store.unusable) == ["Try", path.name]
     rig.load(TWO)
     assert rig.load().version == 3
     assert rig.store.served()["Try"].text() == ONE
