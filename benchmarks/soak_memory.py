@@ -164,7 +164,10 @@ def soak(folder: Path, hours: float, speed: float, most_open: int) -> dict[str, 
             return _fly(engine, hours, speed, most_open, stopped)
     finally:
         engine.process.terminate()
-        engine.process.wait(60)
+        try:
+            engine.process.wait(120)
+        except subprocess.TimeoutExpired:  # what was measured counts all the same
+            engine.process.kill()
         for number, handler in previous.items():
             signal.signal(number, handler)
 
