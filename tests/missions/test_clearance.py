@@ -4,6 +4,7 @@ from typing import Any
 
 import pytest
 
+from agents_sim.planning import Leg, way_down
 from formiga_bt.engine.inputs import Operator, SendGoal
 from formiga_bt.geo import Place, Position
 from formiga_bt.lang.types import AgentRef
@@ -164,6 +165,7 @@ def test_a_word_that_was_not_used_within_a_minute_is_asked_for_again(fly: Fly) -
 def test_nobody_is_asked_again_and_again_while_the_way_down_is_taken(fly: Fly) -> None:
     field = packaged_world()[0].places["north_field"]
     rehearsal = fly(change={"lwd_1": {"at": Position(field.east_m, field.north_m, 30.0)}})
+    rehearsal.ask(Operator("hold", "lwd_1"))  # else it is brought home
     watcher = rehearsal.sim["watcher_1"].person
     task = pick_up(rehearsal)
     rehearsal.run_for(400)
@@ -173,11 +175,72 @@ def test_nobody_is_asked_again_and_again_while_the_way_down_is_taken(fly: Fly) -
     ]
     assert (rehearsal.task(task).held, [one for one in watcher.asked if "land here" in str(one)]) == ((), [])
 
-    moved = move(rehearsal)
+    rehearsal.ask(Operator("continue", "lwd_1"))
 
-    assert rehearsal.run_until_ended(task, moved, limit_s=1800)
+    assert rehearsal.run_until_ended(task, limit_s=1800)
     assert rehearsal.task(task).status == "SUCCEEDED"
     assert len([one for one in watcher.asked if "land here" in str(one)]) == 1
+
+
+def landing_is_asked(fly: Fly) -> tuple[Rehearsal, str]:
+    """PickUp hovers over the field, and nobody says whether people stand clear."""
+    rehearsal = fly(scripts=dict.fromkeys(("picker_1", "picker_2", "watcher_1"), NEVER))
+    task = pick_up(rehearsal)
+    assert rehearsal.run_until(lambda: rehearsal.task(task).held == ("clearance:hwd_1",), 300)
+    assert [q.kind for q in rehearsal.engine.state.questions.values()] == ["clearance"]
+    return rehearsal, task
+
+
+@pytest.mark.parametrize("how", ["land", "pilot", "failsafe"])
+def test_one_that_has_landed_is_not_asked_for_any_more(fly: Fly, how: str) -> None:
+    rehearsal, task = landing_is_asked(fly)
+    drone = rehearsal.sim["hwd_1"].drone
+    match how:
+        case "land":
+            rehearsal.ask(Operator("land", "hwd_1"))
+        case "pilot":
+            drone.take_over()
+            drone._fly("", "by hand", way_down(drone.position()))
+        case "failsafe":
+            drone.set_battery(2.0)
+    assert rehearsal.run_until(lambda: rehearsal.engine.state.agents["hwd_1"].landed == "grounded", 200)
+
+    assert rehearsal.engine.state.questions == {}
+    assert rehearsal.engine.state.clearances == {}
+    assert "clearance:hwd_1" not in rehearsal.task(task).held
+
+
+def test_one_that_its_pilot_has_flown_elsewhere_is_not_asked_for_there_any_more(fly: Fly) -> None:
+    rehearsal, task = landing_is_asked(fly)
+    drone = rehearsal.sim["hwd_1"].drone
+    drone.take_over()
+    here = drone.position()
+    drone._fly("", "by hand", [Leg(Position(here.east_m + 60.0, here.north_m, here.up_m), "cruise")])
+    rehearsal.run_for(20)
+
+    assert rehearsal.engine.state.questions == {}
+    rehearsal.sim.hand_back("hwd_1")
+    rehearsal.run_for(1)
+    rehearsal.ask(Operator("handback_end", "hwd_1"))
+    assert rehearsal.run_until_ended(task, limit_s=1200)
+
+
+def test_a_start_is_not_asked_for_any_more_once_its_pilot_flies_it(fly: Fly) -> None:
+    rehearsal = fly(change=AWAY, scripts={"watcher_1": NEVER})
+    task = move(rehearsal)
+    rehearsal.run_for(5)
+    drone = rehearsal.sim["lwd_1"].drone
+    drone.take_over()
+    here = drone.position()
+    drone._fly("", "by hand", [Leg(Position(here.east_m, here.north_m, 30.0), "climb")])
+    rehearsal.run_for(30)
+
+    assert rehearsal.engine.state.questions == {}
+    rehearsal.sim.hand_back("lwd_1")
+    rehearsal.run_for(1)
+    rehearsal.ask(Operator("handback_return", "lwd_1"))
+    rehearsal.abort(task)
+    assert rehearsal.run_until(lambda: rehearsal.engine.state.agents["lwd_1"].landed == "grounded", 600)
 
 
 def test_an_abort_withdraws_the_question(fly: Fly) -> None:

@@ -557,3 +557,40 @@ def test_a_start_that_is_under_way_when_its_order_is_withdrawn_ends_at_home(fly:
     record = rehearsal.engine.state.agents["lwd_1"]
     assert (record.pool, record.landed) == ("STANDBY", "grounded")
     assert standing(rehearsal, "lwd_1") is None
+
+
+def test_continue_for_all_ends_no_way_home_that_is_not_done(fly: Fly) -> None:
+    rehearsal = fly(
+        change={"lwd_1": {"at": Place(0.0, -90.0)}},
+        scripts={"watcher_1": [{"match": "start", "options": ["clear"], "after": "20 s"}]},
+    )
+    order(rehearsal, "return", "lwd_1")
+    order(rehearsal, "hold", "lwd_2")
+    rehearsal.run_for(5)
+
+    order(rehearsal, "continue")
+
+    assert standing(rehearsal, "lwd_1") == ("return", "open")
+    assert standing(rehearsal, "lwd_2") is None
+    assert rehearsal.run_until(lambda: standing(rehearsal, "lwd_1") == ("return", "done"), 300)
+    assert pool(rehearsal, "lwd_1") == ("STANDBY", "grounded")
+    order(rehearsal, "continue")  # what is done holds nothing any more
+    assert standing(rehearsal, "lwd_1") is None
+
+
+def test_continue_for_all_leaves_the_task_of_one_that_is_brought_home_held(fly: Fly) -> None:
+    rehearsal = fly()
+    task = crossing(rehearsal)
+    order(rehearsal, "land", "hwd_1")
+    assert rehearsal.run_until(lambda: pool(rehearsal)[1] == "grounded", 120)
+    rehearsal.run_for(5)
+    order(rehearsal, "return", "hwd_1")  # it stands in the field: it waits until people stand clear
+    rehearsal.run_for(1)
+
+    order(rehearsal, "continue")
+
+    assert standing(rehearsal) == ("return", "open")
+    assert rehearsal.task(task).held == ("operator:hwd_1",)
+    order(rehearsal, "continue", "hwd_2") if standing(rehearsal, "hwd_2") else None
+    rehearsal.abort(task)
+    assert rehearsal.run_until_ended(task, limit_s=600)

@@ -41,13 +41,14 @@ def test_an_idle_hovering_drone_is_in_the_way_too(fly: Fly) -> None:
     field = SITE.places["north_field"]
     there = Position(field.east_m, field.north_m, 60.0)
     rehearsal = fly(change={"lwd_1": {"at": there}})
+    rehearsal.ask(Operator("hold", "lwd_1"))  # else it is brought home
     task = pick_up(rehearsal)
     rehearsal.run_for(200)
     assert any(g.code == "leg_busy" and g.text == "lwd_1" for g in rehearsal.engine.state.goals.values())
 
-    moved = rehearsal.submit("MoveTask", {"robot": AgentRef("lwd_1")})
+    rehearsal.ask(Operator("continue", "lwd_1"))
 
-    assert rehearsal.run_until_ended(task, moved, limit_s=1800)
+    assert rehearsal.run_until_ended(task, limit_s=1800)
     assert rehearsal.task(task).status == "SUCCEEDED"
 
 

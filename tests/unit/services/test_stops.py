@@ -287,6 +287,18 @@ def test_continue_of_all_tells_a_task_that_ended_at_once(paper: Paper) -> None:
     assert paper.stops.all("continue").text == "PickUp-3 went on, and has ended: SUCCEEDED"
 
 
+def test_continue_of_all_names_the_way_home_that_it_does_not_end(paper: Paper) -> None:
+    paper.put(OrderPut("hwd_1", order("hwd_1", "return", state="open")))
+
+    reply = paper.stops.all("continue")
+
+    (kept,) = reply.skipped
+    assert (kept.who, kept.code) == ("hwd_1", "order_under_way")
+    assert kept.text.startswith("hwd_1: its `return` goes on: ")
+    assert kept.text.endswith("formiga continue hwd_1 would end it")
+    assert reply.next == ["formiga tasks"]
+
+
 def test_continue_of_all_says_that_nothing_was_stopped(paper: Paper) -> None:
     reply = paper.stops.all("continue")
 
