@@ -1,12 +1,40 @@
-"""Files that a power cut leaves whole: replaced at once, or grown by lines. Called by whoever keeps something on disk."""
+"""Files that a power cut leaves whole, and that are their owner's alone: replaced at once, or grown by lines.
+
+Called by whoever keeps something on disk. Modes do not depend on the umask of whoever started the process.
+"""
 
 import json
 import os
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
-from typing import IO, Any
+from typing import IO, Any, Final
 
 from formiga_bt.errors import SiteError
+
+PRIVATE_FILE: Final = 0o600
+PRIVATE_FOLDER: Final = 0o700
+
+
+def private_folder(path: Path) -> None:
+    """Make a folder, and those above it that lack; it is its owner's alone, also if it was there before.
+
+    Raises:
+        OSError: it cannot be made, or is somebody else's.
+    """
+    path.mkdir(mode=PRIVATE_FOLDER, parents=True, exist_ok=True)
+    path.chmod(PRIVATE_FOLDER)
+
+
+def make_private(tree: Path) -> None:
+    """Take the rights of others away from everything in a folder that is this user's; links are left as they are."""
+    for place, folders, files in os.walk(tree):
+        for names, mode in ((folders, PRIVATE_FOLDER), (files, PRIVATE_FILE)):
+            for name in names:
+                path = Path(place) / name
+                with suppress(OSError):  # it has gone meanwhile, or is somebody else's
+                    if not path.is_symlink() and path.stat().st_mode & 0o777 != mode:
+                        path.chmod(mode)
 
 
 def append_line(file: Path, record: Mapping[str, Any]) -> None:
@@ -18,7 +46,7 @@ def append_line(file: Path, record: Mapping[str, Any]) -> None:
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
         is_new = not file.exists()
-        with file.open("ab+") as lines:
+        with open(file, "ab+", opener=_private) as lines:
             torn = lines.tell() > 0 and _last_byte(lines) != b"\n"
             text = json.dumps(dict(record), ensure_ascii=False)
             lines.write((b"\n" if torn else b"") + text.encode() + b"\n")
@@ -28,6 +56,10 @@ def append_line(file: Path, record: Mapping[str, Any]) -> None:
             _sync_folder(file.parent)
     except OSError as error:
         raise SiteError(f"cannot write {file}: {error.strerror or error}") from error
+
+
+def _private(name: str, flags: int) -> int:
+    return os.open(name, flags, PRIVATE_FILE)
 
 
 def _last_byte(file: IO[bytes]) -> bytes:
@@ -64,7 +96,8 @@ def write_durably(file: Path, text: str) -> None:
     """
     try:
         beside = file.with_name(f".{file.name}.new")
-        with beside.open("w", encoding="utf-8") as new:
+        with open(beside, "w", encoding="utf-8", opener=_private) as new:
+            os.fchmod(new.fileno(), PRIVATE_FILE)
             new.write(text)
             new.flush()
             os.fsync(new.fileno())

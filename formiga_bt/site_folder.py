@@ -6,8 +6,10 @@
 | `epoch` | a number, one higher at each start; agents refuse orders of a lower one |
 | `marks.json` | engine time and counters: a new start never uses an id or an instant again |
 | `exact` | empty; while it is there the journal has every id that was used, also after a kill or a power cut |
-| `engine.json` | where the engine is: API, agents' endpoint, process |
-| `token` | the word that callers from other machines must know |
+| `engine.json` | where the engine is: API, local door, agents' endpoint, process |
+| `door` | the local door, a Unix socket, while the engine runs; elsewhere if this path is too long |
+| `token` | the word that callers from other machines must know, in mode real all callers |
+| `secrets.json` | of each person with a secret of their own: its hash |
 | `approvals.jsonl` | who approved what, and took it back: a line each, never changed |
 | `bundles/` | tasks that were loaded into the engine while it ran (`services.bundles`) |
 | `journal.db` | the journal: every step of the engine (`formiga_bt.journal`) |
@@ -16,6 +18,7 @@
 | `flights.jsonl` | the flight log: a line for each flight that has ended |
 | `flying.json` | flights that have not ended |
 
+Files are their owner's alone (0600), folders too (0700), whatever the umask; those of earlier versions are made so at a start.
 Called by `formiga up` (through `SiteFolder`), and by every command that looks for a running engine (`find_engines`).
 """
 
@@ -30,7 +33,15 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import IO, Any, Final
 
-from formiga_bt.durable import append_line, move_aside, read_lines, remove_durably, write_durably
+from formiga_bt.durable import (
+    append_line,
+    make_private,
+    move_aside,
+    private_folder,
+    read_lines,
+    remove_durably,
+    write_durably,
+)
 from formiga_bt.errors import SiteError
 from formiga_bt.unusable_files import set_unusable_aside
 
@@ -78,6 +89,8 @@ class EngineAddress:
     """Of the HTTP API, without `/v1`."""
     endpoint: str
     """Where agents connect."""
+    socket: str = ""
+    """Path of its local door, a Unix socket; empty: it has none."""
     folder: str = ""
 
     @property
@@ -134,7 +147,8 @@ class SiteFolder:
         if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9_-]*", self.site):
             raise SiteError(f"the site's name {self.site!r} cannot name a folder: use letters, digits, '_' and '-'")
         try:
-            self.path.mkdir(parents=True, exist_ok=True)
+            private_folder(self.path.parent)
+            private_folder(self.path)
             if os.path.lexists(self.path / "lock") and not (self.path / "lock").is_file():
                 move_aside([self.path / "lock"])
             lock = (self.path / "lock").open("a+", encoding="utf-8")
@@ -160,7 +174,12 @@ class SiteFolder:
         if "epoch" in self.unusable:
             self._last_epoch += UNKNOWN_EPOCHS
         self.lost_marks = self._had_evidence and not (self.path / "marks.json").exists()
+        self.keep_private()
         (self.path / "engine.json").unlink(missing_ok=True)  # where an engine that was killed has been
+
+    def keep_private(self) -> None:
+        """Take the rights of others away from all that is in the folder now: what libraries write follows the umask."""
+        make_private(self.path)
 
     def release(self) -> None:
         """Give the site back; may be called twice."""
@@ -336,9 +355,9 @@ class SiteFolder:
         write_durably(self.path / "marks.json", text + "\n")
 
     # -- where the engine is -----------------------------------------------------------------------------------------
-    def publish(self, *, epoch: int, url: str, endpoint: str) -> EngineAddress:
+    def publish(self, *, epoch: int, url: str, endpoint: str, socket: str = "") -> EngineAddress:
         """Write `engine.json`."""
-        address = EngineAddress(self.site, os.getpid(), epoch, url, endpoint)
+        address = EngineAddress(self.site, os.getpid(), epoch, url, endpoint, socket)
         write_durably(self.path / "engine.json", json.dumps(asdict(address), indent=2) + "\n")
         return address
 
@@ -353,8 +372,7 @@ class SiteFolder:
             if not file.exists():
                 import secrets  # commands that only look for an engine need none of it
 
-                with os.fdopen(os.open(file, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w") as made:
-                    made.write(secrets.token_urlsafe(24) + "\n")
+                write_durably(file, secrets.token_urlsafe(24) + "\n")
             return file.read_text(encoding="ascii").strip()
         except (OSError, UnicodeDecodeError) as error:
             raise SiteError(f"cannot use {file}: {error}") from error

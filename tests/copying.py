@@ -4,10 +4,10 @@ import subprocess
 import sys
 from pathlib import Path
 
-COPY = "import shutil, sys; shutil.copytree(*sys.argv[1:], ignore=shutil.ignore_patterns('.*.new'))"
+COPY = "import shutil, sys; shutil.copytree(*sys.argv[1:], ignore=shutil.ignore_patterns('.*.new', 'door'))"
 
 
 def copied(folder: Path, to: Path) -> Path:
-    """Copy a folder, without what is just being written beside its files; `to` is not there yet."""
+    """Copy a folder, without what is just being written beside its files, and the local door; `to` is not there yet."""
     subprocess.run([sys.executable, "-c", COPY, str(folder), str(to)], check=True)
     return to

@@ -1,5 +1,8 @@
 """How the verbs find a running engine and call its API: `.formiga/<site>/engine.json`, or an address; then plain HTTP.
 
+An engine of this machine is called by its local door, a Unix socket that no crowd of HTTP clients can fill, and over TCP if
+that does not answer.
+
 An engine elsewhere is named by `--url`, or by the environment for every verb: FORMIGA_URL, with FORMIGA_TOKEN, or
 FORMIGA_TOKEN_FILE, the file that holds it. A token is never an argument, which other users of the machine can read.
 
@@ -13,6 +16,7 @@ import os
 import pwd
 import socket
 import sys
+import time
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
@@ -27,6 +31,11 @@ from formiga_bt.site_folder import EngineAddress, find_engines
 TIMEOUT_S: Final = 30.0
 MOST_NEXT: Final = 3
 """So many commands are suggested."""
+LOCAL_S: Final = 0.5
+"""So long a full local door is tried before the other one is."""
+STOPS: Final = ("hold", "return", "land", "cut")
+FULL: Final = frozenset({"crowded", "too_many_streams"})
+"""Codes of a door that takes no more callers."""
 
 
 class NoEngine(FormigaError):  # noqa: N818 - it names what is wrong
@@ -48,6 +57,34 @@ class Event:
 
     type: str
     data: dict[str, Any]
+
+
+class LocalConnection(http.client.HTTPConnection):
+    """A connection to the local door of an engine; `path` is that of the Unix socket."""
+
+    def __init__(self, path: str) -> None:
+        super().__init__("localhost", timeout=TIMEOUT_S)
+        self._path = path
+
+    def connect(self) -> None:
+        """Connect.
+
+        Raises:
+            OSError: nobody listens there, or too many do not let us in for `LOCAL_S`.
+        """
+        until = time.monotonic() + LOCAL_S
+        while True:
+            self.sock = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+            self.sock.settimeout(TIMEOUT_S)
+            try:
+                self.sock.connect(self._path)
+            except BlockingIOError:  # its queue is full
+                self.sock.close()
+                if time.monotonic() > until:
+                    raise
+                time.sleep(0.02)
+            else:
+                return
 
 
 class Client:
@@ -114,8 +151,6 @@ class Client:
         more: Mapping[str, str] | None = None,
     ) -> Iterator[http.client.HTTPResponse]:
         parts = urlsplit(self.address.url)
-        kind = http.client.HTTPSConnection if parts.scheme == "https" else http.client.HTTPConnection
-        connection = kind(parts.hostname or "", parts.port, timeout=TIMEOUT_S)
         words = urlencode({name: value for name, value in query.items() if value not in ("", None)}, doseq=True)
         path = parts.path + path
         headers = {"Accept": "application/json", **(more or {})}
@@ -123,10 +158,11 @@ class Client:
             headers["Authorization"] = f"Bearer {self._token}"
         if method != "GET":
             headers["Content-Type"] = "application/json"
+        text = None if body is None else json.dumps(body).encode()
+        target = f"{path}?{words}" if words else path
+        again = method == "GET" or _stops(path, body)
+        connection, answer = self._begin(method, target, text, headers, again=again)
         try:
-            text = None if body is None else json.dumps(body).encode()
-            connection.request(method, f"{path}?{words}" if words else path, text, headers)
-            answer = connection.getresponse()
             self.ahead_us = _ahead(answer)
             if answer.status >= 400:
                 raise self._no(answer)
@@ -137,6 +173,49 @@ class Client:
             raise self._silent(error) from error
         finally:
             connection.close()
+
+    def _begin(
+        self, method: str, target: str, text: bytes | None, headers: Mapping[str, str], *, again: bool
+    ) -> tuple[http.client.HTTPConnection, http.client.HTTPResponse]:
+        """Send a request by the first way on which it is taken, and return its answer.
+
+        `again`: it may be sent by another way when no answer came, because a second one changes nothing.
+        """
+        ways = self._ways()
+        for connection in ways:
+            is_last = connection is ways[-1]
+            try:
+                connection.connect()
+            except OSError as error:
+                connection.close()
+                if is_last:
+                    raise self._silent(error) from error
+                continue
+            try:
+                connection.request(method, target, text, dict(headers))
+                answer = connection.getresponse()
+            except (OSError, http.client.HTTPException) as error:
+                connection.close()
+                if is_last or not again:
+                    raise self._silent(error) from error
+                continue
+            if answer.status == 503 and not is_last:  # a full door may stand beside one that is not
+                refused = self._no(answer)
+                connection.close()
+                if isinstance(refused, ApiError) and refused.code in FULL:
+                    continue
+                raise refused
+            return connection, answer
+        raise AssertionError("there is a way")
+
+    def _ways(self) -> list[http.client.HTTPConnection]:
+        """Return the connections to try, in this order; none of them is open yet."""
+        parts = urlsplit(self.address.url)
+        kind = http.client.HTTPSConnection if parts.scheme == "https" else http.client.HTTPConnection
+        ways: list[http.client.HTTPConnection] = [kind(parts.hostname or "", parts.port, timeout=TIMEOUT_S)]
+        if self.address.socket:
+            ways.insert(0, LocalConnection(self.address.socket))
+        return ways
 
     def _no(self, answer: http.client.HTTPResponse) -> FormigaError:
         """Return the error of an answer that says no."""
@@ -184,6 +263,14 @@ def _ahead(answer: http.client.HTTPResponse) -> int:
         return round(float(answer.headers.get("Formiga-Ahead-S", "0")) * 1e6)
     except (ValueError, OverflowError):  # of something else than an engine
         return 0
+
+
+def _stops(path: str, body: Any) -> bool:
+    """Return whether a request stops something; the same once more changes nothing."""
+    said = body if isinstance(body, dict) else {}
+    if path.endswith("/lockdown"):
+        return said.get("how") != "release"
+    return path.endswith("/abort") or (path.endswith("/orders") and said.get("order") in STOPS)
 
 
 def _token(address: EngineAddress) -> str:

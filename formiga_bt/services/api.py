@@ -6,12 +6,13 @@ event stream is asynchronous.
 
 import asyncio
 import contextlib
+import functools
 import json
 from collections.abc import AsyncIterator, Callable, Sequence
 from http import HTTPStatus
 from typing import Annotated, Any, Final, Literal, Protocol
 
-from fastapi import FastAPI, Header, Query, Request
+from fastapi import FastAPI, Header, Query, Request, Response
 from fastapi.exceptions import RequestValidationError
 from fastapi.responses import JSONResponse, StreamingResponse
 from starlette.exceptions import HTTPException
@@ -21,12 +22,14 @@ from formiga_bt.clock import Micros, micros
 from formiga_bt.services import crew_routes, library_routes, order_routes, past_routes, seeing_routes
 from formiga_bt.services import models as m
 from formiga_bt.services.crew import Crew
+from formiga_bt.services.crowd import Crowd
 from formiga_bt.services.door import Door
 from formiga_bt.services.feed import Event, Feed
 from formiga_bt.services.loading import Loading
 from formiga_bt.services.not_served import NotServed
 from formiga_bt.services.orders import Orders, Waits
 from formiga_bt.services.refused import Refused
+from formiga_bt.services.urgent import in_lane
 from formiga_bt.show.source import Source
 
 STATUS: Final = {
@@ -53,6 +56,7 @@ STATUS: Final = {
     "closed": 503,
     "stopped": 503,
     "no_reply": 503,
+    "client_gone": 503,
 }
 """HTTP status of a code; 409 for others: they conflict with how things stand."""
 
@@ -103,13 +107,13 @@ def problem(status: int, code: str, text: str, hint: str = "", problems: Sequenc
     return ProblemResponse(body.model_dump(), status, headers)
 
 
-def build(host: Host, *, token: str, needs_token: bool) -> Callable[..., Any]:
-    """Return the ASGI app of an engine."""
+def application(host: Host) -> FastAPI:
+    """Return the routes of an engine; each door is put before them (`guarded`)."""
     app = FastAPI(
         title="formiga_bt",
         version=__version__,
         description="Tasks, agents and questions of one engine. Errors are application/problem+json.",
-        openapi_url="/v1/openapi.json",
+        openapi_url=None,  # `_described` serves it, written once
         docs_url=None,  # their pages load scripts from elsewhere
         redoc_url=None,
         responses={"4XX": {"model": m.Problem}, "5XX": {"model": m.Problem}},
@@ -124,7 +128,25 @@ def build(host: Host, *, token: str, needs_token: bool) -> Callable[..., Any]:
     _people(app, host.orders)
     library_routes.add(app, host.loading, host.refused)
     _engine(app, host)
-    return Door(app, token=token, needs_token=needs_token, refusal=problem)
+    _described(app)
+    return app
+
+
+def _described(app: FastAPI) -> None:
+    """Serve the OpenAPI document. It is written once: writing it takes long enough to hold up others."""
+    app.openapi_url = "/v1/openapi.json"
+    text = functools.cache(lambda: json.dumps(app.openapi(), ensure_ascii=False).encode())
+
+    @app.get(app.openapi_url, include_in_schema=False)
+    def openapi() -> Response:
+        return Response(text(), media_type="application/json")
+
+
+def guarded(
+    app: FastAPI, *, token: str, needs_token: bool, crowd: Crowd[Any] | None = None, is_local: bool = False
+) -> Callable[..., Any]:
+    """Return the ASGI app of one door; see `Door`."""
+    return Door(app, token=token, needs_token=needs_token, refusal=problem, crowd=crowd, is_local=is_local)
 
 
 def _errors(app: FastAPI) -> None:
@@ -193,12 +215,14 @@ def _tasks(app: FastAPI, orders: Orders) -> None:
         return orders.why_agent(agent)
 
     @app.post("/v1/tasks/{task_id}/abort", tags=["tasks"])
+    @in_lane
     def abort(task_id: str, body: m.AbortBody | None = None) -> m.Reply:
         """End a task: its cleanup runs, its machines come home."""
         order = body or m.AbortBody()
         return m.Reply(text=orders.abort(task_id, order.how, order.by or "http", confirmed=order.confirmed))
 
     @app.delete("/v1/tasks/{task_id}", tags=["tasks"])
+    @in_lane
     def delete(task_id: str, how: Literal["", "now"] = "", by: str = "") -> m.Reply:
         """End a task, as POST abort does."""
         return m.Reply(text=orders.abort(task_id, how, by or "http"))
@@ -222,6 +246,7 @@ def _agents(app: FastAPI, orders: Orders) -> None:
         return m.Reply(text=orders.removed(agent, word.by or "http", word.confirmed))
 
     @app.post("/v1/agents/{agent}/events", tags=["people"])
+    @in_lane
     def tell_event(agent: str, body: m.EventBody) -> m.Reply:
         """Tell an event for a person who works at this engine's desk."""
         return m.Reply(text=orders.tell_event(agent, body.event, body.fields))
@@ -234,6 +259,7 @@ def _people(app: FastAPI, orders: Orders) -> None:
         return orders.inbox(person)
 
     @app.post("/v1/inbox/{number}/answer", tags=["people"])
+    @in_lane
     def answer(number: str, body: m.AnswerBody) -> m.Reply:
         """Answer a question for a person who works at this engine's desk."""
         return m.Reply(text=orders.answer(number, body.option, body.by))

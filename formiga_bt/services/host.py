@@ -6,6 +6,7 @@ as they would if the process were killed.
 
 import logging
 import os
+import socket
 import threading
 import time
 from collections.abc import Mapping, Sequence
@@ -32,6 +33,8 @@ from formiga_bt.services.answering import Answering
 from formiga_bt.services.bundles import BundleStore
 from formiga_bt.services.clocked import Clocked
 from formiga_bt.services.collector import uncollected
+from formiga_bt.services.connection import Connection
+from formiga_bt.services.crowd import Crowd, descriptors, http_places, local_places
 from formiga_bt.services.door import is_loopback
 from formiga_bt.services.doubles import OneEach
 from formiga_bt.services.feed import Feed
@@ -41,6 +44,7 @@ from formiga_bt.services.journal_watch import Watch
 from formiga_bt.services.journaling import JournalAt, Journaling
 from formiga_bt.services.listening import listen_of
 from formiga_bt.services.loading import Loading, served_again
+from formiga_bt.services.local import close_local, open_local
 from formiga_bt.services.not_served import NotServed
 from formiga_bt.services.orders import Orders
 from formiga_bt.services.past_routes import PastReader
@@ -128,7 +132,9 @@ class EngineHost:
         self.journaling = Journaling(self._folder, site.name, journal, self._keep, start_anew=start_anew)
         self._texts = dict(texts or {})
         self._failpoint = failpoint
-        self._server: server.HttpServer | None = None
+        self._servers: list[server.HttpServer] = []
+        self.local_door = ""
+        """Path of the Unix socket, or why there is none."""
         self._stop = threading.Event()
         self._opened: list[Any] = []
         self._back: Comeback | None = None
@@ -158,6 +164,11 @@ class EngineHost:
         self._opened.append(self._folder.release)
         sock = server.listen(self._http)
         self._opened.append(sock.close)
+        local, self.local_door = open_local(self._folder.path)
+        if local is not None:
+            self._opened.append(lambda: close_local(local, self.local_door))
+        else:
+            log.warning("no local door: %s", self.local_door)
         token = self._folder.token()
         self._opened.append(self.journaling.close)
         self.journaling.open()
@@ -247,11 +258,24 @@ class EngineHost:
         for version in self.loading.first():
             self.driver.ask(version)
         crew.restore(self._folder.path, self.driver)
-        app = Clocked(api.build(self, token=token, needs_token=self._needs_token), lambda: self.driver.clock.ahead_us)
-        self._server = server.HttpServer(app, sock)
-        self._server.start()
+        self._folder.keep_private()  # the journal's files are there now
+        self._serve(sock, local, token)
         self.house.start()
-        self.address = self._folder.publish(epoch=self.epoch, url=self._server.url, endpoint=self.endpoint)
+        self.address = self._folder.publish(
+            epoch=self.epoch, url=self._servers[-1].url, endpoint=self.endpoint,
+            socket=self.local_door if local is not None else "",
+        )  # fmt: skip
+
+    def _serve(self, sock: socket.socket, local: socket.socket | None, token: str) -> None:
+        """Serve both doors: HTTP, and the local one, if there is one."""
+        app, limit = api.application(self), descriptors()
+        for one, places in ((local, local_places(limit)), (sock, http_places(limit))):
+            if one is not None:
+                crowd: Crowd[Connection] = Crowd(places)
+                door = api.guarded(app, token=token, needs_token=self._needs_token, crowd=crowd, is_local=one is local)
+                clocked = Clocked(door, lambda: self.driver.clock.ahead_us)
+                self._servers.append(server.HttpServer(clocked, one, crowd))
+                self._servers[-1].start()
 
     def _first(self, back: Comeback, engine: Engine) -> Resumed:
         revoked = crew.taken_back(self._folder.path, back.state.approvals)
@@ -313,8 +337,8 @@ class EngineHost:
 
     def _stop_server(self) -> None:
         self.view.feed.close()  # readers of the event stream would keep the server waiting
-        if self._server is not None:
-            self._server.stop()
+        for served in self._servers:
+            served.stop()
 
     def close(self) -> None:
         """End; may be called twice. Agents go on with the goals they have."""

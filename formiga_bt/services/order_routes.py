@@ -4,27 +4,32 @@ from fastapi import FastAPI
 
 from formiga_bt.services import order_models as m
 from formiga_bt.services.stops import Stops
+from formiga_bt.services.urgent import in_lane
 
 
 def add(app: FastAPI, stops: Stops) -> None:
     """Add the routes to an app."""
 
     @app.post("/v1/agents/{agent}/orders", tags=["safety"])
+    @in_lane
     def order_agent(agent: str, body: m.AgentOrderBody) -> m.OrderReply:
         """Stop one machine (hold, return, land, cut), or let it go on. The same order again changes nothing."""
         return stops.agent(agent, body.order, body.by or "http", body.confirmed)
 
     @app.post("/v1/tasks/{task_id}/orders", tags=["safety"])
+    @in_lane
     def order_task(task_id: str, body: m.TaskOrderBody) -> m.OrderReply:
         """Stop all machines of a task, let it go on, or restart it."""
         return stops.task(task_id, body.order, body.by or "http")
 
     @app.post("/v1/orders", tags=["safety"])
+    @in_lane
     def order_all(body: m.AllOrderBody) -> m.OrderReply:
         """Stop every machine, or let all go on; the answer names those that did not get the order, and why."""
         return stops.all(body.order, body.by or "http")
 
     @app.post("/v1/lockdown", tags=["safety"])
+    @in_lane
     def lockdown(body: m.LockdownBody | None = None) -> m.OrderReply:
         """Press lockdown (what flies does `how`; without a body it returns), or release it."""
         order = body or m.LockdownBody()

@@ -33,6 +33,8 @@ from formiga_bt.show.why.going_on import machines_of, stays, ways_on, ways_on_of
 from formiga_bt.show.why.standing import STOPPED, doing
 from formiga_bt.show.why.words import not_ready
 
+LOOK_S: Final = 0.2
+"""A stop waits no longer than that for a copy of the state that lags behind: it only tells what stood before."""
 NOTHING: Final = "there is nothing to do: no machine is here"
 
 
@@ -75,7 +77,7 @@ class Stops:
                 f'confirm it with the machine\'s id: {{"order": "cut", "confirmed": "{agent}"}};'
                 f" formiga cut {agent} asks for it",
             )
-        self._view.catch_up()
+        self._view.catch_up(LOOK_S)
         with self._view.reading() as state:
             if agent not in state.agents:
                 raise Refused("unknown_agent", f"there is no agent '{agent}'", hint_for("unknown_agent"))
@@ -118,7 +120,7 @@ class Stops:
             return _kept(self._went_on(state, target, agents, before, held), reply)
 
     def _standing(self) -> tuple[dict[str, StandingOrder], dict[str, tuple[str, ...]]]:
-        self._view.catch_up()
+        self._view.catch_up(LOOK_S)
         with self._view.reading() as state:
             return dict(state.orders), held_tasks(state)
 
@@ -213,7 +215,7 @@ class Stops:
         Raises:
             Refused: the engine refuses it.
         """
-        self._view.catch_up()
+        self._view.catch_up(LOOK_S)
         with self._view.reading() as state:
             before, orders = state.lockdown, dict(state.orders)
             flew = {a.id for a in machines(state) if a.landed != "grounded"}

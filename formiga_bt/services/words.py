@@ -29,6 +29,8 @@ HINTS: Final[Mapping[str, str]] = {
     "not_taken_over": "formiga agents tells who has it",
     "order_under_way": "let it come to its end, or: formiga hold {target}",
     "lockdown": "formiga lockdown release",
+    "too_old": "look how things stand (formiga agents, formiga tasks), then give the order again",
+    "no_reply": "formiga tasks and formiga agents tell what became of it",
     "not_admitted": "list it in site.yaml under agents, with a port as its home",
     "journal_gone": "put the journal's files back, or end the engine and start it: formiga down; stops and lockdown work",
     "journal_full": "make room on the journal's disk: formiga journal stats tells where it is; stops, abort and lockdown work",

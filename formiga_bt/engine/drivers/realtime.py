@@ -17,7 +17,7 @@ import heapq
 import logging
 import threading
 from collections.abc import Callable, Sequence
-from concurrent.futures import Future, wait
+from concurrent.futures import CancelledError, Future
 from typing import Final, Literal
 
 from msgspec import Struct
@@ -27,6 +27,7 @@ from formiga_bt.engine import changes as ch
 from formiga_bt.engine import inputs as inp
 from formiga_bt.engine.drivers.inbox import MOST_REQUESTS, Inbox, InboxLoad
 from formiga_bt.engine.drivers.persist import DURABLE, Ahead, Outcome, Persist, PersistAhead
+from formiga_bt.engine.drivers.waiting import CALLER, Waiter, never_expires, refusal_of_old, since_boot
 from formiga_bt.engine.drivers.wiring import Switchboard, to_input
 from formiga_bt.engine.engine import Engine
 from formiga_bt.engine.keeping import LACKS, LEVELS, NOT_KEPT, begins_something
@@ -223,8 +224,12 @@ class RealtimeDriver:
         self.switchboard.close()
 
     def post(self, given: inp.Input) -> "Future[str]":
-        """Hand in a person's order; the future holds the engine's reply. One canceled in time is not carried out."""
-        future: Future[str] = Future()
+        """Hand in a person's order; the future holds the engine's reply. One canceled in time is not carried out.
+
+        Its age counts from when its caller's request came in (`waiting.CALLER`), or from now.
+        """
+        caller = CALLER.get()
+        future = Waiter(since_boot() if caller is None else caller.since)
         with self._door:
             if not self._refusing:
                 if isinstance(given, inp.Submit) and self._inbox.is_full:
@@ -238,20 +243,33 @@ class RealtimeDriver:
     def ask(self, given: inp.Input, timeout_s: float = 10.0) -> str:
         """Hand in a person's order and wait for the reply.
 
+        A stop is carried out whatever becomes of its caller; any other order is withdrawn if its caller (`waiting.CALLER`)
+        goes, or gives up, before the engine comes to it.
+
         Raises:
-            TaskError: the engine refused it, or (`no_reply`) did not come to it in time.
+            TaskError: the engine refused it, or (`no_reply`) did not come to it in time, or (`client_gone`) nobody waits.
             EngineStopped: the engine does not run.
         """
         future = self.post(given)
-        if not wait([future], timeout_s).done and future.cancel():
+        caller = CALLER.get()
+        stays = never_expires(given)
+        if caller is not None and not stays:
+            caller.when_gone(future.cancel)
+        try:
+            return _read(future, timeout_s)
+        except TimeoutError:
+            if stays:
+                text = f"the engine has not come to it within {timeout_s:g} s; it is carried out as soon as it does"
+                raise TaskError("no_reply", text) from None
+        except CancelledError:
+            raise TaskError("client_gone", "who gave the order has gone; it was not carried out") from None
+        if future.cancel():
             raise TaskError("no_reply", f"the engine did not take the order within {timeout_s:g} s")
-        if not wait([future], timeout_s).done:
-            raise TaskError("no_reply", f"the engine took the order, but did not end with it within {timeout_s:g} s")
-        reply = future.result()
-        if reply.startswith("error:"):
-            _, code, text = reply.split(":", 2)
-            raise TaskError(code, text)
-        return reply
+        try:
+            return _read(future, timeout_s)
+        except TimeoutError:
+            text = f"the engine took the order, but did not end with it within {timeout_s:g} s"
+            raise TaskError("no_reply", text) from None
 
     # -- the thread ------------------------------------------------------------------------------------------------
     def _run(self) -> None:
@@ -339,6 +357,10 @@ class RealtimeDriver:
         if not isinstance(waiter, Future):
             self._handle(self._stamp(now), given)
         elif waiter.set_running_or_notify_cancel():
+            too_old = refusal_of_old(given, since_boot() - waiter.since) if isinstance(waiter, Waiter) else ""
+            if too_old:
+                waiter.set_result(too_old)
+                return True
             try:
                 self._handle(self._stamp(now), given, waiter)
             except BaseException as error:
@@ -561,6 +583,21 @@ class RealtimeDriver:
         if due is not None:
             waits.append(round((due[0] - self.now()) / self.clock.rate) + 1)
         return max(0.0, min(waits) / SECOND)
+
+
+def _read(future: "Future[str]", within_s: float) -> str:
+    """Return the reply.
+
+    Raises:
+        CancelledError: the order was withdrawn.
+        TaskError: the engine refused the order.
+        TimeoutError: there is none yet.
+    """
+    reply = future.result(within_s)
+    if reply.startswith("error:"):
+        _, code, text = reply.split(":", 2)
+        raise TaskError(code, text)
+    return reply
 
 
 def _refuse(batch: Batch, error: BaseException) -> None:

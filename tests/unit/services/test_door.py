@@ -55,7 +55,7 @@ def status_of_a_wanting_engine(start: Start, word: str) -> list[int]:
     from formiga_bt.services import api
 
     with start() as service:
-        asked = api.build(service.host, token=word.split()[1], needs_token=True)
+        asked = api.guarded(api.application(service.host), token=word.split()[1], needs_token=True)
         sock = server.listen("127.0.0.1:0")
         wanting = server.HttpServer(asked, sock)
         wanting.start()
