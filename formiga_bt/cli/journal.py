@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from formiga_bt.cli.client import JsonOption, print_json, print_table
+from formiga_bt.cli.client import JsonOption, lasted, print_json, print_table
 from formiga_bt.cli.past import machine_at, moment_of, place_of, zone
 from formiga_bt.errors import FormigaError, UnusableFile
 from formiga_bt.site_folder import JOURNAL, is_running
@@ -131,7 +131,7 @@ def _kept(rule: "Retention") -> str:
 
 
 def _days(days: float) -> str:
-    return f"{days:.1f} days" if days >= 1 else f"{days * 24:.1f} h"
+    return lasted(days * 86_400)
 
 
 def size(count: float) -> str:

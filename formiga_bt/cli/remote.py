@@ -13,6 +13,7 @@ from formiga_bt.cli.calling import ApiError, Client, connect, segment
 from formiga_bt.cli.client import tell_clock
 from formiga_bt.errors import FormigaError, TaskError
 from formiga_bt.show.facts import Because, Chart, Now, Stats, TaskPicture, Timeline
+from formiga_bt.show.why.near import shortened
 
 T = TypeVar("T")
 UNKNOWN: Final = frozenset({"unknown_task", "unknown_agent"})
@@ -48,8 +49,12 @@ class RemoteSource:
         except TaskError as unknown:
             try:
                 found = self._get(_Why, f"/v1/agents/{segment(of)}/why")
-            except TaskError:
-                raise unknown from None
+            except TaskError as error:
+                near = next((one for one in (unknown, error) if "did you mean" in str(one)), None)
+                help_ = "formiga tasks and formiga agents list them"
+                raise near or TaskError(
+                    unknown.code, f"there is no task '{shortened(of)}', and no agent\n  help: {help_}"
+                ) from None
         return f"{found.task} {found.status}".rstrip() + (" HELD" if found.held else ""), found.because
 
     def timeline(self, tasks: Sequence[str] = ()) -> Timeline:

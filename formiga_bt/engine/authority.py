@@ -70,7 +70,7 @@ class Authority:
     def _duty(self, given: Duty) -> None:
         core = self._core
         if given.pilot not in core.site.pilots:
-            known = ", ".join(core.site.pilots) or "none: name them in site.yaml under pilots"
+            known = ", ".join(core.site.pilots) or "none"
             raise TaskError("unknown_pilot", f"{given.pilot} is no pilot of {core.site.name}; it has {known}")
         if given.on == (given.pilot in core.state.duty):
             return

@@ -44,6 +44,7 @@ STATUS: Final = {
     "no_history": 404,
     "not_yet": 404,
     "bad_moment": 422,
+    "bad_status": 422,
     "bad_params": 422,
     "bad_role": 422,
     "bad_option": 422,

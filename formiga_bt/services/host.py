@@ -518,7 +518,7 @@ class EngineHost:
                 speed=self.driver.speed,
                 endpoint=self.endpoint,
                 unix_millis_now=shown.millis(self.driver.now()),
-                ahead_s=round(self.driver.clock.ahead_us / SECOND, 3),
+                ahead_s=round(self.driver.clock.ahead_us / SECOND, 3) + 0.0,  # never -0.0
                 steps=state.seq,
                 tasks=tasks,
                 agents=agents,

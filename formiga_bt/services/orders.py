@@ -12,13 +12,13 @@ import threading
 from collections import OrderedDict
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, Final, NamedTuple, Protocol
+from typing import Any, Final, NamedTuple, Protocol, get_args
 
 from formiga_bt.clock import Micros
 from formiga_bt.diagnostics import render
 from formiga_bt.engine.inputs import Abort, Input, Operator, Submit
 from formiga_bt.engine.library import Bundles
-from formiga_bt.engine.records import Priority, Question, TaskRecord
+from formiga_bt.engine.records import Priority, Question, TaskRecord, TaskStatus
 from formiga_bt.engine.state import EngineState
 from formiga_bt.errors import FormigaError, TaskError
 from formiga_bt.geo import Frame
@@ -243,7 +243,14 @@ class Orders:
         return with_keeping(f"{task_id} ends: {first}; what stands away from its port stays there", reply)
 
     def tasks(self, status: str = "", limit: int = 100) -> out.TasksOut:
-        """Return tasks, newest first. `status`: one of them, or `open` for all that have not ended."""
+        """Return tasks, newest first. `status`: one of them, `open` for all that have not ended, or `held`.
+
+        Raises:
+            Refused: `bad_status`: no task is ever so.
+        """
+        if status and status.lower() not in ("open", "held") and status.upper() not in get_args(TaskStatus):
+            known = ", ".join(("open", "held", *get_args(TaskStatus)))
+            raise Refused("bad_status", f"no task is ever '{shortened(status)}'", f"one of {known}")
         now = self._driver.now()
         with self._view.reading() as state:
             fit = [t for t in state.tasks.values() if _fits(t, status)]
@@ -428,9 +435,9 @@ class Orders:
 
 
 def _fits(task: TaskRecord, status: str) -> bool:
-    if status == "open":
+    if status.lower() == "open":
         return task.section != "done"
-    if status == "held":
+    if status.lower() == "held":
         return bool(task.held)
     return not status or task.status == status.upper()
 

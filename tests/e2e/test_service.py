@@ -245,7 +245,8 @@ def test_what_is_wrong_is_told_and_the_engine_goes_on(shell: Shell) -> None:
     assert "no parameter 'hight'" in wrong
     assert "is not NAME=VALUE" in shell.run("run", "Hello", "-p", "height", code=2)
     assert "cannot read" in shell.run("run", "Hello", "-p", "target=@nope.geojson", code=2)
-    assert "there is no task 'Nope-1'" in shell.run("why", "Nope-1", code=1)
+    assert "there is no task 'Nope-1', and no agent" in shell.run("why", "Nope-1", code=1)
+    assert "no task is ever 'foo'" in shell.run("tasks", "--status", "foo", code=1)
     assert "there is no question 'Q9'" in shell.run("answer", "Q9", "yes", code=1)
     assert "there is no agent 'hwd_9'" in shell.run("agents", "clear", "hwd_9", code=1)
     assert "confirm it with --yes" in shell.run("abort", shell.json("run", "Hello")["id"], "--abandon", code=2)

@@ -268,3 +268,17 @@ def test_a_simulation_that_is_ahead_of_the_wall_clock_says_so_in_each_answer(
     assert remote.now().ahead_us > 6_000_000
     assert remote.client.ahead_us > 6_000_000
     assert "ahead of the wall clock; to end that: formiga up --start-anew" in service.host.clock_text
+
+
+def test_tasks_are_asked_for_by_a_status_that_there_is(service: Service) -> None:
+    for status in ("open", "held", "active", "FAILED", "Open"):
+        assert "tasks" in service.get(f"/v1/tasks?status={status}")
+    refused = service.refused("GET", "/v1/tasks?status=foo")
+    assert (refused["status"], refused["code"]) == (422, "bad_status")
+
+
+def test_why_of_nothing_says_that_it_is_neither(remote: RemoteSource) -> None:
+    with pytest.raises(TaskError, match="no task 'Xyzzy', and no agent"):
+        remote.why("Xyzzy")
+    with pytest.raises(TaskError, match=r"did you mean Ask-1\?"):
+        remote.why("Ask-11")
