@@ -107,10 +107,15 @@ class Disk:
         shutil.rmtree(kept, ignore_errors=True)
         self.read_only(False)
         self.free()
-        shutil.copytree(self._at, kept, symlinks=True, ignore_dangling_symlinks=True)
+        shutil.copytree(self._at, kept, symlinks=True, ignore=_sockets)
         _do("umount", "-l", str(self._at))
         shutil.rmtree(self._at, ignore_errors=True)
         kept.rename(self._at)
+
+
+def _sockets(folder: str, names: list[str]) -> list[str]:
+    """The local door of an engine cannot be copied."""
+    return [name for name in names if (Path(folder) / name).is_socket()]
 
 
 class Net:

@@ -15,7 +15,7 @@ from benchmarks.torture_bench.scenarios import SCENARIOS
 pytestmark = pytest.mark.network
 QUICK = ("forgets", "standstill")
 """Others look into the live journal before a kill; an engine stands still for longer than machines may be silent."""
-HELD = ("starve", "stray", "way_home")
+HELD = ("bad_folder", "deaf_clients", "starve", "stray", "way_home")
 
 
 @pytest.mark.parametrize("story", QUICK)
