@@ -10,8 +10,8 @@
     ... --tree OLD                                              of another checkout, such as one without a fix
 
 A finding prints its seed and the command that plays it again, and keeps its folder. Exit code 1 if there is one.
-With --external also what needs a privileged user is broken: the network between engine and agents (namespaces), the disk
-(mounts), the wall clock (libfaketime), as far as this machine has them.
+With --external also what needs a privileged user is broken: the network between engine and agents (namespaces) and the disk
+(mounts), as far as this machine has them.
 """
 
 import argparse

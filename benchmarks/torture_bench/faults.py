@@ -1,6 +1,6 @@
 """What breaks in a round, and when: drawn before it begins, so that a seed brings the same again.
 
-A fault is a word and its numbers. What needs more than an ordinary user (network namespaces, mounts, another clock) is drawn
+A fault is a word and its numbers. What needs more than an ordinary user (network namespaces, mounts) is drawn
 only where it may be used; the ground for it is laid before the engine starts.
 """
 
@@ -19,18 +19,19 @@ from msgspec import Struct
 from .deaf import Crowd
 from .engine import pythons
 from .judge import Finding
-from .privileged import Clock, Disk, Net
+from .privileged import Disk, Net
 from .site import MACHINES, PEOPLE, PLACES, PORTS
+from .wall import Wall
 
 if TYPE_CHECKING:
     from .play import Torture
 
 KINDS: Final = {
     "kill": 6, "kill_soon": 2, "stop": 3, "stop_long": 1, "freeze": 3, "reboot": 2, "move": 3, "full": 2, "crowd": 2, "deaf": 2,
-    "second": 2, "pilot": 1, "lift": 2, "descriptors": 1,
+    "second": 2, "pilot": 1, "lift": 2, "descriptors": 1, "clock": 2,
 }  # fmt: skip
 """Word -> how often it is drawn."""
-MORE: Final = {"faketime": {"clock": 3}, "mount": {"read_only": 2, "tiny": 1}, "netns": {"cut": 3}}
+MORE: Final = {"mount": {"read_only": 2, "tiny": 1}, "netns": {"cut": 3}}
 
 
 class Fault(Struct, frozen=True):
@@ -81,7 +82,7 @@ class Weather:
         self._later: list[tuple[float, str, Fault]] = []
         self._crowds: list[Crowd] = []
         self._full_since: float | None = None
-        self._clock: Clock | None = None
+        self._clock: Wall | None = None
         self._disk: Disk | None = None
         self._net: Net | None = None
 
@@ -92,7 +93,7 @@ class Weather:
         options: dict[str, Any] = {"engine": {"environment": {}, "prefix": []}}
         shutil.rmtree(folder, ignore_errors=True)
         if "clock" in kinds:
-            self._clock = Clock(folder.with_name(folder.name + ".clock"))
+            self._clock = Wall(folder.with_name(folder.name + ".clock"))
             options["engine"]["environment"].update(self._clock.environment())
         if kinds & {"read_only", "tiny"}:
             self._disk = Disk(folder)

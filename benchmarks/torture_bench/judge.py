@@ -215,14 +215,15 @@ def deadline(seen: Evidence, wall: float, agent: str) -> float | None:
 
 
 def _aborted(seen: Evidence, notes: Sequence[GoalNote]) -> Iterator[Finding]:
-    """Nothing of the steps of a task is begun long after its abort was acknowledged."""
+    """Nothing of the steps of a task is begun long after its abort was acknowledged, but what a `finally` puts in order."""
     for ack in seen.acks:
         if ack.kind != "abort" or _during(ack.wall, seen.unkept):
             continue
         late = ack.wall + 3.0 + seen.lag_s
         for note in notes:
             parts = note.goal.split("/")
-            if note.state == "begun" and parts[0] == ack.target and parts[2:3] == ["steps"] and note.wall / 1e6 > late:
+            goes_on = parts[0] == ack.target and parts[2:3] == ["steps"] and ".finally[" not in note.goal
+            if note.state == "begun" and goes_on and note.wall / 1e6 > late:
                 yield Finding(
                     "abort_undone",
                     f"{ack.target} was aborted, and {note.wall / 1e6 - ack.wall:.1f} s later began {note.goal}",

@@ -235,7 +235,7 @@ def play(
         seed: of the round.
         number: of the site in the round.
         duration_s: so long (wall time) things break; then they are healed and have time to end.
-        privileges: what may be used besides: `netns`, `mount`, `faketime`.
+        privileges: what may be used besides: `netns`, `mount`.
         gentle: short faults only: a round that is over soon.
     """
     random = Random(f"{seed}/{number}")

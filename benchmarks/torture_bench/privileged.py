@@ -1,23 +1,18 @@
-"""Faults that need more than an ordinary user: another clock (libfaketime), a disk of its own (mount), a network of its own."""
+"""Faults that need more than an ordinary user: a disk of its own (mount), a network of its own (namespaces)."""
 
-import glob
 import os
 import shutil
 import subprocess
-import sys
 import time
 from pathlib import Path
 from typing import Final
 
-PRIVILEGES: Final = ("faketime", "mount", "netns")
-LIBRARIES: Final = ("/usr/lib/*/faketime/libfaketimeMT.so.1", "/usr/lib/faketime/libfaketimeMT.so.1")
+PRIVILEGES: Final = ("mount", "netns")
 
 
 def available() -> frozenset[str]:
     """Return which of `PRIVILEGES` this user and machine have."""
     found = set()
-    if _library() and _sleeps():
-        found.add("faketime")
     if os.geteuid() == 0:
         if _works("unshare", "-m", "sh", "-c", "mount -t tmpfs tmpfs /mnt"):
             found.add("mount")
@@ -34,45 +29,8 @@ def _works(*words: str) -> bool:
     return subprocess.run(words, capture_output=True, check=False).returncode == 0
 
 
-def _sleeps() -> bool:
-    """Return whether a process can sleep under the library: some versions break `clock_nanosleep` when time goes back."""
-    words = {"LD_PRELOAD": _library(), "FAKETIME": "-4", "FAKETIME_DONT_FAKE_MONOTONIC": "1"}
-    script = [sys.executable, "-c", "import time; time.sleep(0.01)"]
-    return subprocess.run(script, env={**os.environ, **words}, capture_output=True, check=False).returncode == 0
-
-
-def _library() -> str:
-    return next((file for pattern in LIBRARIES for file in glob.glob(pattern)), "")
-
-
 def _do(*words: str) -> None:
     subprocess.run(words, check=True, capture_output=True)
-
-
-class Clock:
-    """The wall clock of an engine, which may jump; clocks that never go back stay as they are."""
-
-    def __init__(self, file: Path) -> None:
-        self._file, self._offset_s = file, 0
-        file.parent.mkdir(parents=True, exist_ok=True)
-        self._write()
-
-    def environment(self) -> dict[str, str]:
-        """Return the environment of a process that lives by it."""
-        return {
-            "LD_PRELOAD": _library(), "FAKETIME_TIMESTAMP_FILE": str(self._file), "FAKETIME_CACHE_DURATION": "1",
-            "FAKETIME_DONT_FAKE_MONOTONIC": "1",
-        }  # fmt: skip
-
-    def jump(self, seconds: int) -> None:
-        """Let it jump."""
-        self._offset_s += seconds
-        self._write()
-
-    def _write(self) -> None:
-        new = self._file.with_name(f".{self._file.name}.new")
-        new.write_text(f"{self._offset_s:+d}\n")
-        new.replace(self._file)
 
 
 class Disk:
