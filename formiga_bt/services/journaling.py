@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from formiga_bt.journal.writer import Writer
     from formiga_bt.services.resuming import Comeback
 
-LIBRARIES: Final = ("eclipse-zenoh", "msgspec", "numpy", "py-trees", "pyproj", "scipy", "shapely", "sqlalchemy")
+LIBRARIES: Final = ("eclipse-zenoh", "lapx", "msgspec", "numpy", "py-trees", "pyproj", "shapely", "sqlalchemy")
 
 
 class JournalAt(Struct, frozen=True):

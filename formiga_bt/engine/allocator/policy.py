@@ -197,18 +197,22 @@ def _assign(
 def _best_team(
     slots: Sequence[tuple[RoleRequest, int]], agents: Sequence[Candidate], costs: Costs, cost_of: CostOf
 ) -> list[str] | None:
+    """Return an agent per slot of least total cost, no agent twice; None if there is no such team."""
     import numpy as np
-    from scipy.optimize import linear_sum_assignment  # type: ignore[attr-defined]
+    from lap import lapjvc
 
-    if len(slots) > len(agents):
+    roles = dict.fromkeys(role.role for role, _ in slots)
+    some = [agent for agent in agents if any((role, agent.id) in costs for role in roles)]
+    if len(slots) > len(some):
         return None
-    far = 1e12
-    matrix = np.full((len(slots), len(agents)), far)
+    matrix = np.full((len(slots), len(some)), np.inf)  # infinite: this agent does not fit this slot
     for row, (role, index) in enumerate(slots):
-        for column, agent in enumerate(agents):
+        for column, agent in enumerate(some):
             if (role.role, agent.id) in costs:
                 matrix[row, column] = cost_of(agent, role, index).metres
-    rows, columns = linear_sum_assignment(matrix)
-    if any(matrix[r, c] >= far for r, c in zip(rows, columns, strict=True)):
+    # Of n slots none needs more than its n cheapest: one of these is free whatever the others take.
+    cheap = np.unique(np.argsort(matrix, axis=1, kind="stable")[:, : len(slots)])
+    rows, columns = lapjvc(matrix[:, cheap], return_cost=False)
+    if len(rows) < len(slots):
         return None
-    return [agents[c].id for c in columns]
+    return [some[column].id for column in cheap[columns]]

@@ -15,7 +15,7 @@ from formiga_bt.cli.verbs import verbs
 from formiga_bt.diagnostics import Diagnostic, Mark
 from formiga_bt.errors import TaskError, TreeError
 
-HEAVY = {"numpy", "scipy", "zenoh", "py_trees", "pyproj", "shapely", "graphviz", "sqlalchemy"}
+HEAVY = {"numpy", "lap", "zenoh", "py_trees", "pyproj", "shapely", "graphviz", "sqlalchemy"}
 
 
 def test_help_lists_every_verb_with_a_line(capsys: pytest.CaptureFixture[str]) -> None:

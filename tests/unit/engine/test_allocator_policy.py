@@ -1,8 +1,12 @@
 """The policies on their own: teams of least cost, reservation, charge, what no agent could ever serve. Pure functions."""
 
+import math
+from itertools import permutations
 from typing import Any
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from formiga_bt.energy import power_of
 from formiga_bt.engine.allocator.candidate import Candidate
@@ -39,6 +43,44 @@ def test_a_team_gets_the_assignment_of_least_total_distance() -> None:
     decision = closest([request("T-1", role(near=places, count=2, is_list=True))], agents)
 
     assert decision.grants[0].roles == {"drone": ("d2", "d1")}
+
+
+@given(st.data())
+def test_of_all_teams_that_fit_it_is_the_one_of_least_cost(data: st.DataObject) -> None:
+    """Beside trying all of them; some agents are of a type that only one of two roles takes."""
+    easts = data.draw(st.lists(st.integers(-9, 9), min_size=1, max_size=6))
+    kinds = data.draw(st.lists(st.sampled_from(["lwd", "ugv"]), min_size=len(easts), max_size=len(easts)))
+    agents = [drone(f"d{n}", 100.0 * east, type=kinds[n - 1]) for n, east in enumerate(easts, 1)]
+    near = tuple(Place(100.0 * east, 0.0) for east in data.draw(st.lists(st.integers(-9, 9), min_size=2, max_size=2)))
+    roles = (role(near=near, count=2, is_list=True), role(role="other", types=("lwd", "ugv"), near=near[:1]))
+    slots = [(0, near[0]), (0, near[1]), (1, near[0])]
+
+    def cost(team: tuple[int, ...]) -> float:
+        fits = all(kinds[one] in roles[which].types for one, (which, _) in zip(team, slots, strict=True))
+        ways = (abs(100.0 * easts[one] - at.east_m) for one, (_, at) in zip(team, slots, strict=True))
+        return sum(ways) if fits else math.inf
+
+    best = min((cost(team) for team in permutations(range(len(agents)), 3)), default=math.inf)
+    decision = closest([request("T-1", *roles)], agents)
+
+    if best == math.inf:
+        assert decision.grants == ()
+    else:
+        (granted,) = decision.grants
+        team = tuple(int(name[1:]) - 1 for name in (*granted.roles["drone"], *granted.roles["other"]))
+        assert len(set(team)) == 3
+        assert cost(team) == pytest.approx(best)
+        assert closest([request("T-1", *roles)], agents) == decision
+
+
+def test_teams_of_equal_cost_are_of_the_agents_known_first() -> None:
+    places = (Place(0.0, 0.0), Place(0.0, 0.0))
+
+    decision = closest(
+        [request("T-1", role(near=places, count=2, is_list=True))], [drone(f"d{n}", 9.0) for n in range(1, 6)]
+    )
+
+    assert decision.grants[0].roles == {"drone": ("d1", "d2")}
 
 
 def test_equal_distances_go_to_the_agent_known_first() -> None:

@@ -311,7 +311,7 @@ class TestNames:
 
 
 def test_importing_the_loader_loads_nothing_heavy() -> None:
-    heavy = ("numpy", "shapely", "pyproj", "scipy", "py_trees", "zenoh")
+    heavy = ("numpy", "shapely", "pyproj", "lap", "py_trees", "zenoh")
     code = f"import sys, formiga_bt.lang.loader; print([m for m in {heavy!r} if m in sys.modules])"
     done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
 
