@@ -28,7 +28,7 @@ from formiga_bt.engine.taskmodel import CANNOT_COMPUTE
 from formiga_bt.engine.tasks import Tasks
 from formiga_bt.errors import TaskError
 from formiga_bt.geo import Place, Position
-from formiga_bt.lang.model import Env, Role, Some, Unset
+from formiga_bt.lang.model import Env, Role, Some, Unset, why_not_computed
 from formiga_bt.lang.types import AgentRef
 
 EVERY_US: Micros = 50_000
@@ -89,7 +89,9 @@ class Allocation:
             roles = tuple(self._role(role, env, waits) for role in model.roles.values())
             expires = core.now + micros(model.expires.run(env)) if model.expires else None
         except CANNOT_COMPUTE as error:
-            raise TaskError("bad_role", f"{model.name}: a role cannot be evaluated: {error}") from error
+            raise TaskError(
+                "bad_role", f"{model.name}: a role cannot be evaluated: {why_not_computed(error)}"
+            ) from error
         if task.wait is not None:
             roles = tuple(replace(role, wait_until=core.now + task.wait) for role in roles)
         if task.expires is not None:

@@ -75,7 +75,7 @@ class TaskEnv:
                 return {"code": e.code, "reason": e.reason, "step": e.step, "agent": e.agent}
             case "abort" if task is not None and task.abort_reason:
                 return {"reason": task.abort_reason}
-        raise Unset(f"'{name}' has no value here")
+        raise Unset(name)
 
     def is_set(self, name: str) -> bool:
         """Return whether a name has a value."""

@@ -7,7 +7,7 @@ from formiga_bt.clock import Micros, micros
 from formiga_bt.engine.core import Core
 from formiga_bt.engine.env import TaskEnv
 from formiga_bt.errors import TaskError
-from formiga_bt.lang.model import Env, EvalError, Expr, Step, Task, UnknownState, Unset
+from formiga_bt.lang.model import Env, EvalError, Expr, Step, Task, UnknownState, Unset, why_not_computed
 
 CANNOT_COMPUTE: Final = (EvalError, Unset, UnknownState, ArithmeticError, LookupError, ValueError, TypeError)
 """What an expression may raise at run time."""
@@ -34,7 +34,7 @@ def root_values(core: Core, model: Task, params: Mapping[str, Any]) -> dict[str,
         for name, expr in model.vars.items():
             values[name] = expr.run(env)
     except CANNOT_COMPUTE as error:
-        raise TaskError("bad_var", f"{model.name}: '{name}' cannot be computed: {error}") from error
+        raise TaskError("bad_var", f"{model.name}: '{name}' cannot be computed: {why_not_computed(error)}") from error
     return {name: value for name, value in values.items() if value is not None}
 
 
@@ -43,7 +43,7 @@ def duration_us(expr: Expr, env: Env) -> Micros | str:
     try:
         return micros(expr.run(env))
     except CANNOT_COMPUTE as error:
-        return f"{type(error).__name__}: {error}"
+        return why_not_computed(error)
 
 
 def section_steps(model: Task | None, section: str) -> tuple[Step, ...]:

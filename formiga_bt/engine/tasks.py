@@ -130,7 +130,7 @@ class Tasks:
         if model.timeout is not None:
             after = duration_us(model.timeout, self.run_of(task_id).env(""))
             if isinstance(after, str):
-                self.fail(task_id, "exception", f"timeout: {after}")
+                self.fail(task_id, "cannot_compute", f"timeout: {after}")
             else:
                 core.set_deadline(task_deadline(task_id, "timeout"), core.now + after, task_id, pausable=True)
 

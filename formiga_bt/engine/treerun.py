@@ -147,7 +147,7 @@ class CompiledTrees:
         try:
             status = root.enter(self.host, at, scope) if at else self._proceed(root)
         except LeafError as error:
-            failure = Failure(code="exception", reason=str(error), step=error.path, retryable=False)
+            failure = Failure(code=error.code, reason=str(error), step=error.path, retryable=False)
             ended.append(Ended(section, failure, fatal=True))
             return
         except Runaway as error:

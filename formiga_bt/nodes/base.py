@@ -18,7 +18,7 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Status as Status
 
 from formiga_bt.diagnostics import Mark
-from formiga_bt.lang.model import Step, UnknownState
+from formiga_bt.lang.model import EvalError, Step, UnknownState, Unset, why_not_computed
 from formiga_bt.nodes.memory import Mem
 from formiga_bt.nodes.run import Failure, Run, Runaway
 
@@ -26,15 +26,16 @@ RUNNING, SUCCESS, FAILURE, INVALID = Status.RUNNING, Status.SUCCESS, Status.FAIL
 
 
 class LeafError(Exception):
-    """A leaf raised: a bug or a value that cannot be computed. It fails its own task, never the engine.
+    """A leaf raised: a value that cannot be computed (`code` cannot_compute), or a bug (exception). It fails its own task only.
 
     `path` is the instance path of the innermost node; the original is the `__cause__`.
     """
 
-    def __init__(self, path: str, mark: Mark | None, cause: BaseException) -> None:
-        super().__init__(f"{path} ({mark}): {type(cause).__name__}: {cause}")
+    def __init__(self, path: str, mark: Mark | None, cause: Exception) -> None:
+        super().__init__(f"{path} ({mark}): {why_not_computed(cause)}")
         self.path = path
         self.mark = mark
+        self.code = "cannot_compute" if isinstance(cause, EvalError | Unset) else "exception"
 
 
 class Node(Behaviour):

@@ -1,7 +1,7 @@
 """Leaves: do, ask, wait, check, set, notify, fail.
 
 Each reads its expressions once, just before acting. A field of an agent that is not known yet fails the step with
-`unknown_state`; a value that cannot be computed (division by zero, ...) is the task's exception.
+`unknown_state`; a value that cannot be computed (division by zero, ...) ends the task `cannot_compute`.
 """
 
 from typing import Any, ClassVar, TypeVar

@@ -90,7 +90,7 @@ class Progress:
         ends = self.ends.get(static_path(instance_of(failure.step))) if failure.step else None
         if ends is None:
             return
-        if ends.last == "H" and failure.code in ("exception", "runaway"):
+        if ends.last == "H" and failure.code in ("cannot_compute", "exception", "runaway"):
             ends.how["H"] -= 1
             ends.how["F"] = ends.how.get("F", 0) + 1
             ends.last, ends.code = "F", failure.code

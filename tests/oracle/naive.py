@@ -29,8 +29,10 @@ class BrokenError(Exception):
     """A step raised; nothing in the tree catches it."""
 
     def __init__(self, path: str, mark: Any, cause: Exception) -> None:
-        super().__init__(f"{path} ({mark}): {type(cause).__name__}: {cause}")
+        computes = isinstance(cause, model.EvalError | model.Unset)
+        super().__init__(f"{path} ({mark}): {model.why_not_computed(cause)}")
         self.path = path
+        self.code = "cannot_compute" if computes else "exception"
 
 
 @dataclass(frozen=True)
@@ -172,7 +174,7 @@ class NaiveTrees:
             done = self._in_order(self._root(section, steps, scope), mem)
         except BrokenError as broken:
             self.broken.add(section)
-            failure = Failure(code="exception", reason=str(broken), step=broken.path, retryable=False)
+            failure = Failure(code=broken.code, reason=str(broken), step=broken.path, retryable=False)
             ended.append(Ended(section, failure, fatal=True))
             return
         except Runaway as runaway:

@@ -297,7 +297,7 @@ CASES: dict[str, Case] = {
     "finally: an exception in the sequence lets it run, one in it does not": (
         [{"sequence": [{"sequence": [{"check": "10 // n > 2"}], "finally": [say("tidy"), {"check": "10 // n > 2"}]}],
           "finally": [say("outer")]}],
-        {}, [], "FAILED", "exception", ["1 tidy", "1 outer"],
+        {}, [], "FAILED", "cannot_compute", ["1 tidy", "1 outer"],
     ),
     "switch: the case of the value, chosen once at entry; no later case, no default": (
         [COUNT, {"switch": "n", "cases": {"0": [say("none")], "1": [say("one"), COUNT, say("still"), {"wait": "1 s"}],

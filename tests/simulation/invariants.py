@@ -233,7 +233,7 @@ class Invariants:
         if task.section == "done" and (before is None or before.section != task.section):
             self._open.pop(task.id, None)
             self.counts[f"{task.status} {task.code}".strip()] += not task.system_agent
-            if task.code in ("exception", "runaway") and task.id not in self.world.blamed:
+            if task.code in ("cannot_compute", "exception", "runaway") and task.id not in self.world.blamed:
                 self.tell("exception", f"{task.id} ({task.name}) ends {task.code}: {task.reason}", task.id)
         if before is None or before.roles is not task.roles or before.section != task.section:
             self._hold(task, before)

@@ -7,9 +7,9 @@ from typing import Any
 
 from formiga_bt.diagnostics import Diagnostic
 from formiga_bt.lang.document import Node, Scalar
+from formiga_bt.lang.expr.at_run import guarded, is_open, named, of_type
 from formiga_bt.lang.expr.checker import Checker
 from formiga_bt.lang.expr.instants import deadlines
-from formiga_bt.lang.expr.operators import guarded
 from formiga_bt.lang.expr.scope import Scope
 from formiga_bt.lang.expr.tokens import ExprSyntax, parse_expression
 from formiga_bt.lang.expr.typed import Mismatch, Problems, Run, Typed, mismatch, never
@@ -65,7 +65,12 @@ def compile_expr(
     if problems.found:
         return Expr(source, ANY, mark, never, part.reads), problems.found
     type_ = _settled(part.type, expected)
+    if part.is_const:
+        return Expr(source, type_, mark, part.run, part.reads, instants, part.const), []
     run: Run = guarded(part.run) if checker.loose else part.run
+    if expected is not None and is_open(part.type):
+        run = of_type(run, expected)
+    run = named(run, source, mark)
     return Expr(source, type_, mark, run, part.reads, instants, part.const), []
 
 

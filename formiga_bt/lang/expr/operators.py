@@ -188,18 +188,6 @@ def any_field_code(owner: Run, name: str) -> Run:
     return run
 
 
-def guarded(run: Run) -> Run:
-    """Return the code with errors of unknown types (a param of type `any`) turned into EvalError."""
-
-    def guard(env: Env) -> Any:
-        try:
-            return run(env)
-        except (TypeError, AttributeError, ValueError, ArithmeticError) as error:
-            raise EvalError(f"a value has the wrong type here ({type(error).__name__})") from error
-
-    return guard
-
-
 def point_field_code(point: Run, name: str) -> Run:
     """Return the code of `.lat`, `.lng` and `.height` (over the base's ground)."""
     if name == "height":

@@ -10,6 +10,7 @@ from typing import Any, Final
 from formiga_bt.diagnostics import Diagnostic
 from formiga_bt.geo import Frame, Place, Position, Region, mm
 from formiga_bt.lang.document import Entry, Listing, Mapping_, Node, Scalar
+from formiga_bt.lang.expr.at_run import named
 from formiga_bt.lang.expr.compiling import compile_expr, poison
 from formiga_bt.lang.expr.interpolation import holes, joined, shown
 from formiga_bt.lang.expr.literals import EXAMPLES, Result, due, literal_expr, read_literal, refuse
@@ -72,7 +73,7 @@ def _interpolation(node: Scalar, spans: list[tuple[int, int]], scope: Scope) -> 
         parts = [piece if isinstance(piece, str) else shown(piece.run(env), piece.type, env) for piece in pieces]
         return joined(parts)
 
-    return Expr(text, TEXT, node.mark, run, reads), []
+    return Expr(text, TEXT, node.mark, named(run, text, node.mark), reads), []
 
 
 _POINT_KEYS: Final = ("lat", "lng", "east", "north", "height")

@@ -5,7 +5,7 @@ interpreter of the tests. All names are imported from here; the parts are `expr`
 and `world` (catalogue and site).
 """
 
-from formiga_bt.lang.model.expr import NOT_CONST, Env, EvalError, Expr, Read, UnknownState, Unset
+from formiga_bt.lang.model.expr import NOT_CONST, Env, EvalError, Expr, Read, UnknownState, Unset, why_not_computed
 from formiga_bt.lang.model.needs import Param, Role, Room, Some
 from formiga_bt.lang.model.steps import (
     Ask,
@@ -98,4 +98,5 @@ __all__ = [
     "WaitUntil",
     "Who",
     "WithAgents",
+    "why_not_computed",
 ]

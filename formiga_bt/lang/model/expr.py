@@ -9,19 +9,39 @@ from formiga_bt.diagnostics import Mark
 from formiga_bt.lang.types import AgentRef, Type, Value
 
 
-class Unset(Exception):  # noqa: N818 - a signal of the expression: an absent optional key, else the task ends with `exception`
-    """A name was read that has no value (the checker refuses such trees; at run time it is an `exception`)."""
+class Unset(Exception):  # noqa: N818 - a signal of the expression: an absent optional key, else the task ends `cannot_compute`
+    """A name was read that has no value (the checker refuses such trees; at run time the task ends `cannot_compute`)."""
+
+    of: "tuple[str, Mark] | None" = None
+    """The innermost expression that has no value: as written, and where."""
 
 
 class EvalError(Exception):
     """An expression has no result: division by zero, an index beyond the list, a number that is too large.
 
-    At run time the task ends with `exception`; the checker reports it where the expression is constant.
+    At run time the task ends with `cannot_compute`; the checker reports it where the expression is constant.
     """
+
+    of: "tuple[str, Mark] | None" = None
+    """The innermost expression that has no result: as written, and where."""
 
     def __init__(self, reason: str) -> None:
         super().__init__(reason)
         self.reason = reason
+
+
+def why_not_computed(error: Exception) -> str:
+    """Return why an expression has no value: for people, with its text and place where they are known."""
+    match error:
+        case EvalError():
+            why = error.reason
+        case Unset():
+            why = f"'{error}' has no value here"
+        case UnknownState():
+            return f"{error.key} is not known yet"
+        case _:
+            return f"{type(error).__name__}: {error}"
+    return f"'{error.of[0]}' at {error.of[1]}: {why}" if error.of is not None else why
 
 
 class UnknownState(Exception):  # noqa: N818

@@ -9,6 +9,7 @@ from typing import Any, Final
 from formiga_bt.diagnostics import Fix
 from formiga_bt.lang.body import Body
 from formiga_bt.lang.document import Node, Scalar
+from formiga_bt.lang.expr.at_run import sure_of_type
 from formiga_bt.lang.expr.typing_rules import in_words
 from formiga_bt.lang.expressions import narrows, narrows_when_false
 from formiga_bt.lang.flow import Around, Flow, join
@@ -78,7 +79,7 @@ def _read_how_long(body: Body, node: Node) -> Part | None:
     if "${" in text:
         expr = body.value(node, ANY, "repeat")
         if expr.type.name in ("int", "any"):
-            return {"times": _at_least(body, expr, 0, "repeat", "at least 1")}
+            return {"times": _at_least(body, sure_of_type(expr, INT), 0, "repeat", "at least 1")}
         if expr.type == DURATION:
             return {"duration": _at_least(body, expr, 0, "repeat", "longer than 0 s")}
         what = f"'repeat' is a number of rounds or a duration, this is {in_words(expr.type)}"

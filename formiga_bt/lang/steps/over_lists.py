@@ -7,6 +7,7 @@ from contextlib import contextmanager
 from formiga_bt.diagnostics import Fix
 from formiga_bt.lang.body import Body
 from formiga_bt.lang.document import Entry, Listing, Mapping_, Node, Scalar
+from formiga_bt.lang.expr.at_run import sure_of_type
 from formiga_bt.lang.expr.tokens import ExprSyntax, Parsed, parse_expression
 from formiga_bt.lang.expr.typing_rules import in_words
 from formiga_bt.lang.flow import Around, Flow, Named
@@ -124,7 +125,7 @@ def _read_list(body: Body, entry: Entry) -> Expr:
         body.problems.add("E048", expr.mark, what, "a list stands in [ ], or comes from a role with count")
     elif expr.const == ():
         body.problems.add("E044", expr.mark, f"the list of '{entry.key.text}' is empty", "give it items")
-    return expr
+    return sure_of_type(expr, list_of(ANY))
 
 
 def _same_length(body: Body, lists: Mapping[str, tuple[Expr, Entry]]) -> int | None:

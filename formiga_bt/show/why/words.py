@@ -131,7 +131,8 @@ REASONS: Final[Mapping[str, str]] = {
     "envelope.position": "it is not known where a machine is",
     "envelope": "a limit of the safety envelope was broken",
     "runaway": "it visited more steps at one instant than a sane task does",
-    "exception": "something could not be computed; this is a mistake in the task, or in formiga",
+    "cannot_compute": "an expression of the task has no value; look at what it reads",
+    "exception": "a step raised an error; this is a bug of formiga",
     "upgrade": "it was begun by another version of formiga",
     "foreign_port": "it would land on the port of another machine",
 }

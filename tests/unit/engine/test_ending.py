@@ -232,7 +232,7 @@ def test_a_recover_that_fails_three_times_leaves_the_machine_quarantined(make: M
     assert alarms(yard) == ["agent_needs_help", "quarantined_airborne"]
 
 
-def test_after_an_exception_the_machine_comes_home_through_recover(make: Make) -> None:
+def test_after_a_value_that_cannot_be_computed_the_machine_comes_home_through_recover(make: Make) -> None:
     text = "vars: {n: '${0}'}\nsteps: [{do: cart.Rise}, {wait: '${1 s / n}'}, {do: cart.Park}]"
     yard = make(CART + text)
     task = yard.start()
@@ -240,7 +240,7 @@ def test_after_an_exception_the_machine_comes_home_through_recover(make: Make) -
     settle(yard, "Rise")
     settle(yard, "Home")
 
-    assert yard.outcome(task) == ("FAILED", "exception")
+    assert yard.outcome(task) == ("FAILED", "cannot_compute")
 
 
 def test_every_status_is_told_once(make: Make) -> None:
@@ -258,7 +258,7 @@ def test_a_timeout_that_cannot_be_computed_ends_its_task_only(make: Make) -> Non
 
     task = yard.start(n=0)
 
-    assert yard.outcome(task) == ("FAILED", "exception")
+    assert yard.outcome(task) == ("FAILED", "cannot_compute")
     assert notes(yard) == ["last"]
 
 

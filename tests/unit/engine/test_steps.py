@@ -328,7 +328,7 @@ def test_a_second_goal_waits_while_the_first_drains_and_its_timeout_counts(make:
 # -- exceptions, runaway ---------------------------------------------------------------------------------------------------
 
 
-def test_an_exception_fails_its_own_task_with_path_mark_and_cause_and_no_other(make: Make) -> None:
+def test_a_value_that_cannot_be_computed_fails_its_own_task_with_path_mark_and_cause_and_no_other(make: Make) -> None:
     bad = (
         NONE
         + "steps: [{do: cart.Rise}, {check: 1 // n > 0, ignore_failure: true, retry: {attempts: 3}}, {do: cart.Park}]"
@@ -341,14 +341,50 @@ def test_an_exception_fails_its_own_task_with_path_mark_and_cause_and_no_other(m
 
     first, second = yard.start(), yard.start("Other")
 
-    assert yard.end(first) == ("FAILED", "exception")
+    assert yard.end(first) == ("FAILED", "cannot_compute")
     reason = yard.task(first).reason
+    assert "'1 // n > 0'" in reason
     assert "steps/steps[1]" in reason
     assert "try.yaml:" in reason
     assert "division by zero" in reason
-    assert notes(yard) == ["oh exception", "last"]
+    assert notes(yard) == ["oh cannot_compute", "last"]
     assert yard.cart.done == ["Rise", "Home"]  # recover ran
     assert yard.end(second) == ("SUCCEEDED", "")
+
+
+@pytest.mark.parametrize(
+    ("step", "expression", "why"),
+    [
+        ("{check: '1 // n > 0'}", "1 // n > 0", "division by zero"),
+        ("{check: '[1, 2][n + 2] > 0'}", "[1, 2][n + 2] > 0", "the list has 2 items"),
+        ("{check: '(n + 94906266) * 94906267 > 0'}", "(n + 94906266) * 94906267 > 0", "the number is too large"),
+        ("{check: 'len(range(n - 1)) > 0'}", "len(range(n - 1)) > 0", "range takes 0 to 1000"),
+        ("{notify: 'it is ${1 // n} of them'}", "1 // n", "division by zero"),
+        ("{wait_until: 1 // n > 0, timeout: 1 s}", "1 // n > 0", "division by zero"),
+        ("{check: 'x > 3'}", "x > 3", "a value has the wrong type here"),
+        ("{check: 'x.y > 3'}", "x.y > 3", "there is no field 'y'"),
+        ("{check: x}", "x", "true or false is due here, not 'abc'"),
+        ("{wait: '${x}'}", "x", "a duration is due here, not 'abc'"),
+        ("{repeat: '${x}', steps: [{notify: a}]}", "x", "an int is due here, not 'abc'"),
+        ("{for: {i: '${x}'}, steps: [{notify: a}]}", "x", "is due here, not 'abc'"),
+        ("{notify: a, retry: {attempts: '${x}'}}", "x", "an int is due here, not 'abc'"),
+        ("{notify: a, timeout: '${x}'}", "x", "a duration is due here, not 'abc'"),
+        ("{do: cart.Move, expect: 1 // n > 0}", "1 // n > 0", "division by zero"),
+        ("{with_agents: {it: {type: person, battery_min: '${1 % / n}'}}, steps: [{notify: a}]}", "1 % / n", "division"),
+    ],
+)
+def test_every_expression_without_a_value_has_one_code_and_is_named_with_its_place(
+    make: Make, step: str, expression: str, why: str
+) -> None:
+    yard = make(CART + f"params: {{x: any}}\nvars: {{n: '${{0}}'}}\nsteps: [{step}]")
+    yard.cart.auto = {"Move": 1.0}
+
+    task = yard.start(x="abc")
+
+    assert yard.end(task) == ("FAILED", "cannot_compute")
+    reason = yard.task(task).reason
+    assert f"'{expression}' at try.yaml:6:" in reason
+    assert why in reason
 
 
 def test_an_exception_in_a_cleanup_part_is_recorded_and_the_next_part_runs(make: Make) -> None:

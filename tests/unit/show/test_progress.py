@@ -114,7 +114,7 @@ def test_a_step_that_cannot_be_computed_failed_and_was_not_just_stopped() -> Non
     bench.run_for(5)
 
     step = step_of(source, one, "steps/steps[0]")
-    assert (step.status, step.failed, step.stopped, step.code) == ("failure", 1, 0, "exception")
+    assert (step.status, step.failed, step.stopped, step.code) == ("failure", 1, 0, "cannot_compute")
     assert "by zero" in step.reason
 
 
