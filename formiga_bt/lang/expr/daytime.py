@@ -59,6 +59,29 @@ def next_midnight(env: Env) -> Micros:
     return _micros(_start(_noon(env) + timedelta(days=1)))
 
 
+def at_site(local: datetime, zone: str) -> Micros:
+    """Return the instant of a date and time of day without a zone, in a time zone.
+
+    Raises:
+        EvalError: a change of the clocks leaves this time out, or makes it happen twice.
+    """
+    first, second = (local.replace(tzinfo=ZoneInfo(zone), fold=fold) for fold in (0, 1))
+    if first.utcoffset() == second.utcoffset():
+        return (first - _EPOCH) // timedelta(microseconds=1)
+    text = local.isoformat(timespec="minutes")
+    if first.astimezone(UTC).astimezone(ZoneInfo(zone)).replace(tzinfo=None) != local:
+        raise EvalError(
+            f"{text} does not exist in {zone}: the clocks go forward over it; write another time, or its offset"
+        )
+    ways = " or ".join(f"{text}{at.isoformat()[-6:]}" for at in (first, second))
+    raise EvalError(f"{text} happens twice in {zone}: the clocks go back over it; write {ways}")
+
+
+def at_site_of(env: Env, local: datetime) -> Micros:
+    """Return the same in the site's time zone."""
+    return at_site(local, _zone(env).key)
+
+
 def _light(env: Env, place: Place) -> tuple[Micros, Micros]:
     noon = _noon(env)
     day = _micros(_start(noon)), _micros(_start(noon + timedelta(days=1)))

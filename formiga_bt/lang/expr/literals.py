@@ -14,8 +14,9 @@ from formiga_bt.clock import micros
 from formiga_bt.diagnostics import Diagnostic, Fix
 from formiga_bt.geo import Place
 from formiga_bt.lang.document import Node, Scalar
+from formiga_bt.lang.expr.at_run import named
 from formiga_bt.lang.expr.compiling import compile_expr, poison
-from formiga_bt.lang.expr.daytime import TODAY, time_of_day, today
+from formiga_bt.lang.expr.daytime import TODAY, at_site, at_site_of, time_of_day, today
 from formiga_bt.lang.expr.misread import look_alike, meant_by
 from formiga_bt.lang.expr.scope import BUILT_INS, Scope
 from formiga_bt.lang.expr.typed import closest, constant, did_you_mean, sure_of, unit_choices
@@ -183,9 +184,22 @@ def _time(node: Scalar, scope: Scope, expected: Type, what: str) -> Result:
         instant = datetime.fromisoformat(text)
     except ValueError:
         return _not_so(node, scope, expected, what)
+    if instant.tzinfo is None and len(text) <= len("2026-08-20"):
+        return refuse(node, "E013", f"'{text}' is a day, not a time", f"for example {text}T06:30")
     if instant.tzinfo is None:
-        return refuse(node, "E013", f"the time '{text}' needs a zone", f"for example {text}+03:00")
+        return _local(node, instant, scope, expected)
     return literal_expr(node, expected, micros(instant.timestamp())), []
+
+
+def _local(node: Scalar, local: datetime, scope: Scope, expected: Type) -> Result:
+    """A moment without a zone, as people at the site write it; without a site file it is found when the task runs."""
+    if scope.site is None:
+        run = named(lambda env: at_site_of(env, local), node.text.strip(), node.mark)
+        return Expr(node.text, expected, node.mark, run, (Read("site"),)), []
+    try:
+        return literal_expr(node, expected, at_site(local, scope.site.timezone)), []
+    except EvalError as error:
+        return refuse(node, "E013", error.reason)
 
 
 def _place_name(node: Scalar, scope: Scope, expected: Type, what: str) -> Result:
@@ -194,7 +208,9 @@ def _place_name(node: Scalar, scope: Scope, expected: Type, what: str) -> Result
     if not re.fullmatch(r"[A-Za-z_][\w-]*", word) or scope.type_of(word) is not None:
         return _not_so(node, scope, expected, what)
     if scope.site is None:
-        return Expr(node.text, expected, node.mark, _lookup("places", word), (Read("site"),)), []
+        return Expr(
+            node.text, expected, node.mark, named(_lookup("places", word), word, node.mark), (Read("site"),)
+        ), []
     if word in scope.site.places:
         return _of_site(node, expected, scope.site.places[word], word)
     if word in scope.site.ports:
@@ -214,7 +230,9 @@ def _region_name(node: Scalar, scope: Scope, expected: Type, what: str) -> Resul
     if not re.fullmatch(r"[A-Za-z_][\w-]*", word) or scope.type_of(word) is not None:
         return _not_so(node, scope, expected, what)
     if scope.site is None:
-        return Expr(node.text, expected, node.mark, _lookup("regions", word), (Read("site"),)), []
+        return Expr(
+            node.text, expected, node.mark, named(_lookup("regions", word), word, node.mark), (Read("site"),)
+        ), []
     if word in scope.site.regions:
         return literal_expr(node, expected, scope.site.regions[word]), []
     return _no_such(node, scope, expected, what, tuple(scope.site.regions))

@@ -12,7 +12,7 @@ from formiga_bt.lang.binding import SiteEnv, bind_params
 from formiga_bt.lang.document import Scalar
 from formiga_bt.lang.expressions import Scope, compile_cond, compile_expr, compile_value
 from formiga_bt.lang.loader import load_site, load_task_text
-from formiga_bt.lang.model import Catalogue, Expr, Site
+from formiga_bt.lang.model import Catalogue, EvalError, Expr, Site
 from formiga_bt.lang.types import TIME
 
 HELSINKI = ZoneInfo("Europe/Helsinki")
@@ -124,3 +124,55 @@ def test_a_caller_may_give_a_time_of_today_where_it_is_known_what_day_it_is(cata
     assert problem.message == (
         "'end' has no value: which day today is will only be known when it runs; write the date, too"
     )
+
+
+WITH_TIME = (
+    "formiga: 1\ntask: Try\nparams: {begin: time}\nagents: {watcher: {type: watcher}}\n"
+    "steps: [{wait_until: now >= begin, timeout: 1 h}]\n"
+)
+
+
+@pytest.mark.parametrize(
+    ("text", "utc"),
+    [
+        ("2026-11-24T02:00", "2026-11-24T00:00+00:00"),
+        ("2026-07-24 02:00:30", "2026-07-23T23:00:30+00:00"),
+        ("2026-10-25T02:59", "2026-10-24T23:59+00:00"),  # a minute before the hour that comes twice
+        ("2026-11-24T02:00Z", "2026-11-24T02:00+00:00"),
+    ],
+)
+def test_a_date_and_time_without_a_zone_is_in_that_of_the_site(
+    catalogue: Catalogue, site: Site, text: str, utc: str
+) -> None:
+    loaded = load_task_text(WITH_TIME, "try.yaml", catalogue=catalogue, site=site)
+    assert loaded.task is not None
+    values, problems, _ = bind_params(loaded.task, {"begin": text}, site)
+    assert (problems, values) == ([], {"begin": us(utc)})
+
+    anywhere, found = compile_value(scalar(text), Scope({}), TIME)  # as a tree that is checked without a site
+    assert (found, anywhere.run(SiteEnv(site))) == ([], us(utc))
+
+
+@pytest.mark.parametrize(
+    ("text", "parts"),
+    [
+        ("2026-03-29T03:30", ("does not exist in Europe/Helsinki",)),
+        ("2026-10-25T03:30", ("happens twice in Europe/Helsinki", "2026-10-25T03:30+03:00 or 2026-10-25T03:30+02:00")),
+        ("2026-10-25", ("is a day, not a time",)),
+    ],
+)
+def test_a_time_that_the_clocks_leave_out_or_repeat_is_refused(
+    catalogue: Catalogue, site: Site, text: str, parts: tuple[str, ...]
+) -> None:
+    loaded = load_task_text(WITH_TIME, "try.yaml", catalogue=catalogue, site=site)
+    assert loaded.task is not None
+    values, (problem,), _ = bind_params(loaded.task, {"begin": text}, site)
+    assert values == {}
+    assert problem.code == "E013"
+    assert all(part in problem.message for part in parts)
+
+
+def test_such_a_time_in_a_tree_that_was_checked_without_a_site_has_no_value_there(site: Site) -> None:
+    anywhere, _ = compile_value(scalar("2026-03-29T03:30"), Scope({}), TIME)
+    with pytest.raises(EvalError, match="does not exist"):
+        anywhere.run(SiteEnv(site))
