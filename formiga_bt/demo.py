@@ -23,6 +23,7 @@ from formiga_bt.engine.records import TaskRecord
 from formiga_bt.errors import FormigaError, TaskError
 from formiga_bt.lang.model import Catalogue, Site, Task
 from formiga_bt.lang.scenario import Scenario, ScenarioFault, ScenarioOrder
+from formiga_bt.services.listening import check_listen
 from formiga_bt.show.runlog import RunLog
 from formiga_bt.simulation import SILENT, Played, Timetable, site_of, specs_of, waiting_for_people
 from formiga_bt.transport.desk import OpenQuestion
@@ -66,6 +67,7 @@ class Demo:
         self.site = site
         self.log = RunLog()
         self._steps: SimpleQueue[Step] = SimpleQueue()
+        check_listen(site, listen, where="--listen")
         self._transport = ZenohTransport(site.name, listen=listen)
         self.speed = speed
         models = {task.name: task for task in tasks}

@@ -36,7 +36,7 @@ agents:
   hwd_1: {{type: hwd, home: p3}}
   picker_1: {{type: picker}}
   watcher_1: {{type: watcher}}
-transports: {{zenoh: {{listen: "tcp/127.0.0.1:0"}}}}
+transports: {{zenoh: {{listen: "tcp/127.0.0.1:0", insecure: true}}}}
 mode: simulation
 """
 PORTS: Final[Mapping[str, tuple[float, float]]] = {"p1": (-60, 40), "p2": (0, 40), "p3": (60, 40), "p4": (120, 40)}

@@ -54,7 +54,11 @@ def command(
     ] = 1.0,
     http: Annotated[str, typer.Option(help="Where the API is served; port 0 takes a free one.")] = "127.0.0.1:8420",
     listen: Annotated[
-        str, typer.Option(help="Where agents connect. Default: what the site file says.", metavar="ENDPOINT")
+        str,
+        typer.Option(
+            help="Where agents connect; beyond this machine by TLS only. Default: what the site file says.",
+            metavar="ENDPOINT",
+        ),
     ] = "",
     desk: Annotated[
         list[str] | None,
@@ -64,7 +68,11 @@ def command(
         bool, typer.Option("--sim", help="Start the site's agents too, simulated, each in a process of its own.")
     ] = False,
     token: Annotated[
-        bool, typer.Option("--token", help="Ask every caller for the site's token, also on this machine.")
+        bool,
+        typer.Option(
+            "--token",
+            help="Ask every caller for the site's token, also on this machine. In mode real that is always so.",
+        ),
     ] = False,
     journal: Annotated[
         str,
@@ -253,6 +261,7 @@ def _banner(host: "EngineHost", people: dict[str, str], sim: bool) -> None:
         f"  API     {host.address.url}/v1   (OpenAPI: {host.address.url}/v1/openapi.json)",
         f"  journal {host.journaling.text}",
         *([f"  clock   {host.clock_text}"] if host.clock_text else []),
+        *(f"  open    {text}" for text in _open(host)),
     ]
     rows += [f"  aside   {text}" for text in (*host.journaling.aside, *host.set_aside)]
     rows += [f"  resume  {text}" for text in host.resumed]
@@ -260,6 +269,21 @@ def _banner(host: "EngineHost", people: dict[str, str], sim: bool) -> None:
     first = "Hello" if "Hello" in served else "TASK"
     rows.append(f"next, in another terminal in this folder: formiga run {first} --follow    or: formiga agents")
     _say("\n".join(rows))
+
+
+def _open(host: "EngineHost") -> list[str]:
+    """Return who may command this site without being asked for more, as far as its people must know, in sentences."""
+    from formiga_bt.endpoints import is_local
+
+    found = []
+    if host.needs_token:
+        file = host.runtime_folder / "token"
+        found.append(f"each request must bring the site's token ({file}); the commands in this folder do")
+    beyond = not is_local(host.endpoint)
+    if host.endpoint and (beyond or host.site.mode == "real"):
+        who = "other machines" if beyond else "processes of this machine"
+        found.append(f"the wire is not checked: {who} that reach {host.endpoint} can be any agent, or command each")
+    return found
 
 
 def _serve(host: "EngineHost", agents: "Simulated | None", collector: "Collector", *, quiet: bool) -> None:

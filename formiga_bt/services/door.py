@@ -11,10 +11,10 @@ A request that changes something has a `Caller`: if its client goes away, what i
 import asyncio
 import contextlib
 import hmac
-import ipaddress
 from collections.abc import Awaitable, Callable, MutableMapping
 from typing import Any, Final
 
+from formiga_bt.endpoints import is_loopback
 from formiga_bt.engine.drivers.waiting import CALLER, Caller, since_boot
 from formiga_bt.services.crowd import Crowd
 from formiga_bt.services.urgent import is_urgent
@@ -141,17 +141,6 @@ class Door:
 
     def _too_large(self) -> App:
         return self._refusal(413, "too_large", f"the body is larger than {BODY_LIMIT:,} bytes", "")
-
-
-def is_loopback(host: str) -> bool:
-    """Return whether a host name or address is this machine's own."""
-    bare = host.strip("[]")
-    if bare == "localhost":
-        return True
-    try:
-        return ipaddress.ip_address(bare).is_loopback
-    except ValueError:
-        return False
 
 
 async def _read(receive: Receive) -> bytes | None:

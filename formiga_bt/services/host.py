@@ -17,6 +17,7 @@ from msgspec.structs import replace
 
 from formiga_bt import __version__
 from formiga_bt.clock import SECOND, passed_us
+from formiga_bt.endpoints import is_loopback
 from formiga_bt.engine import changes as ch
 from formiga_bt.engine.drivers.failpoints import Failpoint
 from formiga_bt.engine.drivers.realtime import Listener, RealtimeDriver, stop_words
@@ -35,14 +36,13 @@ from formiga_bt.services.clocked import Clocked
 from formiga_bt.services.collector import uncollected
 from formiga_bt.services.connection import Connection
 from formiga_bt.services.crowd import Crowd, descriptors, http_places, local_places
-from formiga_bt.services.door import is_loopback
 from formiga_bt.services.doubles import OneEach
 from formiga_bt.services.feed import Feed
 from formiga_bt.services.flightlog import FlightLog
 from formiga_bt.services.house import House, Trouble, clock_check
 from formiga_bt.services.journal_watch import Watch
 from formiga_bt.services.journaling import JournalAt, Journaling
-from formiga_bt.services.listening import listen_of
+from formiga_bt.services.listening import check_listen, listen_of
 from formiga_bt.services.loading import Loading, served_again
 from formiga_bt.services.local import close_local, open_local
 from formiga_bt.services.not_served import NotServed
@@ -77,9 +77,9 @@ class EngineHost:
             wall clock; a test may rehearse a real site at another speed, on a clock of its own.
         http: `host:port` of the API; port 0 takes a free one.
         desk: people who answer at this engine: id -> agent type.
-        listen: where agents connect; default: what the site says.
+        listen: where agents connect; default: what the site says. Beyond this machine only by TLS.
         refused: task files that are not served.
-        needs_token: ask for the token on the loopback too.
+        needs_token: ask for the token on the loopback too. In mode real it is asked for everywhere.
         wires: other transports instead of an own Zenoh.
         listeners: called in the driver's thread after each step; they must only enqueue.
         journal: which journal is kept; None = none.
@@ -89,7 +89,8 @@ class EngineHost:
 
     Raises:
         JournalError: the journal cannot be used.
-        SiteError: another engine has the site, a port is taken, or the runtime folder cannot be used.
+        SiteError: another engine has the site, a port is taken, the runtime folder cannot be used, or the agents' wire would be
+            open to others.
         TransportError: the agents' wire cannot be opened.
     """
 
@@ -121,11 +122,15 @@ class EngineHost:
         self._speed = speed
         self._http = http
         self._listeners = tuple(listeners)
-        self._needs_token = needs_token or not is_loopback(server.read_address(http)[0])
+        is_beyond = not is_loopback(server.read_address(http)[0])
+        self.needs_token = needs_token or is_beyond or site.mode == "real"
+        """Whether each request must bring the site's token; what stops something is taken at the local door without."""
         self._desk_types = dict(desk or {})
         self._desk = DeskTransport(now=passed_us, boot_id=f"desk-{time.time_ns()}")
-        own = ZenohTransport(site.name, listen=listen or listen_of(site)) if wires is None else None
-        self._wires: list[AgentTransport] = [own] if own is not None else list(wires or ())
+        if wires is None:
+            check_listen(site, listen or listen_of(site), where="--listen" if listen else "")
+            wires = [ZenohTransport(site.name, listen=listen or listen_of(site))]
+        self._wires: list[AgentTransport] = list(wires)
         self._trees = beside / "trees"
         self._folder = SiteFolder(beside, site.name)
         self._store = BundleStore(self._folder.path)
@@ -272,7 +277,7 @@ class EngineHost:
         for one, places in ((local, local_places(limit)), (sock, http_places(limit))):
             if one is not None:
                 crowd: Crowd[Connection] = Crowd(places)
-                door = api.guarded(app, token=token, needs_token=self._needs_token, crowd=crowd, is_local=one is local)
+                door = api.guarded(app, token=token, needs_token=self.needs_token, crowd=crowd, is_local=one is local)
                 clocked = Clocked(door, lambda: self.driver.clock.ahead_us)
                 self._servers.append(server.HttpServer(clocked, one, crowd))
                 self._servers[-1].start()

@@ -32,7 +32,7 @@ SITE: Final = (
     Option("pilots", "value", "The pilots: {id, max_airborne}; required in mode real."),
     Option("people", "map", "Site roles and the people who have them."),
     Option("agents", "map", "The agents: {type, home}."),
-    Option("transports", "map", "How agents are reached."),
+    Option("transports", "map", "How agents are reached: {zenoh: {listen}}."),
     Option("mode", "word", "Whether unlisted agents are admitted.", values=("simulation", "real")),
 )
 
@@ -40,6 +40,10 @@ BASE: Final = (
     Option("lat", "value", "Latitude, degrees.", required=True),
     Option("lng", "value", "Longitude, degrees.", required=True),
     Option("ground_msl", "value", "Height of its ground over the sea.", type="distance"),
+)
+ZENOH: Final = (
+    Option("listen", "text", "Where agents connect, such as tcp/127.0.0.1:7447."),
+    Option("insecure", "flag", "In a simulation: others reach it without TLS."),
 )
 PORT: Final = (
     Option("at", "value", "Its place.", required=True),

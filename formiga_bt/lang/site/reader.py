@@ -3,8 +3,10 @@
 import hashlib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any, Literal
 from zoneinfo import ZoneInfo, ZoneInfoNotFoundError, available_timezones
 
+from formiga_bt.endpoints import open_to_others
 from formiga_bt.heights import HeightGrid
 from formiga_bt.lang.document import Entry, Scalar
 from formiga_bt.lang.envelope import check_site, read_envelope, read_on_breach
@@ -16,6 +18,7 @@ from formiga_bt.lang.reading import (
     fix_word,
     plain,
     quoted_list,
+    read_flag,
     read_keys,
     read_listing,
     read_mapping,
@@ -27,7 +30,7 @@ from formiga_bt.lang.reading import (
     read_words,
     shorten,
 )
-from formiga_bt.lang.site.keys import AGENT, APPROVERS, PILOT, PORT, TERRAIN
+from formiga_bt.lang.site.keys import AGENT, APPROVERS, PILOT, PORT, TERRAIN, ZENOH
 from formiga_bt.lang.site.points import Points
 from formiga_bt.lang.site.whole import check_whole, machines
 from formiga_bt.lang.synonyms import nearest, surely
@@ -45,6 +48,7 @@ class SiteReader(Points):
         agents = self._agents()
         pilots = self._pilots()
         heights, relief = self._terrain()
+        mode: Literal["simulation", "real"] = "real" if self._mode(pilots) == "real" else "simulation"
         site = Site(
             at.text if at is not None else "",
             self.lat,
@@ -72,8 +76,8 @@ class SiteReader(Points):
             pilots=pilots,
             people=self._people(agents),
             agents=agents,
-            transports={e.key.text: plain(e.value) for e in self.entries("transports")},
-            mode="real" if self._mode(pilots) == "real" else "simulation",
+            transports=self._transports(mode),
+            mode=mode,
             file=self.file,
             digest=_digest(text, heights.digest if heights is not None else ""),
         )
@@ -110,6 +114,25 @@ class SiteReader(Points):
                 "E008", self.keys["mode"].value.mark, what, "such as: pilots: [{id: anna, max_airborne: 3}]"
             )
         return mode
+
+    def _transports(self, mode: str) -> dict[str, Any]:
+        entries = self.entries("transports")
+        for entry in entries:
+            if entry.key.text == "zenoh":
+                self._check_zenoh(entry, mode)
+        return {entry.key.text: plain(entry.value) for entry in entries}
+
+    def _check_zenoh(self, entry: Entry, mode: str) -> None:
+        mapping = read_mapping(entry.value, self.problems, "zenoh")
+        keys = read_keys(mapping, ZENOH, self.problems, "zenoh") if mapping is not None else {}
+        insecure = "insecure" in keys and read_flag(keys["insecure"].value, self.problems, "insecure")
+        if insecure and mode == "real":
+            what = "'insecure' is for simulations: whoever reaches the wire can command every machine"
+            self.problems.add("E008", keys["insecure"].key.mark, what, "remove it, and listen at tcp/127.0.0.1:PORT")
+        at = read_text(keys["listen"].value, self.problems, "listen") if "listen" in keys else None
+        why, help_ = open_to_others(at.text, mode, insecure=insecure) if at is not None else ("", "")
+        if at is not None and why:
+            self.problems.add("E008", at.mark, why, help_)
 
     def _envelope(self) -> dict[str, float]:
         if "envelope" in self.keys:

@@ -140,11 +140,18 @@ def test_a_file_that_is_not_served_is_named_with_its_error_and_the_command(
     assert "triangle" not in said
 
 
-def banner_of(refused: Sequence[NotServed], served: Iterable[str], capsys: pytest.CaptureFixture[str]) -> list[str]:
+def banner_of(
+    refused: Sequence[NotServed],
+    served: Iterable[str],
+    capsys: pytest.CaptureFixture[str],
+    *,
+    mode: str = "simulation",
+    endpoint: str = "tcp/127.0.0.1:1",
+) -> list[str]:
     """Return the lines that a start prints."""
     host = SimpleNamespace(
-        served=list(served), refused=tuple(refused), endpoint="tcp/here:1", epoch=3,
-        site=SimpleNamespace(name="north", mode="simulation"), address=SimpleNamespace(url="http://here"),
+        served=list(served), refused=tuple(refused), endpoint=endpoint, epoch=3, needs_token=mode == "real",
+        runtime_folder=Path("run"), site=SimpleNamespace(name="north", mode=mode), address=SimpleNamespace(url="http://here"),
         journaling=SimpleNamespace(text="none", aside=[]), resumed=[], restored=[], set_aside=[], clock_text="",
     )  # fmt: skip
     capsys.readouterr()
@@ -168,3 +175,42 @@ def test_the_banner_names_what_is_not_served(capsys: pytest.CaptureFixture[str])
     assert rows[0] == f"site north (simulation), start 3 of its engine, process {os.getpid()}"
     assert rows[1:3] == ["  tasks   Hello", "  refused f0.yaml: bad"]
     assert rows[2 + SHOWN] == "  refused 2 more: formiga tasks --library"
+
+
+@pytest.mark.parametrize(
+    ("mode", "endpoint", "says"),
+    [
+        ("simulation", "tcp/127.0.0.1:1", []),
+        ("simulation", "tcp/0.0.0.0:1", ["the wire is not checked: other machines that reach tcp/0.0.0.0:1"]),
+        ("real", "tcp/127.0.0.1:1", ["site's token (run/token)", "processes of this machine that reach"]),
+        ("real", "tls/0.0.0.0:1", ["site's token (run/token)", "other machines that reach tls/0.0.0.0:1"]),
+        ("real", "", ["site's token (run/token)"]),
+    ],
+)
+def test_the_banner_says_who_is_not_asked(
+    capsys: pytest.CaptureFixture[str], mode: str, endpoint: str, says: list[str]
+) -> None:
+    rows = [row for row in banner_of([], ["Hello"], capsys, mode=mode, endpoint=endpoint) if row.startswith("  open ")]
+    assert len(rows) == len(says)
+    assert all(part in row for part, row in zip(says, rows, strict=True))
+
+
+@pytest.mark.parametrize("mode", ["real", "simulation"])
+def test_no_start_where_others_reach_the_wire_without_tls(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], mode: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert run(["init"]) == 0
+    site = Path("site.yaml")
+    text = site.read_text(encoding="utf-8").replace("mode: simulation", f"mode: {mode}\npilots: [{{id: pia}}]")
+    site.write_text(text, encoding="utf-8")
+    assert run(["up", "--http", "127.0.0.1:0", "--listen", "tcp/0.0.0.0:0"]) == 1
+    said = capsys.readouterr().err
+    assert "--listen: 'tcp/0.0.0.0:0' lets whoever reaches it command every machine" in said
+    assert f"is in mode {mode}" in said
+    assert "help: " in said
+
+    site.write_text(text.replace("tcp/127.0.0.1:7447", "tcp/0.0.0.0:0"), encoding="utf-8")
+    assert run(["up", "--http", "127.0.0.1:0"]) == 1
+    assert "E008: 'tcp/0.0.0.0:0' lets whoever reaches it" in capsys.readouterr().err
+    assert not Path(".formiga").exists()

@@ -66,7 +66,7 @@ class TestPlaces:
             "fence: field\nno_fly:\n  - [{east: 7 m, north: 1 m}, {east: 8 m, north: 1 m}, {east: 8 m, north: 2 m}]\n"
             "ports: {p1: {at: a, waiting: {east: 5 m, north: 0 m, height: 40 m}}}\n"
             "terrain: {flat: true, relief: 5 m}\nmode: real\npilots: [{id: anna, max_airborne: 3}, {id: ben}]\n"
-            "transports: {zenoh: {listen: [tcp/127.0.0.1:7447]}}\n"
+            "transports: {zenoh: {listen: tcp/127.0.0.1:7447}}\n"
         )
 
         assert found.fence == found.regions["field"]
@@ -74,7 +74,7 @@ class TestPlaces:
         assert found.ports["p1"].waiting == Position(5.0, 0.0, 40.0)
         assert (found.relief_m, found.mode) == (5.0, "real")
         assert found.pilots == {"anna": 3, "ben": 1}
-        assert found.transports == {"zenoh": {"listen": ["tcp/127.0.0.1:7447"]}}
+        assert found.transports == {"zenoh": {"listen": "tcp/127.0.0.1:7447"}}
 
     def test_defaults(self) -> None:
         found = read("")

@@ -61,13 +61,16 @@ class Service:
     def __init__(self, host: EngineHost, wire: Wire) -> None:
         self.host, self.wire = host, wire
         self.url = host.address.url
+        self.headers = {"Content-Type": "application/json"}
+        """Of every request; a site in mode real wants its token."""
+        if host.site.mode == "real":
+            token = (host.runtime_folder / "token").read_text(encoding="ascii").strip()
+            self.headers["Authorization"] = f"Bearer {token}"
 
     def call(self, method: str, path: str, body: Any = None, headers: dict[str, str] | None = None) -> tuple[int, Any]:
         """Return status and JSON of an answer. A body of bytes goes as it is."""
         data = body if body is None or isinstance(body, bytes) else json.dumps(body).encode()
-        made = Request(
-            f"{self.url}{path}", data, {"Content-Type": "application/json", **(headers or {})}, method=method
-        )
+        made = Request(f"{self.url}{path}", data, {**self.headers, **(headers or {})}, method=method)
         try:
             with urlopen(made, timeout=20) as answer:
                 return answer.status, json.loads(answer.read())
@@ -120,6 +123,16 @@ Start = Callable[..., AbstractContextManager[Service]]
 def start(tmp_path: Path) -> Start:
     """Start a service in `tmp_path`; options go to `EngineHost`."""
     return starter(tmp_path)
+
+
+REAL = "people: {watchers: [watcher_1], approvers: [ann, bob]}\npilots: [{id: pia, max_airborne: 1}]\n"
+
+
+def make_real(tmp_path: Path) -> None:
+    """Let the site of a folder be in mode real, with two approvers and a pilot."""
+    file = tmp_path / "site.yaml"
+    text = file.read_text(encoding="utf-8").replace("mode: simulation", "mode: real")
+    file.write_text(text.replace("people: {watchers: [watcher_1]}\n", REAL), encoding="utf-8")
 
 
 def starter(tmp_path: Path) -> Start:

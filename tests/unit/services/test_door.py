@@ -1,14 +1,16 @@
 """Who may call: this machine without a token, no web pages, nobody else without the token."""
 
+from collections.abc import Callable
 from http.client import HTTPConnection
 from pathlib import Path
 
 import pytest
 
+from formiga_bt.cli.calling import LocalConnection
+from formiga_bt.endpoints import is_loopback
 from formiga_bt.errors import SiteError
 from formiga_bt.services import server
-from formiga_bt.services.door import is_loopback
-from tests.unit.services.conftest import Service, Start
+from tests.unit.services.conftest import Service, Start, make_real
 
 pytestmark = pytest.mark.network
 
@@ -69,6 +71,37 @@ def status_of_a_wanting_engine(start: Start, word: str) -> list[int]:
             return found
         finally:
             wanting.stop()
+
+
+def test_in_mode_real_every_door_wants_the_token_but_for_stops_at_the_local_one(tmp_path: Path, start: Start) -> None:
+    """Any process of the machine could approve and fly on a real site, by HTTP on the loopback."""
+    make_real(tmp_path)
+    with start() as service:
+        token = service.headers.pop("Authorization")
+        folder, port = service.host.runtime_folder, int(service.url.rpartition(":")[2])
+        doors: list[Callable[[], HTTPConnection]] = [
+            lambda: HTTPConnection("127.0.0.1", port, timeout=5),
+            lambda: LocalConnection(str(folder / "door")),
+        ]
+        found = []
+        for door in doors:
+            for method, path, body in ASKED:
+                for word in ("", "Bearer wrong", token):
+                    connection = door()
+                    headers = {"Content-Type": "application/json"} | ({"Authorization": word} if word else {})
+                    connection.request(method, path, body, headers)
+                    found.append(connection.getresponse().status)
+                    connection.close()
+    stop, other = [200, 401, 200], [401, 401, 200]
+    assert found == [*other * len(ASKED), *other * (len(ASKED) - 1), *stop]
+
+
+ASKED = (
+    ("GET", "/v1/agents", None),
+    ("GET", "/v1/openapi.json", None),
+    ("GET", "/v1/pilots", None),
+    ("POST", "/v1/orders", b'{"order": "land"}'),
+)
 
 
 @pytest.mark.parametrize(
