@@ -118,8 +118,10 @@ def _suggestions(found: dict[str, Any]) -> list[str]:
 
 
 def _row(agent: dict[str, Any]) -> tuple[str, ...]:
+    from formiga_bt.show.listed import where_words
+
     where = agent["position"]
-    place = "" if where is None else f"{where['east_m']:.0f} E {where['north_m']:.0f} N {where['up_m']:.0f} up"
+    place = "" if where is None else where_words(agent["port"], where["east_m"], where["north_m"], where["up_m"])
     state = agent["pool"] if not agent["human"] else "here" if agent["at_desk"] else "person"
     order = agent["order"]
     notes = [] if order is None else [order["note"]]

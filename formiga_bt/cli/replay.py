@@ -116,6 +116,7 @@ def _tell(source: "JournalSource", task_id: str) -> None:
 
 def _state(source: "JournalSource") -> None:
     from formiga_bt.replay.when import in_words
+    from formiga_bt.show.listed import where_words
 
     now = source.now(count=1000, over=True)
     counts = ", ".join(f"{count} {status}" for status, count in sorted(now.counts.items())) or "no tasks"
@@ -140,9 +141,8 @@ def _state(source: "JournalSource") -> None:
         rows = [("AGENT", "LINK", "STANDS", "CHARGE", "TASK", "DOES", "WHERE")]
         for agent in now.agents:
             charge = "" if agent.battery is None else f"{agent.battery:.0f} %"
-            where = (
-                "" if agent.at is None else f"{agent.at.east_m:.0f} E {agent.at.north_m:.0f} N {agent.at.up_m:.0f} up"
-            )
+            at = agent.at
+            where = "" if at is None else where_words(agent.port, at.east_m, at.north_m, at.up_m)
             stands = "" if agent.human else agent.landed
             rows.append((agent.id, agent.liveness, stands, charge, agent.task, agent.action, where))
         print_table(rows)

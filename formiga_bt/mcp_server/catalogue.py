@@ -8,6 +8,7 @@ from formiga_bt.mcp_server.ground import Ground
 from formiga_bt.mcp_server.outside import NOTICE, all_cleaned
 from formiga_bt.mcp_server.records import ActionOut, ActionsOut, AgentOut, AgentsOut, FieldOut, TaskOut, TasksOut
 from formiga_bt.show.facts import AgentFact
+from formiga_bt.show.listed import natural, where_words
 from formiga_bt.units import format_quantity
 
 
@@ -23,7 +24,8 @@ def agents(ground: Ground, engine: str, live: Mapping[str, AgentFact]) -> Agents
         listed = found.setdefault(fact.id, AgentOut(fact.id, fact.type, "person" if fact.human else "machine"))
         listed.home = fact.home or listed.home
         listed.battery_percent = None if fact.battery is None else round(fact.battery, 1)
-        listed.at = "" if fact.at is None else f"{fact.at.east_m:.0f} E {fact.at.north_m:.0f} N {fact.at.up_m:.0f} up"
+        at = fact.at
+        listed.at = "" if at is None else where_words(fact.port, at.east_m, at.north_m, at.up_m)
         listed.pool, listed.task, listed.action = fact.pool, fact.task, fact.action
         listed.needs = "; ".join(word for word in (fact.order, fact.breach, fact.quarantine, fact.refused) if word)
     if running:
@@ -33,7 +35,7 @@ def agents(ground: Ground, engine: str, live: Mapping[str, AgentFact]) -> Agents
         site=site.name,
         mode=site.mode,
         engine=engine,
-        agents=list(found.values()),
+        agents=sorted(found.values(), key=lambda one: (one.kind == "person", natural(one.id))),
         places=sorted(site.places),
         regions=sorted(site.regions),
         people={role: list(ids) for role, ids in site.people.items()},

@@ -255,6 +255,8 @@ class AgentOut(BaseModel):
     landed: str
     battery: float | None
     position: PointOut | None
+    port: str
+    """The port at which it stands on the ground, its own or another; empty: at none."""
     task: str
     role: str
     action: str
@@ -280,7 +282,7 @@ class AgentOut(BaseModel):
 
 
 class AgentsOut(BaseModel):
-    """All agents, in the order in which they came."""
+    """All agents: machines, then people, each by name (hwd_2 before hwd_10)."""
 
     agents: list[AgentOut]
     lockdown: LockdownOut

@@ -11,13 +11,14 @@ from formiga_bt.engine.state import EngineState
 from formiga_bt.lang.model import Catalogue
 from formiga_bt.services import order_models as out
 from formiga_bt.services.standing import wall_us
+from formiga_bt.show.listed import listing
 from formiga_bt.show.why.going_on import HANDBACK, in_the_way, stays, ways_on, ways_on_of
 from formiga_bt.show.why.standing import doing
 
 
 def machines(state: EngineState) -> list[AgentRecord]:
-    """Return all machines, in the order in which they came."""
-    return sorted((a for a in state.agents.values() if not a.human), key=lambda a: a.order)
+    """Return all machines, by name."""
+    return sorted((a for a in state.agents.values() if not a.human), key=listing)
 
 
 def held_tasks(state: EngineState) -> dict[str, tuple[str, ...]]:

@@ -35,6 +35,7 @@ from formiga_bt.services.stops import Stops
 from formiga_bt.services.telling import Telling
 from formiga_bt.services.view import View
 from formiga_bt.services.words import hint_for, with_keeping
+from formiga_bt.show.listed import listing, port_of
 from formiga_bt.show.why.causes import causes_of
 from formiga_bt.show.why.front import explain
 from formiga_bt.show.why.near import nearest, shortened
@@ -332,9 +333,10 @@ class Orders:
         """Return all agents."""
         now = self._driver.now()
         with self._view.reading() as state:
-            records = sorted(state.agents.values(), key=lambda a: a.order)
+            records = sorted(state.agents.values(), key=listing)
             shown_agents = [
-                shown.agent_out(state, a, self._frame, self.desk_people, now, self._catalogue) for a in records
+                shown.agent_out(state, a, self._frame, self.desk_people, now, self._catalogue, port_of(self._site, a))
+                for a in records
             ]
             return out.AgentsOut(agents=shown_agents, lockdown=lockdown_out(state, now))
 

@@ -133,9 +133,10 @@ def goal_out(goal: GoalRecord, now: Micros) -> out.GoalOut:
 
 
 def agent_out(
-    state: EngineState, agent: AgentRecord, frame: Frame, desk: Collection[str], now: Micros, catalogue: Catalogue
-) -> out.AgentOut:
-    """Return an agent."""
+    state: EngineState, agent: AgentRecord, frame: Frame, desk: Collection[str], now: Micros, catalogue: Catalogue,
+    port: str = "",
+) -> out.AgentOut:  # fmt: skip
+    """Return an agent; `port`: at which it stands."""
     point = None
     if agent.position is not None:
         lat, lng = frame.lat_lng(agent.position)
@@ -153,6 +154,7 @@ def agent_out(
         landed=agent.landed,
         battery=None if agent.battery is None else round(agent.battery, 1),
         position=point,
+        port=port,
         task=agent.task,
         role=agent.role,
         action=agent.action,

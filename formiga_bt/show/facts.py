@@ -158,6 +158,8 @@ class AgentFact(Struct, frozen=True, kw_only=True, omit_defaults=True):
     battery: float | None = None
     """Percent, 0..100."""
     at: Point | None = None
+    port: str = ""
+    """The port at which it stands on the ground."""
     order: str = ""
     """The order that stands on it, in words, or empty."""
     taken: bool = False

@@ -37,6 +37,7 @@ from formiga_bt.show.facts import (
 )
 from formiga_bt.show.lapse import lapses_at
 from formiga_bt.show.ledger import Ledger
+from formiga_bt.show.listed import listing, port_of
 from formiga_bt.show.notes import notes
 from formiga_bt.show.records import agent_fact, agents_of, goal_fact, question_fact, task_fact
 from formiga_bt.show.spreads import stats
@@ -110,7 +111,7 @@ class FoldedSource:
                 counts[task.status] = counts.get(task.status, 0) + 1
             page, total, waiting = self._page(index, first, count, find.lower(), over=over)
             desk, wall = self._desk(), self._wall()
-            agents = sorted(state.agents.values(), key=lambda one: (one.human, one.order, one.id))
+            agents = sorted(state.agents.values(), key=listing)
             questions = sorted(
                 (q for group in index.questions.values() for q in group),
                 key=lambda q: (NEVER if (at := lapses_at(state, q)) is None else at, q.order),
@@ -127,7 +128,7 @@ class FoldedSource:
                 tasks=tuple(page),
                 total=total,
                 waiting=waiting,
-                agents=tuple(agent_fact(state, agent, index.now, wall) for agent in agents),
+                agents=tuple(agent_fact(state, agent, index.now, wall, port_of(self._site, agent)) for agent in agents),
                 questions=tuple(question_fact(state, question, desk) for question in questions),
                 lines=tuple(islice(reversed(self.ledger.lines), LINES))[::-1],
                 house=house,
@@ -189,7 +190,7 @@ class FoldedSource:
             story = self.ledger.story(task_id)
             model = model_of(self._tasks, task)
             mine = {*agents_of(task), *(agent.id for agent in index.agents.get(task_id, ()))}
-            agents = [agent for agent in state.agents.values() if agent.id in mine]
+            agents = sorted((agent for agent in state.agents.values() if agent.id in mine), key=listing)
             return TaskPicture(
                 at=index.now,
                 task=task_fact(index, task),
@@ -198,7 +199,9 @@ class FoldedSource:
                 values=self._words.scopes(state.scopes.get(task_id) or {"": story.names}, model, index.now),
                 goals=tuple(goal_fact(goal) for goal in index.goals.get(task_id, ())),
                 questions=tuple(question_fact(state, q, self._desk()) for q in index.questions.get(task_id, ())),
-                agents=tuple(agent_fact(state, agent, index.now, self._wall()) for agent in agents),
+                agents=tuple(
+                    agent_fact(state, agent, index.now, self._wall(), port_of(self._site, agent)) for agent in agents
+                ),
                 lines=tuple(story.lines),
             )
 

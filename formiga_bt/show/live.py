@@ -12,6 +12,7 @@ from rich.text import Text
 from formiga_bt.clock import Micros
 from formiga_bt.engine.records import AgentRecord, GoalRecord, TaskRecord
 from formiga_bt.engine.state import EngineState
+from formiga_bt.show.listed import listing
 from formiga_bt.show.rows import rest_words
 from formiga_bt.show.runlog import ActionRow, RunLog
 
@@ -205,7 +206,7 @@ def _rest(goal: GoalRecord) -> str:
 
 def _agents(state: EngineState) -> Table:
     table = Table("agent", "pool", "action", "order", "battery", "height", expand=True)
-    for agent in sorted(state.agents.values(), key=lambda a: (a.human, a.id)):
+    for agent in sorted(state.agents.values(), key=listing):
         battery = "" if agent.human or agent.battery is None else f"{agent.battery:.0f} %"
         up = f"{agent.position.up_m:.0f} m" if agent.position is not None and not agent.human else ""
         pool = agent.pool if not agent.human else agent.word

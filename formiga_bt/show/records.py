@@ -63,8 +63,8 @@ def agents_of(task: TaskRecord) -> tuple[str, ...]:
     return tuple(dict.fromkeys((*held, *((task.system_agent,) if task.system_agent else ()))))
 
 
-def agent_fact(state: EngineState, agent: AgentRecord, now: Micros, wall: Micros = 0) -> AgentFact:
-    """Return an agent."""
+def agent_fact(state: EngineState, agent: AgentRecord, now: Micros, wall: Micros = 0, port: str = "") -> AgentFact:
+    """Return an agent; `port`: at which it stands."""
     order = state.orders.get(agent.id)
     return AgentFact(
         id=agent.id,
@@ -80,6 +80,7 @@ def agent_fact(state: EngineState, agent: AgentRecord, now: Micros, wall: Micros
         home=agent.home,
         battery=None if agent.battery is None else round(agent.battery, 1),
         at=None if agent.position is None else point(agent.position),
+        port=port,
         order=stands(state, order, now, wall) if order is not None else "",
         taken=agent.taken,
         breach=agent.breach.removeprefix("!"),

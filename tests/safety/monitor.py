@@ -210,7 +210,9 @@ class Monitor:
                     ceiling = model.envelope.get("max_height_m") if model is not None else None
                     if ceiling is not None:
                         self.sky.ceilings[task.id] = ceiling
-                if task.code in ("cannot_compute", "exception", "runaway") and task.code != getattr(tasks.get(task.id), "code", ""):
+                if task.code in ("cannot_compute", "exception", "runaway") and task.code != getattr(
+                    tasks.get(task.id), "code", ""
+                ):
                     self.tell("exception", f"{task.id} ends {task.code}: {task.reason}")
 
     # -- what came in --------------------------------------------------------------------------------------------------

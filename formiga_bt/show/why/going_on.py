@@ -9,6 +9,7 @@ from formiga_bt.engine.continuing import came_down, obstacle
 from formiga_bt.engine.records import AgentRecord, TaskRecord
 from formiga_bt.engine.state import EngineState
 from formiga_bt.lang.model import Catalogue
+from formiga_bt.show.listed import listing
 
 HANDBACK = "formiga handback {agent} --continue|--return|--end"
 CLEAR = "formiga agents clear {agent}"
@@ -20,7 +21,7 @@ def machines_of(state: EngineState, task_id: str) -> list[AgentRecord]:
     ids = {agent for task in tasks for group in task.roles.values() for agent in group} | {
         t.system_agent for t in tasks
     }
-    return sorted((a for a in state.agents.values() if not a.human and a.id in ids), key=lambda a: a.order)
+    return sorted((a for a in state.agents.values() if not a.human and a.id in ids), key=listing)
 
 
 def _family(state: EngineState, task_id: str) -> Iterator[TaskRecord]:

@@ -61,7 +61,8 @@ def reply(**more: Any) -> dict[str, Any]:
 def agent(name: str, **more: Any) -> dict[str, Any]:
     return {
         "id": name, "type": "hwd", "human": False, "pool": "ASSIGNED", "liveness": "ALIVE", "control": "engine",
-        "landed": "airborne", "battery": 61.4, "position": None, "task": "PickUp-3", "role": "drone", "action": "",
+        "landed": "airborne", "battery": 61.4, "position": None, "port": "", "task": "PickUp-3",
+        "role": "drone", "action": "",
         "home": "p3", "layer_m": None, "at_desk": False, "word": "", "order": None, "next": [], "taken": False, "breach": "",
         "on_link_loss": "return", "quarantine": "", "refused": "", "bad": 0, **more,
     }  # fmt: skip
@@ -418,3 +419,13 @@ def test_times_of_tasks_are_said_in_units_that_fit(paper: Paper, capsys: Capture
     assert "  12 min  " in lines[1]
     assert "  3.0 days  " in lines[2]
     assert "1970-01-01" in lines[2]
+
+
+def test_where_a_machine_stands_is_the_name_of_the_port(paper: Paper, capsys: Capture) -> None:
+    at = {"east_m": 0.0, "north_m": 20.0, "up_m": 0.0, "lat": 66.5, "lng": 25.7}
+    agents = [agent("hwd_1", position=at, port="north"), agent("hwd_2", position=at, port="")]
+    paper.answers["/v1/agents"] = {"agents": agents, "lockdown": NO_LOCKDOWN}
+    assert run(["agents"]) == 0
+    first, second = capsys.readouterr().out.splitlines()[1:3]
+    assert " north " in first
+    assert "0 E 20 N 0 up" in second

@@ -80,7 +80,7 @@ def test_the_fleet_is_told_with_what_is_heard_of_it(source: FoldedSource, ground
     drone = next(one for one in told.agents if one.id == "hwd_1")
     assert (told.engine, told.notice, drone.kind, drone.here) == ("running", NOTICE, "machine", True)
     assert drone.battery_percent == 100.0
-    assert drone.at == "15 E 40 N 0 up"
+    assert drone.at == "port p5"
 
 
 def test_without_an_engine_the_fleet_of_the_site_is_told(ground: Ground) -> None:

@@ -155,7 +155,7 @@ def starter(tmp_path: Path) -> Start:
             service = Service(host, wire)
             wire.add("lwd_1", "lwd", world.site.ports["p1"].at)
             service.wait(lambda: len(service.get("/v1/agents")["agents"]) == 2)
-            service.wait(lambda: service.get("/v1/agents")["agents"][-1]["position"] is not None)
+            service.wait(lambda: service.get("/v1/agents")["agents"][0]["position"] is not None)
             yield service
 
     return begin

@@ -12,6 +12,7 @@ import pytest
 from formiga_bt.clock import SECOND
 from formiga_bt.engine import tasks as engine_tasks
 from formiga_bt.engine.inputs import WallDue
+from formiga_bt.geo import Place
 from tests.unit.services.conftest import Service, Start
 
 pytestmark = pytest.mark.network
@@ -190,10 +191,10 @@ def test_abandon_must_be_confirmed_and_leaves_a_machine_for_a_person_to_clear(st
 
         service.post(path, {"how": "abandon", "confirmed": True})
 
-        service.wait(lambda: service.get("/v1/agents")["agents"][-1]["pool"] == "QUARANTINED")
+        service.wait(lambda: service.get("/v1/agents")["agents"][0]["pool"] == "QUARANTINED")
         service.ends(task_id)
         service.post("/v1/agents/lwd_1/clear", {"by": "eve"})
-        service.wait(lambda: service.get("/v1/agents")["agents"][-1]["pool"] == "STANDBY")
+        service.wait(lambda: service.get("/v1/agents")["agents"][0]["pool"] == "STANDBY")
 
 
 def test_a_machine_that_a_pilot_took_is_handed_back(start: Start) -> None:
@@ -212,7 +213,7 @@ def test_a_machine_that_a_pilot_took_is_handed_back(start: Start) -> None:
 
         machine.control = "engine"
         service.wire.say("lwd_1")
-        service.wait(lambda: service.get("/v1/agents")["agents"][-1]["control"] == "engine")
+        service.wait(lambda: service.get("/v1/agents")["agents"][0]["control"] == "engine")
         service.wire.auto = True
         service.post("/v1/agents/lwd_1/handback", {"how": "end"})
 
@@ -270,9 +271,9 @@ def test_a_machine_that_was_removed_must_be_lost_and_named_twice(start: Start) -
         assert service.refused("POST", path, word)["code"] == "still_heard"
 
         service.wire.gone("lwd_1")
-        service.wait(lambda: service.get("/v1/agents")["agents"][-1]["liveness"] == "SUSPECT")
+        service.wait(lambda: service.get("/v1/agents")["agents"][0]["liveness"] == "SUSPECT")
         service.host.driver.ask(WallDue("live|lwd_1", time.monotonic_ns() // 1000 + 3600 * SECOND))
-        assert service.get("/v1/agents")["agents"][-1]["liveness"] == "LOST"
+        assert service.get("/v1/agents")["agents"][0]["liveness"] == "LOST"
 
         assert service.post(path, word)["text"] == (
             "lwd_1 counts as removed: its way and its place are free; when it is back and fit: formiga agents clear lwd_1"
@@ -458,3 +459,15 @@ def test_a_deposed_engine_says_so_and_its_next_start_has_an_epoch_that_its_agent
     assert "formiga down" in service.get("/v1/health")["text"]
     file = service.host._folder.path / "epoch"
     service.wait(lambda: int(file.read_text()) + 1 == own + 501)
+
+
+def test_agents_are_listed_by_name_and_one_at_a_port_by_the_ports_name(service: Service) -> None:
+    site = service.host.site
+    port = next(port for port in site.ports.values() if port.name != "p1")
+    for name in ("lwd_10", "lwd_9"):
+        service.wire.add(name, "lwd", port.at if name == "lwd_9" else Place(0.0, 300.0))
+    service.wait(lambda: len([a for a in service.get("/v1/agents")["agents"] if a["position"]]) >= 3)
+
+    machines = [a for a in service.get("/v1/agents")["agents"] if not a["human"]]
+    assert [a["id"] for a in machines] == ["lwd_1", "lwd_9", "lwd_10"]
+    assert [a["port"] for a in machines][1:] == [port.name, ""]

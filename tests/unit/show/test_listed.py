@@ -1,0 +1,41 @@
+"""How agents are listed: numbers count as numbers, machines before people, and a port by its name."""
+
+import pytest
+from msgspec.structs import replace
+
+from formiga_bt.geo import Position
+from formiga_bt.show.listed import listing, natural, port_of
+from formiga_bt.testing import packaged_world
+from tests.unit.services.fakes import machine
+
+
+def test_numbers_in_names_count_as_numbers() -> None:
+    names = ["hwd_10", "hwd_2", "hwd_1b", "hwd_1", "HWD_3", "7", "hwd_02", "hwd", "\u0661x"]
+    assert sorted(names, key=natural) == [
+        "7",
+        "hwd",
+        "hwd_1",
+        "hwd_1b",
+        "hwd_02",
+        "hwd_2",
+        "HWD_3",
+        "hwd_10",
+        "\u0661x",
+    ]
+
+
+def test_machines_come_before_people() -> None:
+    people = [machine("adam", human=True)]
+    assert [one.id for one in sorted([*people, machine("hwd_10"), machine("hwd_9")], key=listing)] == [
+        "hwd_9", "hwd_10", "adam",
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("landed", "off_m", "is_there"), [("grounded", 0.5, True), ("grounded", 40.0, False), ("airborne", 0.5, False)]
+)
+def test_a_machine_that_stands_at_a_port_is_at_that_port(landed: str, off_m: float, is_there: bool) -> None:
+    site, _ = packaged_world()
+    port = next(iter(site.ports.values()))
+    at = Position(port.at.east_m, port.at.north_m + off_m, 0.0)
+    assert port_of(site, replace(machine("hwd_1"), landed=landed, position=at)) == (port.name if is_there else "")
