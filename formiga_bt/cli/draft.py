@@ -300,7 +300,7 @@ def _run(
         "bundle"
     ]  # of what was read just now, whatever becomes of the file
     approve(kept, approved_by=by, bundle=bundle)
-    body = {"task": task.name, "params": {}, "priority": None, "requester": by, "bundle": bundle}
+    body = {"task": task.name, "params": {}, "priority": None, "by": by, "bundle": bundle}
     task_id = client.post("/v1/tasks", body, key=f"draft-{kept.number}-{kept.origin.unix_millis}")["id"]
     typer.echo(task_id)
     show_next(f"formiga why {task_id}", "formiga tasks", f"formiga abort {task_id}")

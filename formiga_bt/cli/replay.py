@@ -107,7 +107,7 @@ def _tell(source: "JournalSource", task_id: str) -> None:
 
     told = tale(source, task_id)
     task = told.task
-    typer.echo(f"{task.id}, requested {in_words(task.submitted_at, zone())} by {task.requester or 'somebody'}")
+    typer.echo(f"{task.id}, requested {in_words(task.submitted_at, zone())} by {task.by or 'somebody'}")
     for one in told.events:
         sign = {"info": " ", "warning": "!", "alarm": "!"}[one.severity]
         typer.echo(f"{(one.at - task.submitted_at) / 1e6:8.1f} s {sign} {one.text}")

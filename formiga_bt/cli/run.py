@@ -67,7 +67,7 @@ def command(
         task = loaded["task"]
     if profile:
         params |= of_profile_by_name(profile, task, params, client.get("/v1/library")["tasks"])
-    body: dict[str, Any] = {"task": task, "params": params, "priority": _priority(priority), "requester": by or user()}
+    body: dict[str, Any] = {"task": task, "params": params, "priority": _priority(priority), "by": by or user()}
     body |= _duration("wait_s", wait, "--wait") | _duration("expires_s", expires, "--expires")
     task_id = _requested(client, {**body, "bundle": loaded["bundle"]} if loaded else body, file)
     if not follow:

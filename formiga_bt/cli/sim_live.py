@@ -126,7 +126,7 @@ class Requests:
         there = api.call(lambda client: client.get("/v1/tasks", limit=100)["tasks"])
         if there is None:
             return None
-        mine = [task["id"] for task in there if task["task"] == entry.task and task["requester"] == REQUESTER]
+        mine = [task["id"] for task in there if task["task"] == entry.task and task["by"] == REQUESTER]
         if self._before is None:
             self._before = set(mine)
         taken = [task_id for task_id in mine if task_id not in self._before]
@@ -136,7 +136,7 @@ class Requests:
             "task": entry.task,
             "params": dict(entry.texts),
             "priority": entry.priority,
-            "requester": REQUESTER,
+            "by": REQUESTER,
         }
         body |= {
             f"{key}_s": lasts / 1e6

@@ -90,7 +90,7 @@ class Authority:
         locked = self._locked()
         if locked:
             raise TaskError("lockdown", f"{locked}; no task is admitted before it is released")
-        lack = self._lack(self._core.library.wanted(request), request.requester)
+        lack = self._lack(self._core.library.wanted(request), request.by)
         if lack:
             raise TaskError("not_approved", lack)
 
@@ -187,7 +187,7 @@ class Authority:
         parent = core.state.tasks.get(task.parent) if not task.detached else None
         if parent is not None and clock_stands(parent):
             return "held", f"{parent.id}: {', '.join(parent.held)}"
-        lack = self._lack(core.model(task), task.requester)
+        lack = self._lack(core.model(task), task.by)
         if lack:
             return "not_approved", lack
         if not self.pilot(request) and self._binds(request):

@@ -53,7 +53,7 @@ class Errands:
         core.emit(
             ch.TaskPut(
                 TaskRecord(
-                    id=task_id, name=name, order=order, bundle="system", priority="high", requester=by or "engine",
+                    id=task_id, name=name, order=order, bundle="system", priority="high", by=by or "engine",
                     status="ACTIVE", section="finally", outcome="SUCCEEDED", roles={"drone": (agent_id,)},
                     granted=(agent_id,), submitted_at=core.now, assigned_at=core.now, active_at=core.now,
                     system_agent=agent_id, stop=stop,
@@ -114,7 +114,7 @@ class Errands:
         core.emit(
             ch.TaskPut(
                 TaskRecord(
-                    id=task_id, name=RECOVER_TASK, order=order, bundle="system", priority="high", requester="engine",
+                    id=task_id, name=RECOVER_TASK, order=order, bundle="system", priority="high", by="engine",
                     status="ACTIVE", section="finally", outcome="SUCCEEDED", roles={"drone": (agent_id,)},
                     granted=(agent_id,), submitted_at=core.now, assigned_at=core.now, active_at=core.now,
                     system_agent=agent_id,

@@ -23,7 +23,7 @@ class Submit(Struct, frozen=True, tag=True):
     task: str
     params: dict[str, Any] = {}
     priority: Priority | None = None
-    requester: str = ""
+    by: str = ""
     bundle: str = ""
     """Of the version that is meant; "" = the newest."""
     wait: Micros | None = None

@@ -266,7 +266,7 @@ class Orders:
         order = core.state.orders.get(task.system_agent)
         if order is None:  # it was withdrawn while the machine started: that ended in the air
             if task.system_agent != self._replaced:
-                self.bring_home_if_idle(task.system_agent, task.requester)
+                self.bring_home_if_idle(task.system_agent, task.by)
             return
         if order.task != task.id:
             return

@@ -198,7 +198,7 @@ class TaskRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
     library: int = 0
     """`Version.order` of the newest version of any name when a person requested it, or the first task of its family."""
     priority: Priority = "medium"
-    requester: str = ""
+    by: str = ""
     wait: Micros | None = None
     """How long each run waits for its first agents, if its request said so."""
     expires: Micros | None = None

@@ -93,7 +93,7 @@ class Tasks:
             version=core.library.number(model),
             library=core.state.counters.get("library", 0) if parent is None else parent.library,
             priority=request.priority or model.priority,
-            requester=request.requester,
+            by=request.by,
             wait=request.wait,
             expires=request.expires,
             submitted_at=core.now,
@@ -261,7 +261,7 @@ class Tasks:
         fresh = TaskRecord(
             id=task.id, name=task.name, order=task.order, bundle=task.bundle, version=task.version,
             library=task.library, priority=task.priority,
-            requester=task.requester, wait=task.wait, expires=task.expires,
+            by=task.by, wait=task.wait, expires=task.expires,
             run=task.run + 1, submitted_at=task.submitted_at, params=task.params,
             events_from=core.state.counters.get("happening", 0),
             parent=task.parent, parent_node=task.parent_node, depth=task.depth, detached=task.detached,

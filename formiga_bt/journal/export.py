@@ -116,7 +116,7 @@ def _tasks(journal: Readable, since: Micros, until: Micros | None) -> Iterator[R
         if task.ended_at is None or task.ended_at >= since:
             yield (
                 task.id, task.name, task.version, task.bundle, task.status, task.code, task.reason, task.priority,
-                task.requester, task.run, _millis(task.submitted_at), _millis(task.assigned_at),
+                task.by, task.run, _millis(task.submitted_at), _millis(task.assigned_at),
                 _millis(task.active_at), _millis(task.ended_at),
             )  # fmt: skip
 

@@ -187,7 +187,7 @@ def _tasks(app: FastAPI, orders: Orders) -> None:
         idempotency_key: Annotated[str, Header(max_length=200)] = "",
     ) -> m.Submitted:
         """Request a task. With an Idempotency-Key, sending it twice starts one task."""
-        name = body.requester or "http"
+        name = body.by or "http"
         waits = Waits(_micros(body.wait_s), _micros(body.expires_s))
         task_id = orders.submit(body.task, body.params, body.priority, name, idempotency_key, body.bundle, waits)
         return m.Submitted(id=task_id)

@@ -202,7 +202,7 @@ class Flights:
     def _goes_on(self, now: Open, agent: AgentRecord) -> Open:
         task = self._tasks.get(agent.task)
         if task is not None and not now.flight.task:
-            told = {"task": task.id, "task_name": task.name, "requester": task.requester, "pilot": task.pilot}
+            told = {"task": task.id, "task_name": task.name, "requester": task.by, "pilot": task.pilot}
             now = replace(now, flight=replace(now.flight, **told))
         control = "pilot" if agent.control == "engine" and agent.taken else agent.control
         return now if control == now.control else replace(now, control=control)

@@ -28,7 +28,8 @@ class SubmitBody(Body):
     task: Id
     params: dict[str, Any] = {}
     priority: Literal["low", "medium", "high"] | None = None
-    requester: Name = ""
+    by: Name = ""
+    """Who requests it."""
     bundle: Annotated[str, Field(max_length=64)] = ""
     """Of the version that is meant, as GET /v1/library lists it; empty: the newest."""
     wait_s: Annotated[float, Field(ge=0.0, le=LONGEST_S)] | None = None
@@ -126,7 +127,8 @@ class TaskOut(BaseModel):
     """Its clocks would wake it more often than one task may be woken: its waits are made longer."""
     section: str
     priority: str
-    requester: str
+    by: str
+    """Who requested it."""
     parent: str = ""
     """The task that requested it; empty: a person did."""
     children: list[str] = []

@@ -126,7 +126,7 @@ class Orders:
         name: str,
         params: Mapping[str, Any],
         priority: Priority | None = None,
-        requester: str = "",
+        by: str = "",
         key: str = "",
         bundle: str = "",
         waits: Waits = UNSAID,
@@ -140,8 +140,8 @@ class Orders:
                 request.
         """
         if not key:
-            return self._submit(name, params, priority, requester, bundle, waits)
-        asked = json.dumps([name, params, priority, requester, bundle, *waits], sort_keys=True, default=str)
+            return self._submit(name, params, priority, by, bundle, waits)
+        asked = json.dumps([name, params, priority, by, bundle, *waits], sort_keys=True, default=str)
         digest = hashlib.sha256(asked.encode()).hexdigest()
         with self._keys_lock:
             entry = self._keys.setdefault(key, _Keyed(digest))
@@ -155,7 +155,7 @@ class Orders:
             )
         with entry.lock:
             if not entry.task_id:
-                entry.task_id = self._submit(name, params, priority, requester, bundle, waits)
+                entry.task_id = self._submit(name, params, priority, by, bundle, waits)
             return entry.task_id
 
     def _submit(
@@ -163,7 +163,7 @@ class Orders:
         name: str,
         params: Mapping[str, Any],
         priority: Priority | None,
-        requester: str,
+        by: str,
         bundle: str,
         waits: Waits,
     ) -> str:
@@ -189,7 +189,7 @@ class Orders:
                 first.help or "",
                 [render(problem, sources) for problem in problems],
             )
-        task_id = self.ask(Submit(task.name, values, priority, requester, task.bundle, *waits))
+        task_id = self.ask(Submit(task.name, values, priority, by, task.bundle, *waits))
         self._view.catch_up()
         return task_id
 

@@ -44,7 +44,7 @@ def task_out(state: EngineState, task: TaskRecord, now: Micros) -> out.TaskOut:
         throttled=throttled(state, task, now) is not None,
         section=task.section,
         priority=task.priority,
-        requester=task.requester,
+        by=task.by,
         parent=task.parent,
         children=list(task.children),
         run=task.run,

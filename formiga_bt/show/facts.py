@@ -114,7 +114,8 @@ class TaskFact(Struct, frozen=True, kw_only=True, omit_defaults=True):
     held: tuple[str, ...] = ()
     section: str = ""
     priority: str = "medium"
-    requester: str = ""
+    by: str = ""
+    """Who requested it."""
     version: str = ""
     """Which version of the task it runs, in words, if others were served: `version 1, newest 2`."""
     parent: str = ""

@@ -154,7 +154,7 @@ class FoldedSource:
 
     @staticmethod
     def _fits(index: Index, task: TaskRecord, find: str) -> bool:
-        plain = (task.id, task.code, task.status, task.requester, task.reason, *agents_of(task), *task.held)
+        plain = (task.id, task.code, task.status, task.by, task.reason, *agents_of(task), *task.held)
         return any(find in word.lower() for word in plain) or find in index.doing(task).lower()
 
     def _top(self, index: Index, house: int) -> Top:

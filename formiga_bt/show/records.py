@@ -34,7 +34,7 @@ def task_fact(index: Index, task: TaskRecord) -> TaskFact:
         held=task.held,
         section="" if over else task.section,
         priority=task.priority,
-        requester=task.requester,
+        by=task.by,
         version=_version(index.state, task),
         parent=task.parent,
         agents=agents_of(task),

@@ -43,9 +43,9 @@ def people_placed(site: Site, catalogue: Catalogue) -> list[AgentSpec]:
 def missions(site: Site) -> list[Submit]:
     """Return what the demo flies: T1 and two T3 at once."""
     return [
-        Submit("PickUp", {"target": site.places["north_field"], "user": AgentRef("picker_1")}, requester="demo"),
-        Submit("PickUp", {"target": site.places["east_field"], "user": AgentRef("picker_2")}, requester="demo"),
-        Submit("MoveTask", {"robot": AgentRef("lwd_1")}, requester="demo"),
+        Submit("PickUp", {"target": site.places["north_field"], "user": AgentRef("picker_1")}, by="demo"),
+        Submit("PickUp", {"target": site.places["east_field"], "user": AgentRef("picker_2")}, by="demo"),
+        Submit("MoveTask", {"robot": AgentRef("lwd_1")}, by="demo"),
     ]
 
 

@@ -278,7 +278,7 @@ def test_the_engine_reads_the_file_and_starts_just_that(
     posted: list[Any] = []
 
     class Engine:
-        address = EngineAddress("rovaniemi", 1, 1, "", "", str(here / ".formiga" / "rovaniemi"))
+        address = EngineAddress("rovaniemi", 1, 1, "", "", folder=str(here / ".formiga" / "rovaniemi"))
 
         def post(self, path: str, body: Any, key: str = "") -> Any:
             posted.append((path, body, bool(key)))
@@ -298,7 +298,7 @@ def test_the_engine_reads_the_file_and_starts_just_that(
         "drafted": {"by": ["eve"], "model": "scripted none", "also": [user()]},
     }
     assert asked[1:] == (
-        {"task": "LookAtCamp", "params": {}, "priority": None, "requester": "eve", "bundle": "ab" * 32},
+        {"task": "LookAtCamp", "params": {}, "priority": None, "by": "eve", "bundle": "ab" * 32},
         True,
     )
     assert run(["draft", LOOK, "--run", "--by", "eve"]) == 0  # the file is there as it is

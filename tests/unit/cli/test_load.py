@@ -42,7 +42,7 @@ class Paper:
     """A client that keeps what is sent."""
 
     def __init__(self, folder: Path, what: str = "new") -> None:
-        self.address = EngineAddress("field", 1, 1, "", "", str(folder / ".formiga" / "field"))
+        self.address = EngineAddress("field", 1, 1, "", "", folder=str(folder / ".formiga" / "field"))
         self.sent: list[tuple[str, Any]] = []
         self.what = what
         self.refusal: ApiError | None = None
@@ -156,13 +156,13 @@ def test_a_served_file_is_said_to_be_so(paper: Paper, capsys: Capture) -> None:
 def test_run_reads_the_file_and_requests_just_that_version(paper: Paper, capsys: Capture) -> None:
     assert run(["run", "trees/look.yaml", "-p", "n=1", "--by", "eve"]) == 0
     assert capsys.readouterr().out == "Look-1\n"
-    body = {"task": "Look", "params": {"n": "1"}, "priority": None, "requester": "eve", "bundle": "ab"}
+    body = {"task": "Look", "params": {"n": "1"}, "priority": None, "by": "eve", "bundle": "ab"}
     assert paper.sent[1:] == [("/v1/tasks", body)]
 
 
 def test_run_of_a_name_sends_no_file(paper: Paper) -> None:
     assert run(["run", "Look", "--by", "eve"]) == 0
-    assert paper.sent == [("/v1/tasks", {"task": "Look", "params": {}, "priority": None, "requester": "eve"})]
+    assert paper.sent == [("/v1/tasks", {"task": "Look", "params": {}, "priority": None, "by": "eve"})]
 
 
 def test_one_that_is_not_approved_tells_how_to_approve_the_file(paper: Paper, capsys: Capture) -> None:
@@ -173,7 +173,7 @@ def test_one_that_is_not_approved_tells_how_to_approve_the_file(paper: Paper, ca
 
 @pytest.mark.parametrize("where", ["../look.yaml", ".hidden/look.yaml"])
 def test_only_files_of_the_sites_folder_are_sent(paper: Paper, capsys: Capture, tmp_path: Path, where: str) -> None:
-    paper.address = EngineAddress("field", 1, 1, "", "", str(tmp_path / "site" / ".formiga" / "field"))
+    paper.address = EngineAddress("field", 1, 1, "", "", folder=str(tmp_path / "site" / ".formiga" / "field"))
     file = tmp_path / "site" / where
     file.parent.mkdir(parents=True, exist_ok=True)
     file.write_text(LOOK.replace(", lib/own.yaml", "").replace("Up", "GoHome"), encoding="utf-8")

@@ -108,9 +108,7 @@ class Dying:
 
     def __init__(self, *dies: str) -> None:
         self.dies = list(dies)
-        self.tasks: list[dict[str, Any]] = [
-            {"id": "Hover-1", "task": "Hover", "requester": "scenario", "status": "FAILED"}
-        ]
+        self.tasks: list[dict[str, Any]] = [{"id": "Hover-1", "task": "Hover", "by": "scenario", "status": "FAILED"}]
         self.orders: list[str] = []
 
     def call(self, what: str, do: Callable[[], Any]) -> Any:
@@ -132,7 +130,7 @@ class Dying:
     def post(self, path: str, body: dict[str, Any]) -> Any:
         if path == "/v1/orders":
             return self.call("order", lambda: self.orders.append(body["order"]))
-        made = {"id": f"{body['task']}-{len(self.tasks) + 1}", "requester": body["requester"], "status": "ACTIVE"}
+        made = {"id": f"{body['task']}-{len(self.tasks) + 1}", "by": body["by"], "status": "ACTIVE"}
         self.call("post", lambda: self.tasks.append({**made, "task": body["task"], "code": "", "reason": ""}))
         return made
 

@@ -40,8 +40,8 @@ def test_a_client_cannot_steer_the_terminals_of_others(
 
     monkeypatch.chdir(tmp_path)
     with start() as service:
-        service.post("/v1/tasks", {"task": "Ask", "params": {"word": EVIL}, "requester": EVIL})
-        task = service.post("/v1/tasks", {"task": "Stay", "requester": EVIL})["id"]
+        service.post("/v1/tasks", {"task": "Ask", "params": {"word": EVIL}, "by": EVIL})
+        task = service.post("/v1/tasks", {"task": "Stay", "by": EVIL})["id"]
         service.post(f"/v1/tasks/{task}/abort", {"by": EVIL})
         service.ends(task)
         for words in (

@@ -75,7 +75,7 @@ class Field(Bench):
             self.ask(Duty(pilot, True))
 
     def begin(self, name: str = "Wait", **more: Any) -> str:
-        found = self.submit(name, {}, **{"requester": "rita@desk", **more})
+        found = self.submit(name, {}, **{"by": "rita@desk", **more})
         self.run_for(1)
         return found
 
@@ -91,7 +91,7 @@ class Field(Bench):
 def test_a_task_that_nobody_approved_is_refused_and_the_refusal_says_what_to_do() -> None:
     field = Field()
     with pytest.raises(TaskError) as refused:
-        field.submit("Hop", requester="rita")
+        field.submit("Hop", by="rita")
     assert refused.value.code == "not_approved"
     assert str(refused.value) == (
         f"Hop ({field.digest('Hop')[:8]}) is not approved as it is now; an approver (ann, bob) must:"
@@ -143,18 +143,18 @@ def test_who_requests_a_task_that_lands_away_needs_the_word_of_another() -> None
     field.approve("Far")
     for requester in ("ann", "Ann@desk"):
         with pytest.raises(TaskError, match=f"another person than its requester {requester} must approve it"):
-            field.submit("Far", requester=requester)
+            field.submit("Far", by=requester)
     with pytest.raises(TaskError, match="its requester must be named"):
-        field.submit("Far", requester="http")
-    assert field.submit("Far", requester="bob") == "Far-1"
+        field.submit("Far", by="http")
+    assert field.submit("Far", by="bob") == "Far-1"
     field.approve("Far", by="bob")
-    assert field.submit("Far", requester="ann") == "Far-2"
+    assert field.submit("Far", by="ann") == "Far-2"
 
 
 def test_one_that_lands_at_home_may_be_approved_by_its_requester() -> None:
     field = Field()
     field.approve("Hop")
-    assert field.submit("Hop", requester="ann") == "Hop-1"
+    assert field.submit("Hop", by="ann") == "Hop-1"
 
 
 # -- what a model wrote ------------------------------------------------------------------------------------------------
@@ -168,7 +168,7 @@ def test_what_a_model_wrote_needs_the_word_of_one_who_neither_asked_for_it_nor_r
     written(field)
     digest = field.digest("Hop")[:8]
     with pytest.raises(TaskError) as refused:
-        field.submit("Hop", requester="rita")
+        field.submit("Hop", by="rita")
     assert refused.value.code == "not_approved"
     assert str(refused.value) == (
         f"Hop ({digest}) is not approved as it is now, and was written by a model (local qwen) on the request of eve;"
@@ -183,14 +183,14 @@ def test_what_a_model_wrote_needs_the_word_of_one_who_neither_asked_for_it_nor_r
         )
     field.approve("Hop")
     with pytest.raises(TaskError) as refused:
-        field.submit("Hop", requester="Ann@desk")
+        field.submit("Hop", by="Ann@desk")
     assert str(refused.value) == (
         "Hop was written by a model (local qwen) on the request of eve, and Ann@desk, who requests it, approved it; another"
         " approver (nobody else is named in site.yaml under people: approvers) must: formiga approve Hop --by NAME"
     )
     with pytest.raises(TaskError, match="so that its requester must be named, and another than ann, who approved it"):
-        field.submit("Hop", requester="http")
-    assert field.submit("Hop", requester="eve") == "Hop-1"
+        field.submit("Hop", by="http")
+    assert field.submit("Hop", by="eve") == "Hop-1"
 
 
 def test_an_approval_of_who_asked_for_it_that_stands_already_does_not_count() -> None:
@@ -198,22 +198,22 @@ def test_an_approval_of_who_asked_for_it_that_stands_already_does_not_count() ->
     field.approve("Hop", by="eve")
     written(field)
     with pytest.raises(TaskError) as refused:
-        field.submit("Hop", requester="rita")
+        field.submit("Hop", by="rita")
     assert str(refused.value) == (
         "Hop was written by a model (local qwen) on the request of eve, who cannot approve it alone; another approver (ann)"
         " must: formiga approve Hop --by NAME"
     )
     field.ask(Approve(field.digest("Hop"), "Hop", "eve", at=5))  # an engine that starts tells what stands
     with pytest.raises(TaskError, match="cannot approve it alone"):
-        field.submit("Hop", requester="rita")
+        field.submit("Hop", by="rita")
     field.approve("Hop")
-    assert field.submit("Hop", requester="rita") == "Hop-1"
+    assert field.submit("Hop", by="rita") == "Hop-1"
 
 
 def test_a_waiting_request_of_what_turns_out_to_be_drafted_waits_on() -> None:
     field = Field()
     field.approve("Wait")
-    task_id = field.begin(requester="ann")  # no pilot yet
+    task_id = field.begin(by="ann")  # no pilot yet
     written(field, "Wait")
     field.ask(Duty("pia", True))
     field.run_for(1)
@@ -234,7 +234,7 @@ def test_that_a_model_wrote_it_is_never_taken_back_and_is_part_of_the_state() ->
 
 def test_in_a_simulation_nothing_of_this_binds() -> None:
     field = Field(packaged_world()[0], checks=())
-    task_id = field.begin("Far", requester="")
+    task_id = field.begin("Far", by="")
     assert (field.task(task_id).status, field.task(task_id).pilot) == ("ACTIVE", "")
 
 

@@ -179,13 +179,13 @@ def test_the_same_inputs_give_the_same_bytes() -> None:
 def test_on_a_real_site_a_new_version_is_served_and_not_flown_before_it_is_approved(make: Make) -> None:
     yard = make(task(ONE), mode="real")
     yard.ask(Approve(approval_digest(task(ONE), yard.engine.core.site), "Try", "ann"))
-    yard.submit("Try", requester="eve")
+    yard.submit("Try", by="eve")
     serve(yard, task(TWO))
     with pytest.raises(TaskError, match="is not approved as it is now"):
-        yard.submit("Try", requester="eve")
-    assert yard.task(yard.ask(Submit("Try", requester="eve", bundle=task(ONE).bundle))).version == 1
+        yard.submit("Try", by="eve")
+    assert yard.task(yard.ask(Submit("Try", by="eve", bundle=task(ONE).bundle))).version == 1
     yard.ask(Approve(approval_digest(task(TWO), yard.engine.core.site), "Try", "ann"))
-    assert yard.task(yard.submit("Try", requester="eve")).version == 2
+    assert yard.task(yard.submit("Try", by="eve")).version == 2
 
 
 def test_the_state_says_which_versions_there_are(make: Make) -> None:

@@ -360,7 +360,7 @@ def real(make: Make, *approved: str, on: bool = True, wrote: str = "") -> tuple[
         yard.ask(Serve("Look", mine[1].bundle, "", drafted([wrote])))
     if on:
         yard.ask(Duty("pia", True))
-    found = yard.submit("Try", {}, requester="rita")
+    found = yard.submit("Try", {}, by="rita")
     yard.run_for(0.5)
     return yard, found
 
@@ -385,7 +385,7 @@ def test_an_approved_child_flies_for_who_requested_its_parent_with_a_pilot_of_it
     yard, mine = real(make, "Try", "Look")
 
     look = child(yard, mine)
-    assert (look.status, look.requester, look.pilot) == ("ACTIVE", "rita", "pia")
+    assert (look.status, look.by, look.pilot) == ("ACTIVE", "rita", "pia")
     assert yard.task(mine).pilot == ""  # it flies nothing itself
     for action in ("Rise", "Move", "Home"):
         step(yard, action)

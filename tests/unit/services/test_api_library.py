@@ -106,7 +106,7 @@ def test_a_new_start_serves_it_again_with_a_notice(start: Start, tmp_path: Path)
 def test_on_a_real_site_what_is_loaded_flies_once_it_is_approved(real: Start) -> None:
     with real() as service:
         said = load(service, SHORT)
-        body = {"task": "Stay", "requester": "rita", "bundle": said["bundle"]}
+        body = {"task": "Stay", "by": "rita", "bundle": said["bundle"]}
         assert service.refused("POST", "/v1/tasks", body)["code"] == "not_approved"
         (stay,) = [t for t in service.get("/v1/approvals")["tasks"] if t["task"] == "Stay"]
         digest = stay["digest"]

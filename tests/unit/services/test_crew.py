@@ -43,7 +43,7 @@ def ready(service: Service) -> None:
 
 def test_from_refused_to_flown_and_logged(real: Start, tmp_path: Path) -> None:
     with real() as service:
-        refused = service.refused("POST", "/v1/tasks", {"task": "Hello", "requester": "rita"})
+        refused = service.refused("POST", "/v1/tasks", {"task": "Hello", "by": "rita"})
         assert (refused["status"], refused["code"]) == (403, "not_approved")
         assert "formiga approve Hello --by NAME" in refused["text"]
 
@@ -108,7 +108,7 @@ def test_what_was_taken_back_right_before_a_kill_stands_no_more(real: Start, tmp
     # had been taken back while no engine ran, whose clock need not be that of the engine.
     keep(tmp_path / ".formiga/meadow", digest=whole, task="Hello", by="gone", at=1, revoke=True)
     with real(journal=JournalAt(durability="normal")) as service:
-        assert service.refused("POST", "/v1/tasks", {"task": "Hello", "requester": "rita"})["code"] == "not_approved"
+        assert service.refused("POST", "/v1/tasks", {"task": "Hello", "by": "rita"})["code"] == "not_approved"
         service.post("/v1/approvals", body(service))
     with real(journal=JournalAt(durability="normal")) as service:
         assert [t["approved_by"] for t in service.get("/v1/approvals")["tasks"] if t["task"] == "Hello"] == ["ann"]

@@ -66,7 +66,7 @@ def approve(service: Service, name: str, by: str, *, refused: bool = False) -> A
 
 
 def run(service: Service, name: str, requester: str) -> Any:
-    return service.refused("POST", "/v1/tasks", {"task": name, "requester": requester})["text"]
+    return service.refused("POST", "/v1/tasks", {"task": name, "by": requester})["text"]
 
 
 @pytest.mark.network
@@ -81,7 +81,7 @@ def test_a_copy_that_is_loaded_by_http_is_known_by_what_it_does(real: Start, tmp
         assert f"Rest {WROTE}, and ann, who requests it, approved it; another approver (bob) must" in run(
             service, "Rest", "ann"
         )
-        assert service.post("/v1/tasks", {"task": "Rest", "requester": "rita"})["id"] == "Rest-1"
+        assert service.post("/v1/tasks", {"task": "Rest", "by": "rita"})["id"] == "Rest-1"
 
 
 @pytest.mark.network
@@ -117,7 +117,7 @@ def test_files_that_are_there_at_the_start_are_looked_at_and_an_old_approval_doe
             service, "Stay", "rita"
         )
         approve(service, "Stay", "ann")
-        assert service.post("/v1/tasks", {"task": "Stay", "requester": "rita"})["id"] == "Stay-1"
+        assert service.post("/v1/tasks", {"task": "Stay", "by": "rita"})["id"] == "Stay-1"
         assert service.host.driver.error is None
 
 
@@ -134,4 +134,4 @@ def test_in_a_simulation_it_is_known_and_binds_nobody(start: Start, tmp_path: Pa
     with start() as service:
         load(service, stamped(STAY, EVE))
         assert origin(service, "Stay") == {"by": ["eve"], "model": "local qwen"}
-        assert service.post("/v1/tasks", {"task": "Stay", "requester": "eve"})["id"] == "Stay-1"
+        assert service.post("/v1/tasks", {"task": "Stay", "by": "eve"})["id"] == "Stay-1"

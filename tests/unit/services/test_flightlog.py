@@ -36,7 +36,7 @@ def flown(*texts: str, abort: bool = False, stop: OperatorOrder | None = None) -
     tasks = [task_of(text, site, catalogue) for text in texts] or [packaged_task("move_task")]
     rehearsal = Rehearsal(site, catalogue, tasks, fleet_of(site, catalogue))
     rehearsal.run_for(2)
-    task_id = rehearsal.submit(tasks[0].name, {}, requester="rita")
+    task_id = rehearsal.submit(tasks[0].name, {}, by="rita")
     if abort:
         rehearsal.run_until(lambda: rehearsal.engine.state.agents["lwd_1"].landed == "airborne")
         rehearsal.run_for(10)
