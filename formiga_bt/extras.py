@@ -8,10 +8,13 @@ import re
 import shlex
 import sys
 from importlib.metadata import PackageNotFoundError, requires
+from importlib.util import find_spec
 from typing import Final, Literal
 
+from formiga_bt.errors import UnusableFile
+
 DISTRIBUTION: Final = "formiga-bt"
-Extra = Literal["lsp", "mcp", "llm", "local-llm", "postgres", "parquet"]
+Extra = Literal["lsp", "mcp", "llm", "local-llm", "postgres", "parquet", "charts"]
 """Those of pyproject.toml that somebody who uses formiga_bt may lack."""
 
 
@@ -31,3 +34,20 @@ def install(extra: Extra) -> str:
     """Return the command that installs what an extra requires."""
     named = packages(extra) or [f"{DISTRIBUTION}[{extra}]"]
     return f"{shlex.quote(sys.executable)} -m pip install {shlex.join(named)}"
+
+
+def need_charts(what: str, otherwise: str = "") -> None:
+    """Look whether the packages that draw are there; they are found, not imported.
+
+    Args:
+        what: is to be drawn, as the subject of a sentence in the plural: "charts".
+        otherwise: what can be had without them.
+
+    Raises:
+        UnusableFile: one is missing.
+    """
+    if missing := [name for name in ("matplotlib", "resvg_py") if find_spec(name) is None]:
+        more = f"\n        or {otherwise}" if otherwise else ""
+        raise UnusableFile(
+            f"{what} need {' and '.join(missing)}, not installed here\n  help: {install('charts')}{more}"
+        )

@@ -35,7 +35,9 @@ def command(
     base_url: Annotated[str, typer.Option(help="An endpoint that speaks OpenAI's protocol.", metavar="URL")] = "",
     adapter: Annotated[
         str,
-        typer.Option(help="A LoRA adapter (GGUF) for a local model; none: without the one that ships.", metavar="FILE"),
+        typer.Option(
+            help="A LoRA adapter (GGUF) for a local model; none: without the one of the project.", metavar="FILE"
+        ),
     ] = "",
     site: Annotated[
         Path | None,
@@ -93,6 +95,8 @@ def command(
         before, chosen = _edited(edit, world, chosen)
     options = Options(form=chosen or "short", candidates=candidates, rounds=rounds)
     chat = open_chat(provider, model, base_url=base_url, adapter=adapter, is_change=before is not None)
+    if note := getattr(chat, "note", ""):
+        typer.echo(f"note: {note}", err=True)
     progress = _Progress(quiet=as_json)
     try:
         made = draft(asked, world, chat, options=options, edit=before, on_progress=progress.show)

@@ -40,7 +40,8 @@ def command(
     adapter: Annotated[
         Path | None,
         typer.Option(
-            help="With use, try: a LoRA adapter for a local model; none: without the one that ships.", metavar="FILE"
+            help="With use, try: a LoRA adapter for a local model; none: without the one of the project.",
+            metavar="FILE",
         ),
     ] = None,
 ) -> None:
@@ -107,6 +108,7 @@ def _words(choice: "Choice") -> str:
 
 
 def _fetch(name: str) -> None:
+    from formiga_bt.llm.adapters import absent
     from formiga_bt.llm.fetching import fetch
     from formiga_bt.llm.models import KNOWN, known
 
@@ -116,6 +118,8 @@ def _fetch(name: str) -> None:
         raise UnusableFile(f"'{name}' cannot be fetched\n  help: {names}; or formiga model add FILE")
     there = fetch(found, lambda line: print(line, flush=True))
     print(f"{there.name}: {there.file}\n  SHA-256 {there.sha256}, as {found.source}")
+    if note := absent(there.name):
+        print(f"note: {note}", file=sys.stderr)
 
 
 def _add(file: Path, name: str) -> None:

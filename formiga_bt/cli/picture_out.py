@@ -58,11 +58,14 @@ def form_of(out: Path) -> "Format":
     """Return what a file shall be, before anything is asked or flown.
 
     Raises:
-        UnusableFile: its name does not tell, or its folder is missing.
+        UnusableFile: its name does not tell, its folder is missing, or what draws it is not installed.
     """
+    from formiga_bt.extras import need_charts
     from formiga_bt.show.picture import format_of
 
     form = format_of(out)
+    if form != "txt":
+        need_charts(f"{out.suffix} files", "a file that ends in .txt")
     if not out.parent.is_dir():
         raise UnusableFile(f"cannot write {out}: there is no folder {out.parent}")
     return form

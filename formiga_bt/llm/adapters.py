@@ -1,4 +1,6 @@
-"""LoRA adapters for models on this machine: which one ships for a model, and what its file says of itself.
+"""LoRA adapters for models on this machine: which one a checkout has for a model, and what its file says of itself.
+
+The package that is installed has the adapters' cards, but not their files (13 MB).
 
 An adapter was trained with a prompt of its own; a model that has it is asked with that prompt. The file says which
 (`formiga.prompt`), and for which base it was made (`formiga.base_sha256`).
@@ -24,11 +26,23 @@ _SIZES: Final = {0: 1, 1: 1, 2: 2, 3: 2, 4: 4, 5: 4, 6: 4, 7: 1, 10: 8, 11: 8, 1
 
 
 def shipped(model: OnDisk) -> Path | None:
-    """Return the adapter that ships for a model, if there is one, made for this very file."""
+    """Return the adapter that a checkout has for a model, if there is one, made for this very file."""
     path = FOLDER / f"{model.name}.gguf"
     if not path.is_file():
         return None
     return path if about(path).get("formiga.base_sha256") == model.sha256 else None
+
+
+def absent(name: str) -> str:
+    """Return how to get the adapter of a model, by the model's name; "" if it is here, or there is none."""
+    file = FOLDER / f"{name}.gguf"
+    if file.is_file() or not file.with_suffix(".md").is_file():
+        return ""
+    return (
+        f"the adapter of {name} is not installed; without it drafts are worse\n"
+        f"  help: take formiga_bt/llm/adapters/{file.name} (13 MB) from a checkout of formiga_bt, then:"
+        f" formiga model use {name} --adapter FILE"
+    )
 
 
 def about(path: Path) -> dict[str, str]:

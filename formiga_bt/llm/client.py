@@ -125,12 +125,14 @@ def _only(chat: Endpoint) -> str:
 
 
 def _local(choice: Choice) -> Chat:
-    from formiga_bt.llm.adapters import NONE, shipped
+    from formiga_bt.llm.adapters import NONE, absent, shipped
     from formiga_bt.llm.local import LocalChat
 
     model = usable(choice.model)
     own = Path(choice.adapter) if choice.adapter and choice.adapter != NONE else None
-    return LocalChat(model, adapter=None if choice.adapter == NONE else own or shipped(model))
+    chat = LocalChat(model, adapter=None if choice.adapter == NONE else own or shipped(model))
+    chat.note = "" if choice.adapter else absent(model.name)
+    return chat
 
 
 def _whole_s() -> float:

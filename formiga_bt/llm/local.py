@@ -74,6 +74,8 @@ class LocalChat:
         """Set: the model is asked without its adapter."""
         self.about = ""
         """How the model was started: seconds, memory, threads, context; "" = it was not."""
+        self.note = ""
+        """What a person should know before it is asked; "" = nothing."""
         self._on_disk, self._adapter = model, adapter
         self._fixed, self._context = context, context
         self._whole_s, self._on_start = whole_s, on_start

@@ -58,7 +58,7 @@ KNOWN: Final = (
         sha256="1d9614638d18024d0fbb36575a15f1302a3adf044df10345688ec4f6e1c4ff32",
         context=32768,
         memory_mb=900,
-        good_for="missions in words, with the adapter that ships with formiga",
+        good_for="missions in words, with the adapter of this project",
         source="https://huggingface.co/Qwen/Qwen2.5-Coder-0.5B-Instruct-GGUF",
     ),
     Known(

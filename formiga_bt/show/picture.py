@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Literal
 
 from formiga_bt.errors import UnusableFile
+from formiga_bt.extras import need_charts
 from formiga_bt.show.clean import cleaned
 
 if TYPE_CHECKING:
@@ -84,7 +85,12 @@ def format_of(path: Path) -> Format:
 
 @contextmanager
 def fixed_style() -> Iterator[None]:
-    """Draw the same whatever the user's matplotlib is set to; characters that the font lacks are boxes."""
+    """Draw the same whatever the user's matplotlib is set to; characters that the font lacks are boxes.
+
+    Raises:
+        UnusableFile: matplotlib is not installed.
+    """
+    need_charts("charts")
     import matplotlib as mpl
 
     settings: Any = _FIXED

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Final
 
 from formiga_bt.errors import FormigaError
+from formiga_bt.extras import need_charts
 from formiga_bt.show.facts import Drawing
 from formiga_bt.show.legend import legend_of
 from formiga_bt.show.outline import outline_of
@@ -45,7 +46,11 @@ def painted(svg: str, dpi: int = DPI) -> bytes:
     Args:
         svg: the text of the file.
         dpi: pixels of an inch, that is of 72 points.
+
+    Raises:
+        UnusableFile: what paints, or the font, is not installed.
     """
+    need_charts("PNG files of trees", "draw an svg or html")
     import resvg_py
 
     return bytes(
@@ -57,7 +62,7 @@ def painted(svg: str, dpi: int = DPI) -> bytes:
 
 def _fonts() -> list[Path]:
     spec = find_spec("matplotlib")  # found, not imported: that takes a second
-    if spec is None or spec.origin is None:
-        return []
+    assert spec is not None, "need_charts has looked"
+    assert spec.origin is not None, "a package of files"
     folder = Path(spec.origin).parent / "mpl-data" / "fonts" / "ttf"
     return [path for path in (folder / f"{name}.ttf" for name in FONTS) if path.exists()]

@@ -75,3 +75,14 @@ def test_the_wheel_explains_codes_and_prints_schemas(installed: Path, tmp_path: 
     assert "Wrong:" in formiga(installed, tmp_path, "explain", "E031").stdout
     assert "Why a task ended" in formiga(installed, tmp_path, "explain", "no_agent").stdout
     assert "drone.GoTo" in formiga(installed, tmp_path, "schema", "--editor").stdout
+
+
+def test_the_wheel_has_no_adapter_but_its_card_and_says_where_it_is(installed: Path, tmp_path: Path) -> None:
+    """13 MB that only drafts with one local model need."""
+    assert not list(installed.rglob("*.gguf"))
+    code = "from formiga_bt.llm.adapters import absent; print(absent('qwen2.5-coder-0.5b'), absent('smollm2'))"
+    env = {**os.environ, "PYTHONPATH": str(installed)}
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=tmp_path, env=env, capture_output=True, text=True, check=True
+    )
+    assert "--adapter FILE" in done.stdout

@@ -7,6 +7,8 @@ from typing import get_args
 
 import pytest
 
+from formiga_bt import extras
+from formiga_bt.cli.app import run
 from formiga_bt.extras import Extra, install, packages
 
 ROOT = Path(__file__).parents[2]
@@ -33,3 +35,17 @@ def test_no_text_of_the_program_advises_to_install_it_from_an_index() -> None:
     ]
     assert len(files) > 300
     assert [str(path) for path in files if re.search(r"pip install '?formiga", path.read_text(encoding="utf-8"))] == []
+
+
+@pytest.mark.parametrize("words", [("show", "trees/pick_up.yaml"), ("gantt", "PickUp-1"), ("map", "--all")])
+def test_a_picture_without_the_packages_that_draw_is_refused_with_what_to_install(
+    words: tuple[str, ...], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    monkeypatch.setattr(extras, "find_spec", lambda name: None)
+    monkeypatch.chdir(ROOT)
+    out = tmp_path / "out.png"
+    assert run([*words, "-o", str(out)]) == 2
+    said = capsys.readouterr().err
+    assert "matplotlib and resvg_py" in said
+    assert install("charts") in said
+    assert not out.exists()

@@ -64,3 +64,14 @@ def test_an_adapter_is_used_with_the_very_file_it_was_made_for(tmp_path: Path, m
     assert of("abc") == tmp_path / "tiny.gguf"
     assert of("def") is None
     assert of("abc", "other") is None
+
+
+def test_a_package_with_the_card_alone_says_how_to_get_the_adapter(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(adapters, "FOLDER", tmp_path)
+    (tmp_path / "tiny.md").write_text("# a card")
+    assert "formiga model use tiny --adapter FILE" in adapters.absent("tiny")
+    assert adapters.absent("other") == ""
+    (tmp_path / "tiny.gguf").write_bytes(b"GGUF")
+    assert adapters.absent("tiny") == ""
