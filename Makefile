@@ -1,4 +1,4 @@
-# formiga_bt: the commands of a checkout. Needs only Python 3.11+, git and make; everything else goes into .venv.
+# formiga_bt: the commands of a checkout. Needs only Python 3.11+, git and make; everything else goes into .venv (by uv, if it is there).
 #
 #   make demo     see a small fleet work through missions in simulation
 #   make test     run the tests            (make test EXTERNAL=1: also those that need more than pip installs)
@@ -13,7 +13,13 @@ WORKERS ?= 4
 
 VENV := .venv
 PY := $(VENV)/bin/python
+# What is in the environment: BASE = formiga_bt alone (enough for the demo), STAMP = also what tests need.
+BASE := $(VENV)/.base-from-pyproject
 STAMP := $(VENV)/.made-from-pyproject
+
+# Compiled modules are kept, though the caller's environment says otherwise: without them each command and each
+# worker of the tests compiles all modules anew.
+unexport PYTHONDONTWRITEBYTECODE
 
 .DEFAULT_GOAL := help
 .PHONY: help demo test external lint format bench bench-peers pictures wheel clean
@@ -21,19 +27,33 @@ STAMP := $(VENV)/.made-from-pyproject
 help:
 	@sed -n 's/^#   //p' Makefile
 
-$(STAMP): pyproject.toml
-	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null || { \
-	  echo "formiga_bt needs Python 3.11 or newer, and '$(PYTHON)' is not: install it, or say make PYTHON=/path/to/python3.12" >&2; exit 1; }
-	@$(PY) -m pip --version >/dev/null 2>&1 || { \
-	  echo "making $(VENV)"; rm -rf $(VENV); \
-	  $(PYTHON) -m venv $(VENV) >/dev/null 2>&1 || { rm -rf $(VENV); \
-	    echo "$(PYTHON) cannot make a virtual environment: install its venv module (Debian, Ubuntu: apt install python3-venv)" >&2; \
-	    exit 1; }; }
-	@echo "installing formiga_bt and its tools into $(VENV)"
-	@$(PY) -m pip install --quiet --disable-pip-version-check --editable '.[dev]'
+# uv, where it is installed, makes the environment and installs; what it cannot do (an index that only pip is told of) pip does.
+define environment
+@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null || { \
+  echo "formiga_bt needs Python 3.11 or newer, and '$(PYTHON)' is not: install it, or say make PYTHON=/path/to/python3.12" >&2; exit 1; }
+@$(PY) -m pip --version >/dev/null 2>&1 || { \
+  echo "making $(VENV)"; rm -rf $(VENV); \
+  { command -v uv >/dev/null && uv venv --quiet --seed --python "$$(command -v $(PYTHON))" $(VENV) 2>/dev/null; } || \
+  { rm -rf $(VENV); $(PYTHON) -m venv $(VENV) >/dev/null 2>&1; } || { rm -rf $(VENV); \
+    echo "$(PYTHON) cannot make a virtual environment: install its venv module (Debian, Ubuntu: apt install python3-venv)" >&2; \
+    exit 1; }; }
+endef
+install = { command -v uv >/dev/null && uv pip install --quiet --compile-bytecode --python $(PY) $(1) 2>/dev/null; } || \
+  $(PY) -m pip install --quiet --disable-pip-version-check $(1)
+
+$(BASE): pyproject.toml
+	$(environment)
+	@echo "installing formiga_bt into $(VENV)"
+	@$(call install,--editable .)
 	@touch $@
 
-demo: $(STAMP)
+$(STAMP): pyproject.toml
+	$(environment)
+	@echo "installing formiga_bt and its tools into $(VENV)"
+	@$(call install,--editable '.[dev]')
+	@touch $(BASE) $@
+
+demo: $(if $(wildcard $(STAMP)),$(STAMP),$(BASE))
 	@$(VENV)/bin/formiga demo
 
 # EXTERNAL=1 runs everything in one go, and a test that says it cannot run then fails (tests/conftest.py).
@@ -43,7 +63,7 @@ test: $(STAMP) $(if $(EXTERNAL),external)
 
 # What tests marked `external` need of pip; Node.js, npm, graphviz and tmux are the machine's (.ci/run installs them).
 external: $(STAMP)
-	@$(PY) -m pip install --quiet --disable-pip-version-check --editable '.[dev,btcpp,peers,local-llm,experiments,postgres,parquet]'
+	@$(call install,--editable '.[dev,btcpp,peers,local-llm,experiments,postgres,parquet]')
 	@command -v npm >/dev/null || { echo "tests marked external need Node.js and npm (Debian, Ubuntu: apt install nodejs npm)" >&2; exit 1; }
 	@command -v dot >/dev/null || { echo "tests marked external need graphviz (Debian, Ubuntu: apt install graphviz)" >&2; exit 1; }
 	@command -v postgres >/dev/null || ls /usr/lib/postgresql/*/bin/postgres >/dev/null 2>&1 || { echo "tests marked external need PostgreSQL (Debian, Ubuntu: apt install postgresql)" >&2; exit 1; }
@@ -65,7 +85,7 @@ bench: $(STAMP)
 
 # Writes tables, JSON and a plot to benchmarks/results/. Let nothing else run meanwhile.
 bench-peers: $(STAMP)
-	@$(PY) -m pip install --quiet --disable-pip-version-check --editable '.[dev,btcpp,peers]'
+	@$(call install,--editable '.[dev,btcpp,peers]')
 	@$(PY) benchmarks/bench_peers.py --full
 	@$(PY) benchmarks/bench_reaction.py
 	@$(PY) benchmarks/bench_leak.py
