@@ -14,6 +14,7 @@ from typing import Any, Final
 
 from formiga_bt.durable import move_aside
 from formiga_bt.errors import SiteError
+from formiga_bt.person_secrets import SECRETS, read_secrets
 from formiga_bt.transport.bounds import MOST_EPOCH
 
 MOST_BYTES: Final = 256_000_000
@@ -46,6 +47,14 @@ def _is_text(file: Path) -> bool:
     return file.read_text(encoding="utf-8").strip().isprintable()
 
 
+def _is_secrets(file: Path) -> bool:
+    try:
+        read_secrets(file.parent)
+    except SiteError:
+        return False
+    return True
+
+
 def _json(file: Path) -> dict[str, Any]:
     said = json.loads(file.read_text(encoding="utf-8"))
     if not isinstance(said, dict):
@@ -71,6 +80,7 @@ FILES: Final[Mapping[str, tuple[Check, str]]] = {
     "no-journal": (_is_empty, "nothing is lost"),
     "engine.json": (_is_object, "nothing is lost"),
     "token": (_is_token, "a new token is made; callers from other machines need it"),
+    SECRETS: (_is_secrets, "nobody has a secret any more: each sets a new one, formiga access secret NAME"),
     "approvals.jsonl": (_is_lines, "what it approved is not approved any more: approve anew"),
     "drafted.jsonl": (_is_lines, "which tasks a model wrote is known from their files and from the journal only"),
     "journal.at": (_is_text, "the journal is looked for in the runtime folder; name it: --journal FILE|URL"),

@@ -15,6 +15,7 @@ import typer
 
 from formiga_bt.cli.client import Client, connect, print_json, print_table, show_next
 from formiga_bt.cli.inputs import UnusableFile, World, find_tasks, is_demo, read_task, read_world, rendered, task_files
+from formiga_bt.cli.proving import as_header, check_secret, own_secret
 from formiga_bt.errors import FormigaError, TreeError
 from formiga_bt.packaged import folder
 from formiga_bt.safety.approval import TYPED, approval_digest, lands_away, others_than, same_person
@@ -43,7 +44,8 @@ def command(
 ) -> None:
     """Approve a task for flights on a site in mode real: as it is now, with its imports, the catalogue and the site's fences.
 
-    Shows what it may do, and asks to type the first 8 characters of the digest. Any change of one of the files voids the
+    Shows what it may do, and asks to type the first 8 characters of the digest, and for the secret of NAME (formiga access
+    secret NAME; scripts: FORMIGA_SECRET, or the file that FORMIGA_SECRET_FILE names). Any change of one of the files voids the
     approval. A task that lands away from its machine's home must be approved by another person than its requester; one that
     a language model wrote also by another than who had it written.
     """
@@ -71,8 +73,13 @@ def command(
         _check_another(world.site, found.name, wrote, by)
         _ask(found.name, digest)
     body = {"task": found.name, "by": by, "digest": digest, "typed": digest[:TYPED], "revoke": revoke}
+    secret = own_secret(by)
     with _keeper(runtime, site, world.site.name) as client:
-        said = client.post("/v1/approvals", body)["text"] if client is not None else _keep(runtime, body)
+        said = (
+            client.post("/v1/approvals", body, headers=as_header(secret))["text"]
+            if client is not None
+            else _keep(runtime, body, secret)
+        )
     typer.echo(said)
     show_next("formiga approve --list", f"formiga run {found.name}")
 
@@ -125,9 +132,10 @@ def _keeper(runtime: Path, site: Path, name: str) -> Iterator[Client | None]:
         yield None
 
 
-def _keep(runtime: Path, body: dict[str, Any]) -> str:
+def _keep(runtime: Path, body: dict[str, Any], secret: str) -> str:
     from formiga_bt.services.crew import keep, standing
 
+    check_secret(runtime, body["by"], secret)
     revoke, digest = body["revoke"], body["digest"]
     what = f"{body['task']} ({digest[:TYPED]})"
     if revoke and not any(one.digest == digest for one in standing(runtime)):

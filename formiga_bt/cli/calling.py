@@ -105,9 +105,9 @@ class Client:
         """
         return self._call("GET", path, query)
 
-    def post(self, path: str, body: Any = None, *, key: str = "") -> Any:
+    def post(self, path: str, body: Any = None, *, key: str = "", headers: Mapping[str, str] | None = None) -> Any:
         """Return what a POST answers; `key` is its Idempotency-Key."""
-        return self._call("POST", path, {}, body, {"Idempotency-Key": key} if key else {})
+        return self._call("POST", path, {}, body, {**(headers or {}), **({"Idempotency-Key": key} if key else {})})
 
     def events(self, after: str = "", task: str = "") -> Iterator[Event]:
         """Yield what happens, and signs of life in between; ends with the engine."""

@@ -17,6 +17,9 @@ def command(
 ) -> None:
     """Put a pilot on duty, or take them off. In mode real each machine flies under the name of a pilot on duty.
 
+    There the pilot's own secret is asked for (formiga access secret PILOT), or taken from FORMIGA_SECRET, or the file that
+    FORMIGA_SECRET_FILE names.
+
     Whoever goes off duty gets no more machines; those under their name already stay so until they are released. After a
     start of the engine nobody is on duty.
     """
@@ -24,7 +27,13 @@ def command(
         raise UnusableFile("say formiga duty PILOT on, formiga duty PILOT off, or formiga duty --list")
     client = connect(site)
     if pilot:
-        reply = client.post(f"/v1/pilots/{segment(pilot)}/duty", {"on": word == "on", "by": user()})
+        headers = {}
+        if client.get("/v1/pilots")["mode"] == "real":
+            from formiga_bt.cli.proving import secret_header
+
+            headers = secret_header(pilot)
+        body = {"on": word == "on", "by": user()}
+        reply = client.post(f"/v1/pilots/{segment(pilot)}/duty", body, headers=headers)
         if as_json:
             print_json(reply)
             return

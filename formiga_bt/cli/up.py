@@ -274,11 +274,15 @@ def _banner(host: "EngineHost", people: dict[str, str], sim: bool) -> None:
 def _open(host: "EngineHost") -> list[str]:
     """Return who may command this site without being asked for more, as far as its people must know, in sentences."""
     from formiga_bt.endpoints import is_local
+    from formiga_bt.person_secrets import command as command_for
 
     found = []
     if host.needs_token:
         file = host.runtime_folder / "token"
         found.append(f"each request must bring the site's token ({file}); the commands in this folder do")
+    if silent := host.proofs.without():
+        who, verb = ", ".join(silent), "have" if len(silent) > 1 else "has"
+        found.append(f"{who} {verb} no secret yet, so cannot approve or go on duty: {command_for(silent[0])}")
     beyond = not is_local(host.endpoint)
     if host.endpoint and (beyond or host.site.mode == "real"):
         who = "other machines" if beyond else "processes of this machine"

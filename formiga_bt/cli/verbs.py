@@ -67,6 +67,7 @@ _TABLE = (
     Verb("preflight", "preflight", "Show whether machines are ready to fly."),
     Verb("agents", "agents", "List machines and people; clear one."),
     Verb("approve", "approve", "Approve a task for flights on a real site."),
+    Verb("access", "access", "Set the secret with which a person approves and goes on duty."),
     Verb("duty", "duty", "Put a pilot on duty, or take them off."),
     Verb("log", "log", "Export the flight log."),
     Verb("inbox", "inbox", "List the questions that wait for a person."),

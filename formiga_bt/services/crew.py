@@ -4,7 +4,7 @@ Approvals are kept in the site's runtime folder, one line each time a person giv
 outage of an engine with a journal; after a longer one (`resume_hold_after`) nobody is on duty until they say so.
 """
 
-from collections.abc import Iterable
+from collections.abc import Container, Iterable
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Protocol
@@ -17,8 +17,10 @@ from formiga_bt.engine.inputs import Approve, Duty, Input, Step
 from formiga_bt.engine.library import Bundles
 from formiga_bt.errors import FormigaError, TaskError
 from formiga_bt.lang.model import Catalogue, Site
+from formiga_bt.lang.site.keys import APPROVERS
 from formiga_bt.safety.approval import TYPED, approval_digest, lands_away
 from formiga_bt.safety.drafted import written
+from formiga_bt.services.proving import Proofs
 from formiga_bt.services.refused import Refused
 from formiga_bt.services.view import View
 from formiga_bt.services.words import hint_for
@@ -119,9 +121,13 @@ class Crew:
         driver: of the running engine.
         view: its read-only copy.
         site, tasks, catalogue: what the engine was made of.
+        proofs: compares the secrets that people say something with.
     """
 
-    def __init__(self, driver: Driver, view: View, site: Site, tasks: Bundles, catalogue: Catalogue) -> None:
+    def __init__(
+        self, driver: Driver, view: View, site: Site, tasks: Bundles, catalogue: Catalogue, proofs: Proofs
+    ) -> None:
+        self._proofs = proofs
         self._driver = driver
         self._view = view
         self._site = site
@@ -148,12 +154,14 @@ class Crew:
         others = [{"task": a.task, "digest": d, "by": a.by, "unix_millis": a.at // 1000} for d, a in given.items()]
         return {"mode": self._site.mode, "tasks": tasks, "others": others}
 
-    def approve(self, task: str, digest: str, typed: str, by: str, *, revoke: bool = False) -> str:
+    def approve(self, task: str, digest: str, typed: str, by: str, *, secret: str = "", revoke: bool = False) -> str:
         """Approve a task that is served, or take that back; return what happened.
 
         Raises:
-            Refused: unknown task, a digest that is not the one served, not typed, or not by an approver.
+            Refused: not by an approver, or without their secret (`Proofs.check`); unknown task, a digest that is not the one
+                served, or not typed.
         """
+        self._prove(by, secret, self._site.people.get(APPROVERS, ()))
         model = self._tasks.get(task)
         digests = [approval_digest(one, self._site) for one in self._tasks.versions(task)]
         served = approval_digest(model, self._site) if model is not None else ""
@@ -196,17 +204,23 @@ class Crew:
                 )  # fmt: skip
         return {"mode": self._site.mode, "pilots": pilots}
 
-    def duty(self, pilot: str, by: str, *, on: bool) -> str:
+    def duty(self, pilot: str, by: str, *, on: bool, secret: str = "") -> str:
         """Put a pilot on duty, or take them off; return what happened.
 
         Raises:
-            Refused: no pilot of this site.
+            Refused: no pilot of this site, or without their secret (`Proofs.check`).
         """
-        self._ask(Duty(pilot, on, by))
+        self._prove(pilot, secret, self._site.pilots)
+        self._ask(Duty(pilot, on, pilot if self._proofs.needed else by))
         self._view.catch_up()
         still: list[str] = next((p["machines"] for p in self.duties()["pilots"] if p["pilot"] == pilot), [])
         left = f"; still under that name: {', '.join(still)}" if still and not on else ""
         return f"{pilot} is {'on' if on else 'off'} duty{left}"
+
+    def _prove(self, person: str, secret: str, known: Container[str]) -> None:
+        """Compare the secret of a person, of whom the engine would take the word; that of others it refuses."""
+        if person in known:
+            self._proofs.check(person, secret)
 
     def _ask(self, given: Input) -> None:
         try:

@@ -1,12 +1,22 @@
 """Routes about who may let a task fly: approvals and pilots. Thin, over `Crew`; `api` builds them into its app."""
 
 from typing import Annotated, Any
+from urllib.parse import unquote
 
-from fastapi import FastAPI
+from fastapi import FastAPI, Header
 from pydantic import Field
 
 from formiga_bt.services.crew import Crew
 from formiga_bt.services.models import Body, ByBody, Id, Name, Reply
+
+Secret = Annotated[
+    str,
+    Header(
+        alias="Formiga-Secret",
+        max_length=2400,
+        description="In mode real: the secret of the person who says this (`formiga access secret`), as UTF-8 percent-encoded.",
+    ),
+]
 
 
 class ApprovalBody(Body):
@@ -37,9 +47,10 @@ def add(app: FastAPI, crew: Crew) -> None:
         return crew.approvals()
 
     @app.post("/v1/approvals", tags=["safety"])
-    def approve(body: ApprovalBody) -> Reply:
+    def approve(body: ApprovalBody, formiga_secret: Secret = "") -> Reply:
         """Approve a task for flights in mode real, as a person who has read it. No program approves."""
-        return Reply(text=crew.approve(body.task, body.digest, body.typed, body.by, revoke=body.revoke))
+        secret = unquote(formiga_secret)
+        return Reply(text=crew.approve(body.task, body.digest, body.typed, body.by, secret=secret, revoke=body.revoke))
 
     @app.get("/v1/pilots", tags=["safety"])
     def pilots() -> dict[str, Any]:
@@ -47,6 +58,6 @@ def add(app: FastAPI, crew: Crew) -> None:
         return crew.duties()
 
     @app.post("/v1/pilots/{pilot}/duty", tags=["safety"])
-    def duty(pilot: str, body: DutyBody) -> Reply:
-        """Put a pilot on duty, or take them off."""
-        return Reply(text=crew.duty(pilot, body.by or "http", on=body.on))
+    def duty(pilot: str, body: DutyBody, formiga_secret: Secret = "") -> Reply:
+        """Put a pilot on duty, or take them off; in mode real they say so themselves."""
+        return Reply(text=crew.duty(pilot, body.by or "http", on=body.on, secret=unquote(formiga_secret)))

@@ -48,6 +48,7 @@ from formiga_bt.services.local import close_local, open_local
 from formiga_bt.services.not_served import NotServed
 from formiga_bt.services.orders import Orders
 from formiga_bt.services.past_routes import PastReader
+from formiga_bt.services.proving import Proofs
 from formiga_bt.services.recalling import Recall
 from formiga_bt.services.resuming import Comeback, Pulse
 from formiga_bt.services.standing import lockdown_out, wall_us
@@ -134,6 +135,7 @@ class EngineHost:
         self._trees = beside / "trees"
         self._folder = SiteFolder(beside, site.name)
         self._store = BundleStore(self._folder.path)
+        self.proofs = Proofs(self._folder.path, site)
         self.journaling = Journaling(self._folder, site.name, journal, self._keep, start_anew=start_anew)
         self._texts = dict(texts or {})
         self._failpoint = failpoint
@@ -232,7 +234,7 @@ class EngineHost:
         )  # fmt: skip
         self.past = PastReader(lambda: self.journaling.word, self.site.name)
         self._opened.append(self.past.close)
-        self.crew = crew.Crew(self.driver, self.view, self.site, self._tasks, self._catalogue)
+        self.crew = crew.Crew(self.driver, self.view, self.site, self._tasks, self._catalogue, self.proofs)
         for person, kind in self._desk_types.items():
             self._desk.add_person(person, kind)
             self.orders.desk_people.add(person)
@@ -240,7 +242,7 @@ class EngineHost:
         self._opened.append(self.view.stop)
         flights.start()
         self._opened.append(flights.stop)
-        self.house = House(self._tell_trouble, [clock_check(self.driver.clock), self._set_aside])
+        self.house = House(self._tell_trouble, [clock_check(self.driver.clock), self._set_aside, self.proofs.troubles])
         self._opened.append(self.house.stop)
         self._opened.append(self._stop_server)
         self._opened.append(self._stop_driver)  # first: requests that wait for it are answered, then the server ends

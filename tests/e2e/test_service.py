@@ -11,11 +11,11 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
-from urllib.request import urlopen
 
 import pytest
 
 from agents_sim.launch import FleetProcesses
+from formiga_bt.cli.calling import Client
 from formiga_bt.cli.inputs import read_world
 from formiga_bt.rehearsal import fleet_of
 from formiga_bt.site_folder import EngineAddress, find_engines
@@ -42,10 +42,11 @@ class Shell:
     def __init__(self, folder: Path) -> None:
         self.folder = folder
         self.engines: list[subprocess.Popen[str]] = []
+        self.environment: dict[str, str] = {}
         self.program: tuple[str, ...] = ("-m", "formiga_bt")
 
     def start(self, *words: str) -> "subprocess.Popen[str]":
-        environment = {**os.environ, "PYTHONUNBUFFERED": "1"}
+        environment = {**os.environ, "PYTHONUNBUFFERED": "1", **self.environment}
         return subprocess.Popen(
             [sys.executable, *self.program, *words], cwd=self.folder, env=environment, stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
@@ -114,8 +115,7 @@ def wait_for_agents(shell: Shell, number: int) -> None:
     (engine,) = find_engines(shell.folder)
     until = time.monotonic() + 30
     while True:
-        with urlopen(f"{engine.url}/v1/agents", timeout=20) as answer:
-            agents = json.loads(answer.read())["agents"]
+        agents = Client(engine).get("/v1/agents")["agents"]
         if sum(a["position"] is not None or a["at_desk"] for a in agents) >= number:
             return
         assert time.monotonic() < until, agents

@@ -2,17 +2,21 @@
 
 import json
 import os
+import shutil
 from pathlib import Path
 
 import pytest
 
 from formiga_bt.cli.app import run
 from formiga_bt.cli.init import HELLO, SITE
+from formiga_bt.durable import private_folder
+from formiga_bt.person_secrets import LEAST_N, hashed, write_secret
 from formiga_bt.services.crew import standing
 from formiga_bt.site_folder import FLIGHTS, append_line
 from tests.e2e.terminal import at_terminal
 
 REAL = "people: {watchers: [watcher_1], approvers: [ann, bob]}\npilots: [{id: pia, max_airborne: 1}]\n"
+SECRET = "the same of both"
 ASKS = r"Type the first 8 characters of the digest.*: $"
 
 
@@ -25,6 +29,10 @@ def site(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     (tmp_path / "trees").mkdir()
     (tmp_path / "trees" / "hello.yaml").write_text(HELLO, encoding="utf-8")
     monkeypatch.chdir(tmp_path)
+    private_folder(tmp_path / ".formiga" / "meadow")
+    for person in ("ann", "bob"):
+        write_secret(tmp_path / ".formiga" / "meadow", person, hashed(SECRET, (LEAST_N, 8, 1)))
+    monkeypatch.setenv("FORMIGA_SECRET", SECRET)
     return tmp_path
 
 
@@ -48,6 +56,36 @@ def test_a_person_reads_what_it_may_do_and_types_the_digest(site: Path) -> None:
     assert "  limits  lwd: reserve 25 %, at most 120 m high, " in shown
 
 
+@pytest.mark.parametrize(
+    ("said", "says"),
+    [("", "on a real site ann says this with a secret of ann's own"), ("not it", "that is not the secret of ann")],
+)
+def test_without_an_engine_the_secret_is_asked_for_too(
+    site: Path, monkeypatch: pytest.MonkeyPatch, said: str, says: str
+) -> None:
+    monkeypatch.delenv("FORMIGA_SECRET")
+    code, shown = at_terminal(
+        site, "approve", "Hello", "--by", "ann", until=ASKS, types=lambda shown: digest_in(shown)[:8],
+        then=[("Secret of ann: $", said)],
+    )  # fmt: skip
+    assert code == 1
+    assert f"formiga: {says}" in shown
+    assert "help: formiga access secret ann" in shown
+    assert standing(site / ".formiga/meadow") == []
+
+
+def test_nobody_takes_an_approval_back_for_another(
+    site: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("FORMIGA_SECRET", "not the right one")
+    assert run(["approve", "Hello", "--by", "bob", "--revoke"]) == 1
+    monkeypatch.delenv("FORMIGA_SECRET")
+    assert run(["approve", "Hello", "--by", "bob", "--revoke"]) == 1
+    said = capfd.readouterr().err
+    assert "that is not the secret of bob" in said
+    assert "with a secret of bob's own" in said
+
+
 def test_another_line_than_the_digest_approves_nothing(site: Path) -> None:
     code, shown = at_terminal(site, "approve", "Hello", "--by", "ann", until=ASKS, types=lambda _: "yes")
     assert code == 1
@@ -62,7 +100,7 @@ def test_no_program_approves(site: Path, capfd: pytest.CaptureFixture[str]) -> N
     assert (
         "  lands   AWAY from home, so that its requester may not approve it:\n    drone.LandIn at target (" in said.out
     )
-    assert not (site / ".formiga").exists()
+    assert standing(site / ".formiga/meadow") == []
 
 
 @pytest.mark.parametrize(
@@ -120,6 +158,7 @@ def test_a_changed_letter_voids_it_and_revoking_needs_no_terminal(
 
 
 def test_the_flight_log_goes_out_without_an_engine(site: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    shutil.rmtree(site / ".formiga")
     assert run(["log", "export"]) == 1
     assert "no site was run here, so that there is no flight log" in capfd.readouterr().err
     flight = {

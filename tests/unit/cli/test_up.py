@@ -147,11 +147,13 @@ def banner_of(
     *,
     mode: str = "simulation",
     endpoint: str = "tcp/127.0.0.1:1",
+    silent: Sequence[str] = (),
 ) -> list[str]:
     """Return the lines that a start prints."""
     host = SimpleNamespace(
         served=list(served), refused=tuple(refused), endpoint=endpoint, epoch=3, needs_token=mode == "real",
-        runtime_folder=Path("run"), site=SimpleNamespace(name="north", mode=mode), address=SimpleNamespace(url="http://here"),
+        runtime_folder=Path("run"), proofs=SimpleNamespace(without=lambda: list(silent)),
+        site=SimpleNamespace(name="north", mode=mode), address=SimpleNamespace(url="http://here"),
         journaling=SimpleNamespace(text="none", aside=[]), resumed=[], restored=[], set_aside=[], clock_text="",
     )  # fmt: skip
     capsys.readouterr()
@@ -193,6 +195,11 @@ def test_the_banner_says_who_is_not_asked(
     rows = [row for row in banner_of([], ["Hello"], capsys, mode=mode, endpoint=endpoint) if row.startswith("  open ")]
     assert len(rows) == len(says)
     assert all(part in row for part, row in zip(says, rows, strict=True))
+
+
+def test_the_banner_names_who_cannot_approve_yet(capsys: pytest.CaptureFixture[str]) -> None:
+    rows = banner_of([], ["Hello"], capsys, mode="real", silent=["ann", "pia"])
+    assert "  open    ann, pia have no secret yet, so cannot approve or go on duty: formiga access secret ann" in rows
 
 
 @pytest.mark.parametrize("mode", ["real", "simulation"])

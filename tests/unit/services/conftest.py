@@ -4,15 +4,19 @@ import json
 import time
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
+from functools import cache
 from pathlib import Path
 from typing import Any
 from urllib.error import HTTPError
+from urllib.parse import quote
 from urllib.request import Request, urlopen
 
 import pytest
 
 from formiga_bt.cli.init import HELLO, SITE
 from formiga_bt.cli.inputs import read_task, read_world
+from formiga_bt.durable import private_folder
+from formiga_bt.person_secrets import LEAST_N, Hashed, hashed, write_secret
 from formiga_bt.services.host import EngineHost
 from tests.unit.services.wire import Wire
 
@@ -68,7 +72,12 @@ class Service:
             self.headers["Authorization"] = f"Bearer {token}"
 
     def call(self, method: str, path: str, body: Any = None, headers: dict[str, str] | None = None) -> tuple[int, Any]:
-        """Return status and JSON of an answer. A body of bytes goes as it is."""
+        """Return status and JSON of an answer. A body of bytes goes as it is; whoever approves says their secret."""
+        person = (
+            path.split("/")[3] if path.endswith("/duty") else body["by"] if path == "/v1/approvals" and body else ""
+        )
+        if person:
+            headers = {"Formiga-Secret": quote(secret_of(person)), **(headers or {})}
         data = body if body is None or isinstance(body, bytes) else json.dumps(body).encode()
         made = Request(f"{self.url}{path}", data, {**self.headers, **(headers or {})}, method=method)
         try:
@@ -133,6 +142,21 @@ def make_real(tmp_path: Path) -> None:
     file = tmp_path / "site.yaml"
     text = file.read_text(encoding="utf-8").replace("mode: simulation", "mode: real")
     file.write_text(text.replace("people: {watchers: [watcher_1]}\n", REAL), encoding="utf-8")
+    folder = tmp_path / ".formiga" / "meadow"
+    private_folder(folder)
+    for person in ("ann", "bob", "pia"):
+        write_secret(folder, person, cheap(secret_of(person)))
+
+
+def secret_of(person: str) -> str:
+    """Return the secret that `make_real` sets."""
+    return f"{person}'s own, with ä % and blanks"
+
+
+@cache
+def cheap(secret: str) -> Hashed:
+    """Return a hash that costs as little as is taken."""
+    return hashed(secret, (LEAST_N, 8, 1))
 
 
 def starter(tmp_path: Path) -> Start:

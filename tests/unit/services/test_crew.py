@@ -10,18 +10,15 @@ from formiga_bt.services.crew import keep, standing, taken_back
 from formiga_bt.services.journaling import JournalAt
 from formiga_bt.site_folder import APPROVALS
 from formiga_bt.transport.messages import PreflightCheck
-from tests.unit.services.conftest import Service, Start
+from tests.unit.services.conftest import Service, Start, make_real
 
 pytestmark = pytest.mark.network
-REAL = "people: {watchers: [watcher_1], approvers: [ann, bob]}\npilots: [{id: pia, max_airborne: 1}]\n"
 
 
 @pytest.fixture
 def real(tmp_path: Path, start: Start) -> Start:
     """Start a service whose site is in mode real."""
-    file = tmp_path / "site.yaml"
-    text = file.read_text(encoding="utf-8").replace("mode: simulation", "mode: real")
-    file.write_text(text.replace("people: {watchers: [watcher_1]}\n", REAL), encoding="utf-8")
+    make_real(tmp_path)
     return start
 
 
