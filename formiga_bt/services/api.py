@@ -6,20 +6,19 @@ event stream is asynchronous.
 
 import asyncio
 import contextlib
-import functools
 import json
 from collections.abc import AsyncIterator, Callable, Sequence
 from http import HTTPStatus
 from typing import Annotated, Any, Final, Literal, Protocol
 
-from fastapi import FastAPI, Header, Query, Request, Response
+from fastapi import FastAPI, Header, Query, Request
 from fastapi.exceptions import RequestValidationError
 from fastapi.responses import JSONResponse, StreamingResponse
 from starlette.exceptions import HTTPException
 
 from formiga_bt import __version__
 from formiga_bt.clock import Micros, micros
-from formiga_bt.services import crew_routes, library_routes, order_routes, past_routes, seeing_routes
+from formiga_bt.services import crew_routes, library_routes, openapi, order_routes, past_routes, seeing_routes
 from formiga_bt.services import models as m
 from formiga_bt.services.crew import Crew
 from formiga_bt.services.crowd import Crowd
@@ -77,6 +76,8 @@ class Host(Protocol):
     source: Source
     past: past_routes.PastReader
     refused: tuple[NotServed, ...]
+    needs_token: bool
+    """Whether its doors ask for the site's token."""
 
     @property
     def feed(self) -> Feed:
@@ -117,7 +118,7 @@ def application(host: Host) -> FastAPI:
         title="formiga_bt",
         version=__version__,
         description="Tasks, agents and questions of one engine. Errors are application/problem+json.",
-        openapi_url=None,  # `_described` serves it, written once
+        openapi_url=None,  # `openapi` serves it
         docs_url=None,  # their pages load scripts from elsewhere
         redoc_url=None,
         responses={"4XX": {"model": m.Problem}, "5XX": {"model": m.Problem}},
@@ -132,18 +133,8 @@ def application(host: Host) -> FastAPI:
     _people(app, host.orders)
     library_routes.add(app, host.loading, host.refused)
     _engine(app, host)
-    _described(app)
+    openapi.serve(app, needs_token=host.needs_token)
     return app
-
-
-def _described(app: FastAPI) -> None:
-    """Serve the OpenAPI document. It is written once: writing it takes long enough to hold up others."""
-    app.openapi_url = "/v1/openapi.json"
-    text = functools.cache(lambda: json.dumps(app.openapi(), ensure_ascii=False).encode())
-
-    @app.get(app.openapi_url, include_in_schema=False)
-    def openapi() -> Response:
-        return Response(text(), media_type="application/json")
 
 
 def guarded(
@@ -200,7 +191,7 @@ def _tasks(app: FastAPI, orders: Orders) -> None:
         status: Annotated[str, Query(max_length=20, description="open, held, or a status; empty: all")] = "",
         limit: Annotated[int, Query(ge=1, le=10_000)] = 100,
     ) -> m.TasksOut:
-        """List tasks, newest first."""
+        """List tasks: those under way, then all others, each newest first."""
         return orders.tasks(status, limit)
 
     @app.get("/v1/tasks/{task_id}", tags=["tasks"])
