@@ -23,6 +23,8 @@ OVER: Final = frozenset({"SUCCEEDED", "FAILED", "CANCELED"})
 ASK_EVERY_S: Final = 0.5
 EXIT_NO, EXIT_INTERRUPTED = 1, 130
 REQUESTER: Final = "scenario"
+ALL_TASKS: Final = 10_000
+"""As many as one answer may list: a new one must be among them however many are under way."""
 T = TypeVar("T")
 
 
@@ -123,7 +125,7 @@ class Requests:
 
     def _request(self, api: Api, entry: "ScenarioTask") -> str | None:
         """Request a task, once: an engine that died before it answered may have taken it."""
-        there = api.call(lambda client: client.get("/v1/tasks", limit=100)["tasks"])
+        there = api.call(lambda client: client.get("/v1/tasks", limit=ALL_TASKS)["tasks"])
         if there is None:
             return None
         mine = [task["id"] for task in there if task["task"] == entry.task and task["by"] == REQUESTER]
@@ -221,10 +223,12 @@ def _call(order: "ScenarioOrder", target: str) -> tuple[str, dict[str, Any]]:
 
 
 def _newest(client: Client, name: str) -> str:
-    newest_first = [task for task in client.get("/v1/tasks", status="open")["tasks"] if task["task"] == name]
-    if not newest_first:
+    from formiga_bt.show.listed import natural
+
+    found = client.get("/v1/tasks", status="open", limit=ALL_TASKS)["tasks"]
+    if not (mine := [str(task["id"]) for task in found if task["task"] == name]):
         raise FormigaError(f"no task '{name}' is open")
-    return str(newest_first[0]["id"])
+    return max(mine, key=natural)
 
 
 def _client(endpoint: str | None) -> Client | None:

@@ -24,14 +24,14 @@ def command(
     status: Annotated[
         str, typer.Option(help="Only: open, held, or one status, for example FAILED.", metavar="STATUS")
     ] = "",
-    limit: Annotated[int, typer.Option(help="At most so many, newest first.", min=1, max=10_000)] = 30,
+    limit: Annotated[int, typer.Option(help="At most so many.", min=1, max=10_000)] = 30,
     library: Annotated[bool, typer.Option("--library", help="List what can be requested instead.")] = False,
     as_json: JsonOption = False,
     site: SiteOption = None,
     url: UrlOption = "",
     token_file: TokenFileOption = None,
 ) -> None:
-    """List tasks, newest first: id, status, agents, what became of it."""
+    """List tasks, those under way first, then the newest: id, status, agents, what became of it."""
     try:
         client = connect(site, url, token_file)
     except NoEngine as error:
@@ -57,7 +57,7 @@ def command(
     print_table(rows)
     first = found["tasks"][0]["id"]
     if found["total"] > len(found["tasks"]):
-        typer.echo(f"... and {found['total'] - len(found['tasks'])} older ones: --limit {found['total']}")
+        typer.echo(f"... and {found['total'] - len(found['tasks'])} more: --limit {found['total']}")
     held = [task["id"] for task in found["tasks"] if task["held"]]
     show_next(*(["formiga lockdown release"] if found["lockdown"]["on"] else []), f"formiga why {[*held, first][0]}")
 

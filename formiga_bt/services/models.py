@@ -202,7 +202,7 @@ class TaskDetail(TaskOut):
 
 
 class TasksOut(BaseModel):
-    """Tasks, newest first."""
+    """Tasks: those under way (ASSIGNED, ACTIVE, ENDING), then all others, each newest first."""
 
     tasks: list[TaskOut]
     total: int

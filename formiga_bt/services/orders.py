@@ -53,6 +53,9 @@ class Waits(NamedTuple):
     expires: Micros | None = None
 
 
+UNDER_WAY: Final = frozenset({"ASSIGNED", "ACTIVE", "ENDING"})
+"""Statuses of tasks that have their agents."""
+
 UNSAID: Final = Waits()
 
 
@@ -244,7 +247,9 @@ class Orders:
         return with_keeping(f"{task_id} ends: {first}; what stands away from its port stays there", reply)
 
     def tasks(self, status: str = "", limit: int = 100) -> out.TasksOut:
-        """Return tasks, newest first. `status`: one of them, `open` for all that have not ended, or `held`.
+        """Return tasks: those under way, then all others, each newest first.
+
+        `status`: one of them, `open` for all that have not ended, or `held`.
 
         Raises:
             Refused: `bad_status`: no task is ever so.
@@ -255,7 +260,7 @@ class Orders:
         now = self._driver.now()
         with self._view.reading() as state:
             fit = [t for t in state.tasks.values() if _fits(t, status)]
-            fit.sort(key=lambda t: -t.order)
+            fit.sort(key=lambda t: (t.status not in UNDER_WAY, -t.order))
             return out.TasksOut(
                 tasks=[shown.task_out(state, t, now) for t in fit[:limit]],
                 total=len(fit),

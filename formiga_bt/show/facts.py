@@ -249,7 +249,7 @@ class Now(Struct, frozen=True, kw_only=True):
     site: str
     at: Micros
     engine: str = "ok"
-    """ok, draining, stopping or failed; past: of a journal, as it stood at `at`."""
+    """ok, overloaded, draining, deposed, stopping or failed; past: of a journal, as it stood at `at`."""
     mode: str = ""
     speed: float = 1.0
     """Engine seconds per wall second; all spans and instants are of the engine's clock."""

@@ -60,7 +60,7 @@ class FoldedSource:
         ledger: fed by somebody else, in this thread or under `lock`.
         site, tasks, catalogue: what the engine was made of; a task that is not among `tasks` has an empty drawing.
         desk: the people who answer at this engine.
-        engine: tells how the engine stands: ok, draining, stopping or failed.
+        engine: tells how the engine stands: ok, overloaded, draining, deposed, stopping or failed.
         clock: engine time; never before the newest step, which it is without one.
         wall: now on the clock of `AgentRecord.heard_wall`; without one it is not told how long somebody is silent.
         speed: engine seconds per wall second.

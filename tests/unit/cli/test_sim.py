@@ -61,9 +61,9 @@ class Api:
         self.posted: list[tuple[str, dict[str, Any]]] = []
         self.refuses = refuses
 
-    def get(self, path: str, **query: str) -> dict[str, Any]:
-        assert (path, query) == ("/v1/tasks", {"status": "open"})
-        return {"tasks": [{"id": "PickUp-9", "task": "PickUp"}, {"id": "PickUp-2", "task": "PickUp"}]}
+    def get(self, path: str, **query: Any) -> dict[str, Any]:
+        assert (path, query) == ("/v1/tasks", {"status": "open", "limit": 10_000})
+        return {"tasks": [{"id": "PickUp-2", "task": "PickUp"}, {"id": "PickUp-9", "task": "PickUp"}]}
 
     def post(self, path: str, body: dict[str, Any]) -> dict[str, Any]:
         if self.refuses:

@@ -5,6 +5,7 @@ import re
 import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from typing import Any
 from urllib.request import urlopen
 
 import pytest
@@ -13,6 +14,7 @@ from formiga_bt.clock import SECOND
 from formiga_bt.engine import tasks as engine_tasks
 from formiga_bt.engine.inputs import WallDue
 from formiga_bt.geo import Place
+from formiga_bt.services import api
 from tests.unit.services.conftest import Service, Start
 
 pytestmark = pytest.mark.network
@@ -414,6 +416,26 @@ def test_openapi_describes_all_routes(service: Service) -> None:
     assert {"/v1/tasks", "/v1/tasks/{task_id}/why", "/v1/inbox/{number}/answer", "/v1/events"} <= set(document["paths"])
 
 
+@pytest.mark.parametrize("needs_token", [False, True])
+def test_openapi_says_of_each_route_whether_it_wants_the_token(service: Service, *, needs_token: bool) -> None:
+    service.host.needs_token = needs_token
+    app: Any = api.application(service.host)
+    document = json.loads(next(one for one in app.routes if one.path == "/v1/openapi.json").endpoint().body)
+
+    scheme = document["components"]["securitySchemes"]["token"]
+    assert (scheme["type"], scheme["scheme"]) == ("http", "bearer")
+    routes = {f"{verb} {path}": one for path, ways in document["paths"].items() for verb, one in ways.items()}
+    assert {"post /v1/tasks", "get /v1/events", "post /v1/admin/stop"} <= set(routes)
+    wants = [{"token": []}] if needs_token else [{}, {"token": []}]
+    assert {name for name, one in routes.items() if one.get("security") != wants} == set()
+
+
+def test_the_openapi_document_of_a_simulation_on_the_loopback_lets_a_caller_in_without_a_token(
+    service: Service,
+) -> None:
+    assert service.get("/v1/openapi.json")["paths"]["/v1/tasks"]["post"]["security"] == [{}, {"token": []}]
+
+
 def test_drain_admits_nothing_more_and_ends_with_the_last_task(service: Service) -> None:
     task_id = service.submit("Stay")
     service.post("/v1/admin/drain")
@@ -459,6 +481,16 @@ def test_a_deposed_engine_says_so_and_its_next_start_has_an_epoch_that_its_agent
     assert "formiga down" in service.get("/v1/health")["text"]
     file = service.host._folder.path / "epoch"
     service.wait(lambda: int(file.read_text()) + 1 == own + 501)
+
+
+def test_tasks_under_way_are_listed_before_all_others(start: Start) -> None:
+    with start(auto=False) as service:
+        fly = {"target": "lake_shore", "height": "30 m"}
+        first = service.submit("Hello", **fly)
+        service.wait(lambda: service.get(f"/v1/tasks/{first}")["status"] == "ACTIVE")
+        waiting = [service.submit("Hello", **fly) for _ in range(3)]  # there is one machine
+        assert [one["id"] for one in service.get("/v1/tasks")["tasks"]] == [first, *reversed(waiting)]
+        assert [one["id"] for one in service.get("/v1/tasks?limit=1")["tasks"]] == [first]
 
 
 def test_agents_are_listed_by_name_and_one_at_a_port_by_the_ports_name(service: Service) -> None:
