@@ -189,7 +189,7 @@ class Allocation:
             else:
                 self._tasks.granted(grant.task, roles, lists)
 
-        self._answer_hopeless(requests, decision)
+        self._answer_hopeless(requests, decision, agents)
         for request in requests:
             if request.priority == "high" and request.task in core.state.requests:
                 self._preempt(core.state.requests[request.task], aside.plans.get(request.task))
@@ -257,7 +257,7 @@ class Allocation:
         reserves = bool(request.preempting) or (machines > 1 and waited >= RESERVE_AFTER_US)
         return replace(request, priority=priority, reserves=reserves)
 
-    def _answer_hopeless(self, requests: list[Request], decision: Decision) -> None:
+    def _answer_hopeless(self, requests: list[Request], decision: Decision, agents: Roster) -> None:
         """End requests that no known agent could ever serve, once the site's agents were seen or 10 s passed."""
         core = self._core
         granted = {grant.task for grant in decision.grants}
@@ -268,7 +268,9 @@ class Allocation:
                 continue
             verdicts = core.state.explanations.get(request.task, ())
             known = former.get(request.task)
-            reason = known[1] if known is not None and known[0] is verdicts else hopeless(request, verdicts)
+            reason = (
+                known[1] if known is not None and known[0] is verdicts else hopeless(request, verdicts, agents.find)
+            )
             self._hopeless[request.task] = verdicts, reason
             if not reason:
                 continue
@@ -368,6 +370,7 @@ class Allocation:
                 position=agent.position,
                 home=port.at if port is not None else None,
                 layer_m=agent.layer_m if agent.layer_m is not None else min(core.site.layers_m),
+                lowest_m=min(core.site.layers_m),
                 wind=agent.wind or CALM,
                 payload_kg=agent.payload_kg,
             )

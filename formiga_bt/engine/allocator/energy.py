@@ -7,6 +7,7 @@ knows more. So whom it refuses surely cannot; whom it lets through the gate may 
 import math
 
 from msgspec import Struct
+from msgspec.structs import replace
 
 from formiga_bt.energy import CALM, Power, home_pct, way_pct
 from formiga_bt.geo import Place, Position
@@ -21,6 +22,8 @@ class Charge(Struct, frozen=True, kw_only=True):
     position: Position
     home: Place | None
     layer_m: float
+    lowest_m: float
+    """The site's lowest layer."""
     wind: tuple[float, float] = CALM
     payload_kg: float = 0.0
 
@@ -33,6 +36,18 @@ def short_of(charge: Charge, near: tuple[Place, ...]) -> str:
     if math.isinf(needs):
         return "there is too much wind to come home"
     return f"{charge.battery:.0f} % less {needs:.1f} % there and back leaves less than its reserve of {charge.reserve:.0f} %"
+
+
+def never_enough(charge: Charge, near: tuple[Place, ...]) -> str:
+    """Return what a machine lacks for the nearest of these places on its best day; "" = waiting may help.
+
+    Its best day: full, empty-handed, over its own port at the lowest layer, in calm air.
+    """
+    if charge.home is None:
+        return ""
+    over_home = Position(charge.home.east_m, charge.home.north_m, charge.lowest_m)
+    best = replace(charge, battery=100.0, position=over_home, layer_m=charge.lowest_m, wind=CALM, payload_kg=0.0)
+    return short_of(best, near)
 
 
 def round_trip_pct(charge: Charge, place: Place) -> float:

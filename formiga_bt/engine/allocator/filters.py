@@ -1,29 +1,50 @@
 """Filters: may this agent take this role now? Each refusal has a code and, where it helps, the numbers."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Final
 
 from formiga_bt.engine.allocator.candidate import Candidate
-from formiga_bt.engine.allocator.energy import short_of
+from formiga_bt.engine.allocator.energy import never_enough, short_of
 from formiga_bt.engine.records import Request, RoleRequest, Verdict
 
 FOR_EVER: Final = frozenset({"wrong_type", "not_this_one", "no_action", "not_admitted", "failed_before"})
 """Refusals that waiting does not change."""
 
 
-def hopeless(request: Request, verdicts: Sequence[Verdict]) -> str:
-    """Return why no known agent could ever serve a request, or ""."""
+def hopeless(request: Request, verdicts: Sequence[Verdict], find: Callable[[str], Candidate | None]) -> str:
+    """Return why no known agent could ever serve a request, or ""; `find` returns an agent by its id."""
     for role in request.roles:
-        mine = [v for v in verdicts if v.role == role.role]
-        possible = sum(v.code not in FOR_EVER for v in mine)
-        if possible >= role.count:
-            continue
-        near_misses = [f"{v.agent}: {v.code} {v.detail}".rstrip() for v in mine if v.code in FOR_EVER - {"wrong_type"}]
-        what = f"{role.count} agents" if role.count > 1 else "an agent"
-        wanted = role.id or " or ".join(role.types)
-        told = f" ({'; '.join(near_misses)})" if near_misses else ""
-        return f"role '{role.role}' needs {what} ({wanted}), this fleet has {possible} that could ever serve{told}"
+        possible, near_misses = 0, []
+        for verdict in verdicts:
+            if verdict.role != role.role:
+                continue
+            never = _never(role, verdict, find)
+            if never is None:
+                possible += 1
+                if possible >= role.count:  # most roles end here: the others are not looked at
+                    break
+            elif never:
+                near_misses.append(f"{verdict.agent}: {never}")
+        else:
+            if possible < role.count:
+                what = f"{role.count} agents" if role.count > 1 else "an agent"
+                wanted = role.id or " or ".join(role.types)
+                told = f" ({'; '.join(near_misses)})" if near_misses else ""
+                return (
+                    f"role '{role.role}' needs {what} ({wanted}), this fleet has {possible} that could ever serve{told}"
+                )
     return ""
+
+
+def _never(role: RoleRequest, verdict: Verdict, find: Callable[[str], Candidate | None]) -> str | None:
+    """Return why an agent could never take a role, "" if that is not worth a word; None: it may, one day."""
+    if verdict.code in FOR_EVER:
+        return "" if verdict.code == "wrong_type" else f"{verdict.code} {verdict.detail}".rstrip()
+    if role.human or role.away or not role.near:
+        return None  # one that may begin away from its port may be brought nearer
+    agent = find(verdict.agent)
+    lacks = never_enough(agent.charge, role.near) if agent is not None and agent.charge is not None else ""
+    return f"too_far, {lacks}, even from its port with a full battery in calm air" if lacks else None
 
 
 def refusal(agent: Candidate, role: RoleRequest) -> tuple[str, str] | None:

@@ -37,7 +37,7 @@ class Roster(list[Candidate]):
         self._said: dict[tuple[str, str, str, str], Verdict] = {}
         self._lists: dict[tuple[Asked, ...], tuple[Verdict, ...]] = {}
         self._looked: dict[Asked, Looked] = {}
-        self._places: dict[str, int] = {}
+        self._places: dict[str, int] = {agent.id: place for place, agent in enumerate(self)}
         self._strangers: dict[tuple[str, tuple[str, ...]], tuple[list[Verdict | None], tuple[int, ...]]] = {}
 
     def put(self, agent: Candidate) -> None:
@@ -51,6 +51,11 @@ class Roster(list[Candidate]):
             if self[place].type != agent.type:
                 self._strangers.clear()
             self[place] = agent
+
+    def find(self, agent_id: str) -> Candidate | None:
+        """Return an agent as it is now."""
+        place = self._places.get(agent_id)
+        return self[place] if place is not None else None
 
     def begin(self) -> None:
         """Begin a look: agents may have changed since the last one."""

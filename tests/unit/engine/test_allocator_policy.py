@@ -7,12 +7,14 @@ from typing import Any
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from msgspec.structs import replace
 
 from formiga_bt.energy import power_of
 from formiga_bt.engine.allocator.candidate import Candidate
 from formiga_bt.engine.allocator.energy import Charge
 from formiga_bt.engine.allocator.filters import hopeless
 from formiga_bt.engine.allocator.policy import closest, closest_charged
+from formiga_bt.engine.allocator.roster import Roster
 from formiga_bt.engine.records import Request, RoleRequest
 from formiga_bt.geo import Place, Position
 
@@ -120,7 +122,7 @@ def test_hopeless_says_which_role_and_what_the_near_misses_lack() -> None:
     wish = request("T-1", role(actions=("Winch",)))
     agents = [drone("d1", 0.0), drone("d2", 0.0, type="hwd")]
 
-    reason = hopeless(wish, closest([wish], agents).verdicts["T-1"])
+    reason = hopeless(wish, closest([wish], agents).verdicts["T-1"], Roster(agents).find)
 
     assert reason == "role 'drone' needs an agent (lwd), this fleet has 0 that could ever serve (d1: no_action Winch)"
 
@@ -129,7 +131,7 @@ def test_a_busy_or_empty_agent_is_no_reason_to_give_up() -> None:
     wish = request("T-1", role(battery_min=50.0))
     agents = [drone("d1", 0.0, task="Other-1"), drone("d2", 0.0, battery=3.0)]
 
-    assert hopeless(wish, closest([wish], agents).verdicts["T-1"]) == ""
+    assert hopeless(wish, closest([wish], agents).verdicts["T-1"], Roster(agents).find) == ""
 
 
 # -- charge --------------------------------------------------------------------------------------------------------------
@@ -142,7 +144,7 @@ def charged(name: str, east_m: float, battery: float) -> Candidate:
     power = power_of(DRAINS)
     assert power is not None
     here, home = Position(east_m, 0.0, 0.0), Place(east_m, 0.0)
-    charge = Charge(battery=battery, reserve=20.0, power=power, position=here, home=home, layer_m=40.0)
+    charge = Charge(battery=battery, reserve=20.0, power=power, position=here, home=home, layer_m=40.0, lowest_m=40.0)
     return drone(name, east_m, battery=battery, charge=charge)
 
 
@@ -157,6 +159,35 @@ def test_one_with_little_charge_is_not_taken_before_full_ones(near: tuple[Place,
     low = next(v for v in decision.verdicts["T-1"] if v.agent == "d1")
     assert low.short > 20
     assert "27 %" in low.detail
+
+
+@pytest.mark.parametrize(
+    ("metres", "fields", "is_hopeless"),
+    [
+        (6000.0, {}, True),
+        (6000.0, {"task": "Other-1"}, True),  # also while it is busy: what it has does not matter
+        (4000.0, {}, False),  # with a full battery it can
+        (6000.0, {"charge": None}, False),  # nobody knows
+    ],
+)
+def test_a_place_too_far_for_a_full_battery_is_hopeless_for_a_machine_that_begins_at_its_port(
+    metres: float, fields: dict[str, Any], *, is_hopeless: bool
+) -> None:
+    agents = [replace(charged("d1", 0.0, 30.0), **fields)]
+    for away in (False, True):
+        wish = request("T-1", role(near=(Place(metres, 0.0),), away=away))
+        reason = hopeless(wish, closest_charged([wish], agents).verdicts["T-1"], Roster(agents).find)
+        assert bool(reason) is (is_hopeless and not away)
+        assert "d1: too_far, 100 % less " in reason or not reason
+
+
+def test_wind_and_another_machine_are_no_reason_to_give_up_and_one_of_two_too_far_is() -> None:
+    far, near = charged("d1", 0.0, 100.0), charged("d2", 3000.0, 100.0)
+    stormy = replace(near, charge=replace(near.charge, wind=(30.0, 0.0)))  # type: ignore[type-var]
+    for count, agents in ((1, [far, stormy]), (2, [far, near])):
+        wish = request("T-1", role(near=(Place(6000.0, 0.0),) * count, count=count, is_list=count > 1))
+        reason = hopeless(wish, closest_charged([wish], agents).verdicts["T-1"], Roster(agents).find)
+        assert ("this fleet has 1 that could ever serve" in reason) is (count == 2)
 
 
 def test_of_those_with_charge_to_spare_the_closest_is_taken_however_full_another_is() -> None:
