@@ -37,6 +37,51 @@ class Fix:
 
 
 @dataclass(frozen=True, slots=True)
+class UnknownName:
+    """A word that names nothing here."""
+
+    name: str
+    meant: str = ""
+    """A name that is like it; empty = none."""
+
+
+@dataclass(frozen=True, slots=True)
+class UnusedName:
+    """Something that is declared and not used."""
+
+    kind: str
+    """As messages call it: `param`, `var`, `role`, `subtree`, `import`."""
+    name: str
+    """Of an import: as it is written."""
+
+
+@dataclass(frozen=True, slots=True)
+class LeftAirborne:
+    """A role of which a machine can be in the air when it must stand."""
+
+    role: str
+
+
+@dataclass(frozen=True, slots=True)
+class CommandedTwice:
+    """A machine that is commanded from two places at once."""
+
+    agent: str
+    """A role or a loop name, or an item of one: `drones[0]`."""
+
+
+@dataclass(frozen=True, slots=True)
+class OnGround:
+    """A place where a position in the air is needed."""
+
+    place: str
+    """The expression."""
+
+
+About = UnknownName | UnusedName | LeftAirborne | CommandedTwice | OnGround
+
+
+@dataclass(frozen=True, slots=True)
 class Diagnostic:
     """One problem: a stable code (E = refused, W = warning), its place, what is wrong, and the mend."""
 
@@ -47,6 +92,8 @@ class Diagnostic:
     within: str = ""
     """Where in the task, in words: `PickUp / steps / GoTo`."""
     fix: Fix | None = field(default=None, compare=False)
+    about: About | None = field(default=None, compare=False)
+    """What the message speaks of, for programs: no program reads the message. None = no program asks."""
 
     @property
     def severity(self) -> Severity:

@@ -11,7 +11,7 @@ from dataclasses import replace
 from operator import is_
 from typing import Any, Final
 
-from formiga_bt.diagnostics import Diagnostic, Fix, Mark
+from formiga_bt.diagnostics import Diagnostic, Fix, Mark, UnknownName
 from formiga_bt.lang.binding import never
 from formiga_bt.lang.document import Node, Scalar
 from formiga_bt.lang.expr.helpers import STANDARD
@@ -251,8 +251,9 @@ class Body:
         if isinstance(node, Scalar):
             self._warn_fractions(node, whole=expr.type.name in ("percent", "bool"))
         if found:
-            for text in (*(scalar.text for scalar in scalars(node)), *(d.message for d in found)):
-                self.used.update(_WORD.findall(text))
+            for scalar in scalars(node):
+                self.used.update(_WORD.findall(scalar.text))
+            self.used.update(d.about.meant for d in found if isinstance(d.about, UnknownName))
         return expr
 
     def _check_released(self, expr: Expr) -> None:
@@ -277,17 +278,19 @@ class Body:
 
     def _relabel(self, diagnostic: Diagnostic) -> Diagnostic:
         """Turn "unknown name" into "used before it is saved" where a later step saves it."""
-        if diagnostic.code != "E010":
+        if diagnostic.code != "E010" or not isinstance(diagnostic.about, UnknownName):
             return diagnostic
-        told = diagnostic.message.split(";")[0]
-        for name, (code, what, help_) in self.gone.items():
-            if f"'{name}'" in told:
-                return replace(diagnostic, code=code, message=what, help=help_, fix=None)
-        for name, mark in self.later.items():
-            if f"'{name}'" in told and name not in self.flow.saved:
-                self.early.add(name)
-                what = f"'{name}' is used here before it is saved (line {mark.line})"
-                return replace(diagnostic, code="E019", message=what, help="save it in an earlier step", fix=None)
+        name = diagnostic.about.name
+        if name in self.gone:
+            code, what, help_ = self.gone[name]
+            return replace(diagnostic, code=code, message=what, help=help_, fix=None, about=None)
+        if name in self.later and name not in self.flow.saved:
+            self.early.add(name)
+            what, help_ = (
+                f"'{name}' is used here before it is saved (line {self.later[name].line})",
+                "save it in an earlier step",
+            )
+            return replace(diagnostic, code="E019", message=what, help=help_, fix=None, about=None)
         return diagnostic
 
     # --- the end -----------------------------------------------------------------------------------------------
@@ -296,9 +299,7 @@ class Body:
         """Report W060 for each name of `own` that nothing read."""
         for name in own:
             if name not in self.used:
-                self.problems.add(
-                    "W060", self.names[name].mark, f"{what} '{name}' is declared but never used", "remove it"
-                )
+                self.problems.unused(self.names[name].mark, what, name)
 
     def report_unread(self) -> None:
         """Report E053 for each saved name that nothing read."""

@@ -90,10 +90,9 @@ def parse(text: str, file: str) -> tuple[Node | None, list[Diagnostic]]:
     source = text.removeprefix("\ufeff")
     try:
         events: list[Any] = []
-        problem = _first_refusal(_kept(_events(source), events), file)
+        problem = _first_refusal(source, _kept(_events(source), events), file)
         if problem is not None:
-            meant = explain_tag(source, file, problem.mark.line) if problem.message.startswith("tags") else None
-            return None, [meant or problem]
+            return None, [problem]
         return _Builder(source, file, events).build()
     except yaml.YAMLError as error:
         line, col, said = _place_of(error)
@@ -142,7 +141,7 @@ def _refuse(mark: Mark, message: str, mend: str) -> Diagnostic:
     return Diagnostic("E003", mark, message, mend)
 
 
-def _first_refusal(events: Iterator[Any], file: str) -> Diagnostic | None:
+def _first_refusal(source: str, events: Iterator[Any], file: str) -> Diagnostic | None:
     """Walk the events without building anything; return the first construct that the language does not have."""
     depth = nodes = documents = 0
     for event in events:
@@ -158,10 +157,12 @@ def _first_refusal(events: Iterator[Any], file: str) -> Diagnostic | None:
             if documents > 1:
                 return _refuse(_mark(event, file), "a file holds one document", "remove the '---' or make two files")
             if event.tags:
-                return _refuse(_mark(event, file), "tags are not part of the language", "remove the %TAG line")
+                return _refuse_tag(
+                    source, _mark(event, file), "tags are not part of the language", "remove the %TAG line"
+                )
         if isinstance(event, yaml.NodeEvent):
             nodes += 1
-            problem = _refuse_node(event, file)
+            problem = _refuse_node(source, event, file)
             if problem is not None:
                 return problem
             if nodes > MAX_NODES:
@@ -175,7 +176,7 @@ def _first_refusal(events: Iterator[Any], file: str) -> Diagnostic | None:
     return None
 
 
-def _refuse_node(event: Any, file: str) -> Diagnostic | None:
+def _refuse_node(source: str, event: Any, file: str) -> Diagnostic | None:
     if event.anchor is not None:
         return _refuse(_mark(event, file), "anchors and aliases are not part of the language", "use vars: or a subtree")
     tag = getattr(event, "tag", None)
@@ -185,7 +186,13 @@ def _refuse_node(event: Any, file: str) -> Diagnostic | None:
         mend = "a YAML tag begins with '!'; for 'not' write: not ..."
     else:
         mend = f"remove {str(tag)!r}; in a condition write 'not' for '!'"
-    return _refuse(_mark(event, file), "tags (words that begin with '!') are not part of the language", mend)
+    said = "tags (words that begin with '!') are not part of the language"
+    return _refuse_tag(source, _mark(event, file), said, mend)
+
+
+def _refuse_tag(source: str, mark: Mark, message: str, mend: str) -> Diagnostic:
+    """Refuse a tag, or the `!` that was meant as "not" in its line."""
+    return explain_tag(source, mark.file, mark.line) or _refuse(mark, message, mend)
 
 
 def _mark(event: Any, file: str) -> Mark:

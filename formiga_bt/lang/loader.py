@@ -139,7 +139,7 @@ def load_library_text(
         subtrees.read_all(one)
     for at, imported in unit.imports:
         if imported.file not in unit.called:
-            problems.add("W060", at.mark, f"import '{at.text}' is never used", "remove it")
+            problems.unused(at.mark, "import", at.text)
     return Loaded(None, in_order(problems.found), dict(shelf.sources))
 
 
@@ -337,14 +337,12 @@ class _TaskReader:
         body.report_unread()
         for name, named in body.names.items():
             if name not in body.used:
-                self.problems.add(
-                    "W060", named.mark, f"{named.origin} '{name}' is declared but never used", "remove it"
-                )
+                self.problems.unused(named.mark, named.origin, name)
         words = body.used | self.subtrees.words
         for name, entry in unit.own.items():
             if (unit.file, name) not in self.subtrees.called and name not in words:
-                self.problems.add("W060", entry.key.mark, f"subtree '{name}' is declared but never used", "remove it")
+                self.problems.unused(entry.key.mark, "subtree", name)
         for one in self.shelf.units.values():
             for at, imported in one.imports:
                 if imported.file not in one.called and words.isdisjoint(imported.own):
-                    self.problems.add("W060", at.mark, f"import '{at.text}' is never used", "remove it")
+                    self.problems.unused(at.mark, "import", at.text)

@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from dataclasses import replace
 from typing import Any, Final
 
-from formiga_bt.diagnostics import Diagnostic, Fix, Mark
+from formiga_bt.diagnostics import About, Diagnostic, Fix, Mark, UnusedName
 from formiga_bt.lang.colons import in_text
 from formiga_bt.lang.document import Entry, Listing, Mapping_, Node, Scalar
 from formiga_bt.lang.kinds import Option
@@ -29,9 +29,23 @@ class Problems:
         self.found: list[Diagnostic] = []
         self._within: list[str] = []
 
-    def add(self, code: str, mark: Mark, message: str, help: str = "", fix: Fix | None = None) -> None:
+    def add(
+        self,
+        code: str,
+        mark: Mark,
+        message: str,
+        help: str = "",
+        fix: Fix | None = None,
+        *,
+        about: About | None = None,
+    ) -> None:
         """Report a problem at `mark`."""
-        self.found.append(Diagnostic(code, mark, message, help, " / ".join(self._within), fix))
+        self.found.append(Diagnostic(code, mark, message, help, " / ".join(self._within), fix, about))
+
+    def unused(self, mark: Mark, kind: str, name: str) -> None:
+        """Report W060 for what is declared, such as a `role`, and not used."""
+        how = "never used" if kind == "import" else "declared but never used"
+        self.add("W060", mark, f"{kind} '{name}' is {how}", "remove it", about=UnusedName(kind, name))
 
     def extend(self, diagnostics: Iterable[Diagnostic]) -> None:
         """Take over diagnostics of the layers below, saying where in the task they stand."""

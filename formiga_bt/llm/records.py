@@ -66,6 +66,8 @@ class Shortfall(Struct, frozen=True):
     """What it speaks of, for programs: the name of a place, or the words of an amount or of a number of times."""
     wanted: int = 0
     """How often something was asked for."""
+    unknown: str = ""
+    """Of the checker: a word that names nothing here."""
 
 
 class Flight(Struct, frozen=True, kw_only=True):

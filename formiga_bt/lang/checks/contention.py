@@ -5,6 +5,7 @@ Called once for each body (the task's sections, each subtree) by `checks`.
 
 from collections.abc import Mapping
 
+from formiga_bt.diagnostics import CommandedTwice
 from formiga_bt.lang.model import Catalogue, For, Parallel, Step
 from formiga_bt.lang.reading import Problems
 from formiga_bt.lang.walk import Names, children, commands, items_of, overlap
@@ -68,7 +69,7 @@ class _Contention:
                     self.found.add(agent.partition("[")[0])
                     what = f"'{agent}' is commanded by two parallel branches at once"
                     help_ = f"first at line {first.mark.line}; command it in one branch, reading its fields is fine"
-                    self.problems.add("E034", at.mark, what, help_)
+                    self.problems.add("E034", at.mark, what, help_, about=CommandedTwice(agent))
             before += mine
 
     def _rounds(self, step: For, names: Names) -> None:
@@ -81,4 +82,4 @@ class _Contention:
                     self.found.add(agent.partition("[")[0])
                     what = f"'{agent}' is commanded by the rounds of a parallel for at once"
                     help_ = "command the loop name, or leave mode: parallel away"
-                    self.problems.add("E034", at.mark, what, help_)
+                    self.problems.add("E034", at.mark, what, help_, about=CommandedTwice(agent))

@@ -6,7 +6,7 @@ E030, E031, E033 and W032. `flying` builds on this, and moves a sky through step
 from collections.abc import Mapping
 from dataclasses import replace
 
-from formiga_bt.diagnostics import Mark
+from formiga_bt.diagnostics import LeftAirborne, Mark
 from formiga_bt.lang.checks.agreeing import Assumed, Splits
 from formiga_bt.lang.checks.sky import (
     Air,
@@ -86,7 +86,8 @@ class Doing:
         what = f"'{role.name}' can still be airborne {when}{path}"
         each = f"{role.name}" if not role.is_list else "drone} for each drone of ${" + role.name
         how = "bring it home:" if self.has_return_home else "import lib/flying.yaml and"
-        self.problems.add("E031", why.mark, what, f"land it, or {how} call: ReturnHome with drone: ${{{each}}}")
+        help_ = f"land it, or {how} call: ReturnHome with drone: ${{{each}}}"
+        self.problems.add("E031", why.mark, what, help_, about=LeftAirborne(role.name))
 
     def check_recover(self, role: Role, failure: Sky | None) -> None:
         """Report W032 if a failure may leave a machine of a role in the air whose type has no way home."""

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from itertools import combinations, product
 from typing import Final
 
-from formiga_bt.diagnostics import Mark
+from formiga_bt.diagnostics import CommandedTwice, Mark
 from formiga_bt.lang.checks.known import agents_of
 from formiga_bt.lang.checks.sky import Place, keys_of, line_of
 from formiga_bt.lang.model import Call, Catalogue, Do, Expr, For, Parallel, Param, Release, Role, Step, WithAgents
@@ -196,7 +196,9 @@ class _SameMachine:
             return
         self.told.add(("E034", mark))
         self.lost.add(_base(word))
-        self.problems.add("E034", mark, f"'{word.removeprefix('@')}' is commanded by {where} at once", help_)
+        agent = word.removeprefix("@")
+        what = f"'{agent}' is commanded by {where} at once"
+        self.problems.add("E034", mark, what, help_, about=CommandedTwice(agent))
 
     def _cannot_follow(self, one: str, other: str, certain: int, word: str, mark: Mark) -> None:
         """Report W101, once at a place."""

@@ -9,6 +9,7 @@ from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import Final
 
+from formiga_bt.diagnostics import UnknownName
 from formiga_bt.lang.expr.calls import Bound, bind
 from formiga_bt.lang.expr.daytime import TODAY
 from formiga_bt.lang.expr.fleet_calls import type_of, why_no_type
@@ -129,18 +130,18 @@ class Checker(Operands):
         near = closest(name, self.scope.visible())
         if near and name not in of_site:
             message = f"unknown name '{name}'; did you mean '{near}'?"
-            return self.bad(node, "E010", message, f"write {near}", mended=sure_of(name, self.scope.visible()))
+            sure, about = sure_of(name, self.scope.visible()), UnknownName(name, near)
+            return self.bad(node, "E010", message, f"write {near}", mended=sure, about=about)
         meant = of_site.get(sure_of(name, of_site) or "")
         if meant:
             said, help_ = (
                 f"unknown name '{name}'; did you mean {meant}?",
                 f"write {meant}; a text stands in quotes: '{name}'",
             )
-            return self.bad(node, "E010", said, help_, mended=meant)
+            return self.bad(node, "E010", said, help_, mended=meant, about=UnknownName(name))
         legal = ", ".join(self.scope.visible()[:12])
-        return self.bad(
-            node, "E010", f"unknown name '{name}'", f"names here: {legal}; a text stands in quotes: '{name}'"
-        )
+        help_ = f"names here: {legal}; a text stands in quotes: '{name}'"
+        return self.bad(node, "E010", f"unknown name '{name}'", help_, about=UnknownName(name))
 
     def _field(self, node: ast.Attribute) -> Typed:
         base = self.visit(node.value)

@@ -11,7 +11,7 @@ from types import MappingProxyType
 from typing import Any, Final
 
 from formiga_bt.clock import micros
-from formiga_bt.diagnostics import Diagnostic, Fix
+from formiga_bt.diagnostics import About, Diagnostic, Fix, OnGround, UnknownName
 from formiga_bt.geo import Place
 from formiga_bt.lang.document import Node, Scalar
 from formiga_bt.lang.expr.at_run import named
@@ -36,11 +36,13 @@ def literal_expr(node: Node, type_: Type, value: Any) -> Expr:
     return Expr(source, type_, node.mark, constant(value), const=value)
 
 
-def refuse(node: Node, code: str, message: str, mend: str = "", *, mended: str | None = None) -> Result:
+def refuse(
+    node: Node, code: str, message: str, mend: str = "", *, mended: str | None = None, about: About | None = None
+) -> Result:
     """Return poison and the one problem of a node."""
     fix = Fix(node.mark, mended) if mended is not None else None
     source = node.text if isinstance(node, Scalar) else ""
-    return poison(node, source), [Diagnostic(code, node.mark, message, mend, fix=fix)]
+    return poison(node, source), [Diagnostic(code, node.mark, message, mend, fix=fix, about=about)]
 
 
 def due(what: str, expected: Type) -> str:
@@ -72,7 +74,8 @@ def _not_so(node: Scalar, scope: Scope, expected: Type, what: str) -> Result:
     near = closest(word, scope.names)
     hint = f"; did you mean ${{{near}}}?" if near else ""
     example = EXAMPLES.get(expected.name, "")
-    return refuse(node, "E016", f"{due(what, expected)}, got the text '{word}'{hint}", example)
+    said = f"{due(what, expected)}, got the text '{word}'{hint}"
+    return refuse(node, "E016", said, example, about=UnknownName(word, near))
 
 
 def _may_be_meant(node: Scalar, word: str, scope: Scope, expected: Type) -> bool:
@@ -221,7 +224,8 @@ def _place_name(node: Scalar, scope: Scope, expected: Type, what: str) -> Result
 def _of_site(node: Scalar, expected: Type, value: Any, word: str, group: str = "places") -> Result:
     if isinstance(value, Place) and expected == POSITION:
         said = f"'{word}' is on the ground; say above(site.{group}.{word}, 60 m)"
-        return refuse(node, "E066", said, f"write ${{above(site.{group}.{word}, 60 m)}}, at the height that you want")
+        mend = f"write ${{above(site.{group}.{word}, 60 m)}}, at the height that you want"
+        return refuse(node, "E066", said, mend, about=OnGround(f"site.{group}.{word}"))
     return literal_expr(node, expected, value), []
 
 
@@ -245,7 +249,8 @@ def _no_such(node: Scalar, scope: Scope, expected: Type, what: str, legal: tuple
     if not near and variable:
         return _not_so(node, scope, expected, what)
     said = f"the site has no {expected.name} '{word}'" + (f"; did you mean '{near}'?" if near else "")
-    return refuse(node, "E010", said, "the site has: " + ", ".join(legal[:12]), mended=sure_of(word, legal))
+    help_ = "the site has: " + ", ".join(legal[:12])
+    return refuse(node, "E010", said, help_, mended=sure_of(word, legal), about=UnknownName(word, near))
 
 
 def _lookup(group: str, word: str) -> Callable[[Env], Any]:

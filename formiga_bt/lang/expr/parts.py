@@ -10,6 +10,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any, Final
 
+from formiga_bt.diagnostics import About
 from formiga_bt.lang.expr.scope import Scope
 from formiga_bt.lang.expr.tokens import Parsed
 from formiga_bt.lang.expr.typed import Mismatch, Problems, Run, Typed, constant, never
@@ -87,10 +88,11 @@ class Parts(ABC):
         *,
         mended: str | None = None,
         reads: tuple[Read, ...] = (),
+        about: About | None = None,
     ) -> Typed:
         """Report a problem at a node and return poison."""
         start, end = self.parsed.span(node)
-        self.problems.report(code, start, end, message, mend, mended=mended)
+        self.problems.report(code, start, end, message, mend, mended=mended, about=about)
         return self.poison(node, reads)
 
     def poison(self, node: ast.AST, reads: tuple[Read, ...] = ()) -> Typed:
@@ -118,7 +120,7 @@ class Parts(ABC):
 
     def wrong(self, part: Typed, why: Mismatch) -> None:
         """Report why a part does not stand where it does."""
-        self.problems.report(why.code, part.start, part.end, why.message, why.mend, mended=why.mended)
+        self.problems.report(why.code, part.start, part.end, why.message, why.mend, mended=why.mended, about=why.about)
 
 
 _NO_ENV: Final[Any] = None

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any, Final
 
-from formiga_bt.diagnostics import Diagnostic, Fix
+from formiga_bt.diagnostics import About, Diagnostic, Fix, OnGround
 from formiga_bt.lang.document import Scalar
 from formiga_bt.lang.expr.scope import Scope
 from formiga_bt.lang.expr.typing_rules import NUMBERS, QUANTITIES, in_words
@@ -67,12 +67,20 @@ class Problems:
         self._offset = offset
 
     def report(
-        self, code: str, start: int, end: int, message: str, mend: str = "", *, mended: str | None = None
+        self,
+        code: str,
+        start: int,
+        end: int,
+        message: str,
+        mend: str = "",
+        *,
+        mended: str | None = None,
+        about: About | None = None,
     ) -> None:
         """Add a problem at columns of the expression; `mended` is the text that replaces them."""
         mark = self._at.mark_at(self._offset + start, self._offset + end)
         fix = Fix(mark, mended) if mended is not None and self._at.exact else None
-        self.found.append(Diagnostic(code, mark, message, mend, fix=fix))
+        self.found.append(Diagnostic(code, mark, message, mend, fix=fix, about=about))
 
 
 def closest(word: str, legal: Iterable[str]) -> str:
@@ -112,6 +120,7 @@ class Mismatch:
     message: str
     mend: str = ""
     mended: str | None = None
+    about: About | None = None
 
 
 def mismatch(have: Typed, want: Type, scope: Scope, what: str = "") -> Mismatch:
@@ -138,7 +147,8 @@ def _wrong_point(have: Typed, want: Type) -> Mismatch | None:
     single = inner_want is want
     if pair == ("place", "position"):
         mend = f"say above({source}, 60 m)" if single else "say above(...) for each point, or for the centre"
-        return Mismatch("E066", f"'{source}' is on the ground; {mend}", mend.removeprefix("say "))
+        about = OnGround(source) if single else None
+        return Mismatch("E066", f"'{source}' is on the ground; {mend}", mend.removeprefix("say "), about=about)
     if pair == ("position", "place"):
         mended = f"ground({source})" if single else None
         mend = f"say ground({source})" if single else "say ground(...) for each point, or for the centre"

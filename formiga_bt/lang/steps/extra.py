@@ -32,7 +32,7 @@ def read_with_agents(read: Readers, body: Body, keys: Keys) -> Part | None:
     for name, role in roles.items():
         found[name] = replace(role, actions=tuple(body.needs.pop(name, ())))
         if name not in body.used:
-            body.problems.add("W060", role.mark, f"role '{name}' is declared but never used", "remove it")
+            body.problems.unused(role.mark, "role", name)
     body.gone.update(outside)
     for name in [name for name in body.agents if name not in before]:
         del body.agents[name], body.names[name]

@@ -5,7 +5,7 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Final
 
-from formiga_bt.diagnostics import Diagnostic
+from formiga_bt.diagnostics import Diagnostic, UnknownName
 from formiga_bt.errors import FormigaError
 from formiga_bt.lang.model import Site, Task
 from formiga_bt.llm.records import Flight, Shortfall
@@ -283,7 +283,9 @@ def _length(match: "re.Match[str] | None") -> int:
 
 def from_diagnostic(path: str, diagnostic: Diagnostic, message: str, help_: str) -> Shortfall:
     """Return a problem of the checker as a shortfall."""
-    return Shortfall(diagnostic.code, message, path, help_, diagnostic.severity)
+    about = diagnostic.about
+    unknown = about.name if isinstance(about, UnknownName) else ""
+    return Shortfall(diagnostic.code, message, path, help_, diagnostic.severity, unknown=unknown)
 
 
 def facts(flight: Flight) -> dict[str, Any]:

@@ -10,7 +10,7 @@ from copy import deepcopy
 from dataclasses import dataclass, field
 from typing import Any, Final
 
-from formiga_bt.diagnostics import Diagnostic
+from formiga_bt.diagnostics import CommandedTwice, Diagnostic, LeftAirborne, OnGround, UnusedName
 from formiga_bt.lang.llm_in import LoadedJson, Problem, load_task_json
 from formiga_bt.lang.llm_out import from_yaml
 from formiga_bt.lang.loader import load_task_text
@@ -18,8 +18,6 @@ from formiga_bt.lang.mending import mend
 from formiga_bt.llm.world import World
 
 MOST: Final = 12
-_AIRBORNE: Final = re.compile(r"^'(\w+)' can still be airborne")
-_IDLE: Final = re.compile(r"^role '(\w+)' is declared but never used")
 _STEP: Final = re.compile(r"\.?([A-Za-z_]\w*)|\[(\d+)\]")
 FLYING: Final = "lib/flying.yaml"
 
@@ -77,40 +75,37 @@ def _load(data: Mapping[str, Any], world: World) -> LoadedJson:
 
 def _mend(data: dict[str, Any], problem: Problem, world: World) -> str:
     """Mend one problem in place; return what was done, "" = nothing."""
-    code, said = problem.diagnostic.code, problem.message
-    match = _AIRBORNE.match(said)
-    if code == "E031" and match is not None and "steps" in data:
-        _import(data)
-        step = _call("ReturnHome", match[1])
-        data["steps"].append(step if not _is_team(data, match[1]) else _of_each(match[1], step))
-        if not _load(data, world).task:  # on some way it stands on the ground by then
-            step["when"] = f"{_agent(step)}.airborne"
-        return f"{match[1]} comes home at the end: a task may not leave it in the air"
-    if code == "E066" and (wrapped := re.search(r"say (above\(.+), 60 m\)$", said)):
-        return _wrap(data, problem.path, wrapped[1])
-    if code == "E030":
-        return _airborne(data, problem)
-    if code == "E034":
-        return _one_by_one(data, problem)
-    if code == "W060" and "lib/" in said:
-        before = list(data.get("imports", ()))
-        data["imports"] = [one for one in before if f"'{one}'" not in said]
-        return "an import that nothing uses is gone" if data["imports"] != before else ""
-    if code == "W060" and (idle := _IDLE.match(said)) is not None:
-        roles = list(data.get("agents", ()))
-        data["agents"] = [one for one in roles if one.get("name") != idle[1]]
-        return f"nobody is borrowed as {idle[1]}, who had nothing to do" if len(data["agents"]) < len(roles) else ""
-    return ""
+    match problem.diagnostic.about:
+        case LeftAirborne(role) if "steps" in data:
+            _import(data)
+            step = _call("ReturnHome", role)
+            data["steps"].append(step if not _is_team(data, role) else _of_each(role, step))
+            if not _load(data, world).task:  # on some way it stands on the ground by then
+                step["when"] = f"{_agent(step)}.airborne"
+            return f"{role} comes home at the end: a task may not leave it in the air"
+        case OnGround(place):
+            return _wrap(data, problem.path, place)
+        case CommandedTwice(agent):
+            return _one_by_one(data, problem.path, agent)
+        case UnusedName("import", name):
+            before = list(data.get("imports", ()))
+            data["imports"] = [one for one in before if one != name]
+            return "an import that nothing uses is gone" if data["imports"] != before else ""
+        case UnusedName("role", name):
+            roles = list(data.get("agents", ()))
+            data["agents"] = [one for one in roles if one.get("name") != name]
+            return f"nobody is borrowed as {name}, who had nothing to do" if len(data["agents"]) < len(roles) else ""
+    return _airborne(data, problem) if problem.diagnostic.code == "E030" else ""
 
 
-def _wrap(data: dict[str, Any], path: str, opening: str) -> str:
+def _wrap(data: dict[str, Any], path: str, place: str) -> str:
     """Put a place that should be a position in the air at the task's height over the ground."""
     parent, key = _at(data, path)
     if not isinstance(parent, dict) or key != "expr":
         return ""
     height = _height(data)
-    parent[key] = f"{opening}, {height})"
-    return f"{opening.removeprefix('above(')} is flown over at {height}"
+    parent[key] = f"above({place}, {height})"
+    return f"{place} is flown over at {height}"
 
 
 def _height(data: dict[str, Any]) -> str:
@@ -148,10 +143,10 @@ def _airborne(data: dict[str, Any], problem: Problem) -> str:
     return ""
 
 
-def _one_by_one(data: dict[str, Any], problem: Problem) -> str:
+def _one_by_one(data: dict[str, Any], path: str, agent: str) -> str:
     """Put the branches of a `parallel` that command one machine into one: it does them one after another."""
-    at = problem.path.rfind(".parallel[")
-    holder, key = _at(data, f"{problem.path[:at]}.parallel") if at >= 0 else (None, None)
+    at = path.rfind(".parallel[")
+    holder, key = _at(data, f"{path[:at]}.parallel") if at >= 0 else (None, None)
     if not isinstance(holder, dict) or key != "parallel" or not isinstance(holder["parallel"], list):
         return ""
     branches = holder["parallel"]
@@ -159,7 +154,7 @@ def _one_by_one(data: dict[str, Any], problem: Problem) -> str:
     for branch in branches:
         inner = branch["sequence"] if set(branch) == {"sequence"} else [branch]
         agents = {_agent(step) for step in inner} - {""}
-        same = next((steps for agent, steps in groups if agents == {agent}), None)
+        same = next((steps for one, steps in groups if agents == {one}), None)
         if same is not None:
             same += inner
         else:
@@ -168,14 +163,14 @@ def _one_by_one(data: dict[str, Any], problem: Problem) -> str:
         return ""
     merged = [steps[0] if len(steps) == 1 else {"sequence": steps} for _, steps in groups]
     if len(merged) == 1:
-        found = _step_at(data, problem.path[:at])
+        found = _step_at(data, path[:at])
         if found is None or set(holder) != {"parallel"}:
             return ""
         steps, index = found
         steps[index : index + 1] = groups[0][1]
     else:
         holder["parallel"] = merged
-    return f"{problem.message.split(chr(39))[1]} does one thing after another, for it cannot do two at once"
+    return f"{agent} does one thing after another, for it cannot do two at once"
 
 
 def _agent(step: Mapping[str, Any]) -> str:

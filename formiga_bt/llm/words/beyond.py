@@ -4,7 +4,7 @@
 """
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import Final
 
 from formiga_bt.llm.records import Round
@@ -13,7 +13,6 @@ from formiga_bt.llm.words.spoken import said
 from formiga_bt.llm.words.wording import read
 from formiga_bt.llm.world import World
 
-_UNKNOWN: Final = re.compile(r"unknown name '([\w-]+)'")
 _CAMEL: Final = re.compile(r"(?<=[a-z])(?=[A-Z])")
 _ENERGY: Final = re.compile(r"(\w+) energy (100 %[^;]*)")
 _HEIGHT: Final = re.compile(r"would be (\d+(?:\.\d+)?) m over the ground")
@@ -36,7 +35,7 @@ def beyond(rounds: Sequence[Round], request: str, world: World) -> Impossible | 
 def _unknown(rounds: Sequence[Round], request: str, world: World) -> Impossible | None:
     """Find a name of the request that every answer took for one of the site's."""
     trees = [one for one in rounds if one.yaml or one.shortfalls]
-    names = [set(_unknown_names(one)) for one in trees]
+    names = [{found.unknown for found in one.shortfalls if found.code == "E010"} - {""} for one in trees]
     common = sorted(set.intersection(*names)) if names else []
     here_too = {*world.catalogue.types, *world.site.people, *world.site.agents}
     for name in common:
@@ -47,12 +46,6 @@ def _unknown(rounds: Sequence[Round], request: str, world: World) -> Impossible 
             here = ["base", *world.site.places, *world.site.regions][:_MOST_NAMES]
             return Impossible(f'the site {world.site.name} has no "{words}"', f"one of {', '.join(here)}")
     return None
-
-
-def _unknown_names(one: Round) -> Iterator[str]:
-    for found in one.shortfalls:
-        if found.code == "E010":
-            yield from _UNKNOWN.findall(found.text)
 
 
 def _too_far(rounds: Sequence[Round]) -> Impossible | None:
