@@ -14,7 +14,7 @@ from formiga_bt.bridges.findings import Findings
 from formiga_bt.bridges.leaves_in import Step
 from formiga_bt.bridges.scripts import assigned_names
 from formiga_bt.bridges.steps_in import StepReader
-from formiga_bt.bridges.table import our_name
+from formiga_bt.bridges.table import ERRORS, our_name
 from formiga_bt.bridges.values_in import Scope, as_param, camel, clean, unfold, words
 from formiga_bt.bridges.yaml_text import TODO, Flow, document, one_line
 from formiga_bt.diagnostics import Diagnostic, Mark
@@ -33,6 +33,11 @@ class Imported:
 
     text: str
     found: list[Diagnostic]
+
+    @property
+    def errors(self) -> list[Diagnostic]:
+        """What cannot be said in the language: the text, if there is one, fails at these places."""
+        return [one for one in self.found if one.code in ERRORS]
 
 
 def import_btcpp(data: bytes, file: str, catalogue: Catalogue | None = None) -> Imported:
@@ -168,7 +173,7 @@ class _Importer:
         if name not in self.trees or name in self.reading:
             why = "calls itself" if name in self.reading else "is not in this file"
             said = scope.report("X08", element, f"the subtree '{name}' {why}")
-            return {TODO: [said], "notify": f"TODO: call {one_line(name)}"}
+            return {TODO: [said], "fail": f"TODO: call {one_line(name)}"}
         given = {
             our_name(key): text
             for key, text in element.attrs.items()

@@ -9,17 +9,20 @@ one class because nodes nest in any way. Those that hold no others are in `leave
 
 import re
 from collections.abc import Callable, Mapping, Sequence
+from copy import deepcopy
 from typing import Any, Final
 
 from formiga_bt.bridges.conditions_in import Ports, named, negated
 from formiga_bt.bridges.elements import Element
 from formiga_bt.bridges.leaves_in import LeafReader, Step
-from formiga_bt.bridges.table import BTCPP, OWN
+from formiga_bt.bridges.table import BTCPP, NAV2, OWN
 from formiga_bt.bridges.values_in import Scope, unfold
 from formiga_bt.bridges.yaml_text import TODO, one_line
 
 _RANK: Final[Mapping[str, int]] = {"retry": 1, "timeout": 2, "ignore_failure": 3, "when": 4}
 _PLACE: Final = re.compile(r"\s*\[[^\[\]]*:\d+\]$")
+_READ: Final = frozenset({*BTCPP, *OWN, *NAV2})
+_INLINE: Final = "put its node into the tree that calls it"
 _FEW: Final = 1000
 """Attempts that stand for `num_attempts="-1"`."""
 
@@ -50,7 +53,7 @@ class StepReader(LeafReader):
         step = self._kind(element)
         if step is None:
             return None
-        if element.tag in BTCPP or element.tag in OWN or step.get("do") or step.get("call"):
+        if element.tag in _READ or step.get("do") or step.get("call"):
             self._described(element, step)
         return self._conditions(element, step)
 
@@ -91,7 +94,7 @@ class StepReader(LeafReader):
                 step = self._when(element, key, step)
         for key in ("_onSuccess", "_onFailure", "_onHalted", "_post"):
             if key in attrs:
-                said = scope.report("X02", element, f"'{key}={attrs[key]}' has no counterpart", "write a step for it")
+                said = scope.report("X09", element, f"'{key}={attrs[key]}' has no counterpart", "write a step for it")
                 step.setdefault(TODO, []).append(said)
         return step
 
@@ -121,7 +124,7 @@ class StepReader(LeafReader):
         if self.conditions.looks(element, modified=True):
             cond = self.conditions.read(element)
             return self._check(element, cond) if cond is not None else self._todo(["a condition that cannot be read"])
-        read: Any = getattr(self, f"_node_{tag.lower()}", None) if tag in BTCPP or tag in OWN else None
+        read: Any = getattr(self, f"_node_{tag.lower()}", None) if tag in _READ else None
         if read is not None:
             step = read(element)
             assert step is None or isinstance(step, dict)
@@ -240,11 +243,68 @@ class StepReader(LeafReader):
 
     _node_switch2 = _node_switch3 = _node_switch4 = _node_switch5 = _node_switch6 = _switch
 
+    def _unsaid(self, element: Element, what: str, mend: str = "write it anew with steps of this language") -> Step:
+        """Report a node that cannot be said; its children stay for whoever writes it anew, behind a step that fails."""
+        said = self.scope.report("X09", element, what, mend)
+        fail: Step = {TODO: [said], "fail": f"TODO: {one_line(element.tag)} cannot be said here."}
+        return {"sequence": [fail, *self.steps(element.children)]} if element.children else fail
+
+    def _variable(self, stem: str, first: str) -> str:
+        """Return a new variable of the task; "" where there are none: in a subtree, which is reported."""
+        if not self.is_task:
+            return ""
+        number = 1
+        while (name := f"{stem}_{number}") in self.vars or name in self.scope.known or name in self.scope.params:
+            number += 1
+        self.vars[name] = first
+        self.scope.known.add(name)
+        return name
+
     def _node_inverter(self, element: Element) -> Step:
-        step = self._child(element)
-        said = self.scope.report("X02", element, "Inverter of an action has no counterpart", "say when this failed")
-        step.setdefault(TODO, []).append(said)
-        return step
+        """Read the Inverter of something that does, not only looks: how its child ended is kept in a variable."""
+        done = self._variable("inverted", "false")
+        if not done:
+            return self._unsaid(element, "Inverter of an action needs a variable, and a subtree has none", _INLINE)
+        tried = {"sequence": [self._child(element), {"set": {done: "true"}}], "ignore_failure": "true"}
+        return {"sequence": [{"set": {done: "false"}}, tried, {"check": f"not {done}"}]}
+
+    def _node_recoverynode(self, element: Element) -> Step:
+        """Read child 1; where it fails, so often as is said, child 2 and then child 1 again."""
+        if len(element.children) != 2:
+            return self._unsaid(element, f"a RecoveryNode has two children, not {len(element.children)}")
+        times = (
+            self.scope.amount(element, "number_of_retries", type_="int") if element.get("number_of_retries") else "1"
+        )
+        first, recovery = element.children
+        body = self._one(self.steps([first]))
+        if times == "0":
+            return {"sequence": [body]}
+        again: Step = {"sequence": [*self.steps([recovery]), deepcopy(body)]}
+        if times != "1":
+            again["retry"] = {"attempts": times}
+            said = "a recovery that fails is tried again here, as long as attempts are left; there the node fails"
+            again[TODO] = [self.scope.report("X07", element, said)]
+        return {"fallback": [body, again]}
+
+    def _node_roundrobin(self, element: Element) -> Step:
+        """Read children of which one succeeds; the next time it begins with the one after that: a variable says which."""
+        count = len(element.children)
+        turn = self._variable("turn", "0")
+        if not turn:
+            return self._unsaid(element, "RoundRobin needs a variable, and a subtree has none", _INLINE)
+        ways: list[Step] = [
+            {"sequence": [{"check": f"{turn} <= {i}"}, {"set": {turn: str(i + 1)}}, *self.steps([child])]}
+            for i, child in enumerate(element.children)
+        ]
+        said = "the last child's success is one here; after the last one has failed it does not go on with the first"
+        return {
+            TODO: [self.scope.report("X07", element, said)],
+            "sequence": [{"set": {turn: "0"}, "when": f"{turn} >= {count}"}, {"fallback": ways}],
+        }
+
+    @staticmethod
+    def _one(steps: list[Step]) -> Step:
+        return steps[0] if len(steps) == 1 else {"sequence": steps}
 
     def _node_retryuntilsuccessful(self, element: Element) -> Step:
         step = self._child(element)
@@ -300,14 +360,11 @@ class StepReader(LeafReader):
             step.setdefault(TODO, []).append(said)
         return modified(step, "when", cond)
 
-    def _only_child(self, element: Element) -> Step:
-        step = self._child(element)
-        said = self.scope.report("X02", element, f"{element.tag} has no counterpart: its child is kept")
-        step.setdefault(TODO, []).append(said)
-        return step
+    def _no_counterpart(self, element: Element) -> Step:
+        return self._unsaid(element, f"{element.tag} has no counterpart")
 
-    _node_runonce = _node_skipunlessupdated = _node_waitvalueupdate = _only_child
-    _node_loopint = _node_loopbool = _node_loopdouble = _node_loopstring = _only_child
+    _node_runonce = _node_skipunlessupdated = _node_waitvalueupdate = _no_counterpart
+    _node_loopint = _node_loopbool = _node_loopdouble = _node_loopstring = _no_counterpart
 
     def _node_trycatch(self, element: Element) -> Step:
         said = self.scope.report("X07", element, "TryCatch becomes a fallback")
@@ -416,11 +473,8 @@ class StepReader(LeafReader):
 
     # -- nodes of others ----------------------------------------------------------------------------------------------
     def _foreign(self, element: Element) -> Step:
-        if len(element.children) == 1:
-            return self._only_child(element)
         if element.children:
-            said = self.scope.report("X02", element, f"{element.tag} is not known: its children are run in order")
-            return {TODO: [said], "sequence": self.steps(element.children)}
+            return self._unsaid(element, f"what {element.tag} does with its children is not known")
         return self._action(element)
 
 

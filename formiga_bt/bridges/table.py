@@ -103,10 +103,14 @@ TROUBLES: Final[Mapping[str, str]] = MappingProxyType(
         "X05": "An action names no agent: it gets the role `robot`, whose type you choose.",
         "X06": "A condition node stands for code: it becomes a yes/no param, to be replaced by an expression.",
         "X07": "A node behaves a little differently here.",
-        "X08": "A subtree is named that the file does not have.",
+        "X08": "A subtree is named that the file does not have, or that calls itself: an error.",
+        "X09": "A node cannot be said in this language: an error. The task fails at that place until a person writes it anew.",
     }
 )
 """Codes of what an import reports."""
+
+ERRORS: Final = frozenset({"X01", "X08", "X09"})
+"""Those with which an import ends with exit code 1."""
 
 
 _RESERVED: Final = frozenset({"name", "id", "p_name", "p_id"})
@@ -222,6 +226,9 @@ BTCPP: Final[Mapping[str, str]] = MappingProxyType(
     }
 )
 """Nodes that BT.CPP itself has (3.x and 4.x), by category."""
+
+NAV2: Final = frozenset({"RecoveryNode", "RoundRobin"})
+"""Control nodes of Nav2 that are read. Its others (PipelineSequence, RateController, ...) tick again what has run already."""
 
 
 def as_markdown() -> str:

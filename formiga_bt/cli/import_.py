@@ -19,8 +19,9 @@ def command(
 ) -> None:
     """Read an XML file of BehaviorTree.CPP as a task file, and report what cannot be carried over.
 
-    What a person has to decide stands in the task file as `# TODO`. Exit code 0: written. 1: the XML is refused.
-    2: the file cannot be read.
+    What a person has to decide stands in the task file as `# TODO`. Exit code 0: written. 1: the XML is refused, or it has
+    what cannot be said as a task (codes X08, X09): the file is written, and the task fails at these places. 2: the file
+    cannot be read.
     """
     from formiga_bt.bridges.btcpp_in import import_btcpp
     from formiga_bt.bridges.elements import MAX_BYTES
@@ -41,4 +42,7 @@ def command(
     checked = load_task_text(done.text, str(out or "task"), catalogue=world.catalogue)
     errors = sum(d.severity == "error" for d in checked.diagnostics)
     verdict = "checks clean" if not checked.diagnostics else f"has {errors} errors left; see formiga check"
-    typer.echo(f"imported with {len(done.found)} remarks; the task {verdict}", err=True)
+    unsaid = f", {len(done.errors)} of them of what cannot be said as a task" if done.errors else ""
+    typer.echo(f"imported with {len(done.found)} remarks{unsaid}; the task {verdict}", err=True)
+    if done.errors:
+        raise typer.Exit(1)

@@ -53,7 +53,8 @@ def test_a_tree_that_calls_itself_is_cut_there() -> None:
     )
     done = import_btcpp(xml, "a.xml")
     assert "X08" in {d.code for d in done.found}
-    assert 'notify: "TODO: call A"' in done.text
+    assert 'fail: "TODO: call A"' in done.text
+    assert [one.code for one in done.errors] == ["X08"]
 
 
 def test_names_and_texts_of_a_file_cannot_add_lines_to_the_task() -> None:
