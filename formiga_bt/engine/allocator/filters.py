@@ -11,6 +11,10 @@ FOR_EVER: Final = frozenset({"wrong_type", "not_this_one", "no_action", "not_adm
 """Refusals that waiting does not change."""
 
 
+MOST_NAMED: Final = 3
+"""So many near misses are named; the explanation has all."""
+
+
 def hopeless(request: Request, verdicts: Sequence[Verdict], find: Callable[[str], Candidate | None]) -> str:
     """Return why no known agent could ever serve a request, or ""; `find` returns an agent by its id."""
     for role in request.roles:
@@ -29,7 +33,8 @@ def hopeless(request: Request, verdicts: Sequence[Verdict], find: Callable[[str]
             if possible < role.count:
                 what = f"{role.count} agents" if role.count > 1 else "an agent"
                 wanted = role.id or " or ".join(role.types)
-                told = f" ({'; '.join(near_misses)})" if near_misses else ""
+                more = [f"and {len(near_misses) - MOST_NAMED} more"] if len(near_misses) > MOST_NAMED else []
+                told = f" ({'; '.join(near_misses[:MOST_NAMED] + more)})" if near_misses else ""
                 return (
                     f"role '{role.role}' needs {what} ({wanted}), this fleet has {possible} that could ever serve{told}"
                 )
@@ -44,7 +49,7 @@ def _never(role: RoleRequest, verdict: Verdict, find: Callable[[str], Candidate 
         return None  # one that may begin away from its port may be brought nearer
     agent = find(verdict.agent)
     lacks = never_enough(agent.charge, role.near) if agent is not None and agent.charge is not None else ""
-    return f"too_far, {lacks}, even from its port with a full battery in calm air" if lacks else None
+    return f"too_far, full, from its port, in calm air: {lacks}" if lacks else None
 
 
 def refusal(agent: Candidate, role: RoleRequest) -> tuple[str, str] | None:

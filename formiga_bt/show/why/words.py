@@ -87,7 +87,7 @@ HOLDS: Final[Mapping[str, str]] = {
 }
 
 REASONS: Final[Mapping[str, str]] = {
-    "no_agent": "no fitting agents were free within the role's wait",
+    "no_agent": "it got no agents",
     "request": "the task that a step requested did not succeed, or was not admitted",
     "task_expired": "it was not started before it expired",
     "rejected": "an agent refused the order",

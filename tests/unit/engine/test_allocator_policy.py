@@ -127,6 +127,16 @@ def test_hopeless_says_which_role_and_what_the_near_misses_lack() -> None:
     assert reason == "role 'drone' needs an agent (lwd), this fleet has 0 that could ever serve (d1: no_action Winch)"
 
 
+def test_of_many_near_misses_a_few_are_named() -> None:
+    wish = request("T-1", role(actions=("Winch",)))
+    agents = [drone(f"d{n}", 0.0) for n in range(1, 31)]
+
+    reason = hopeless(wish, closest([wish], agents).verdicts["T-1"], Roster(agents).find)
+
+    assert reason.count("no_action") == 3
+    assert reason.endswith("; and 27 more)")
+
+
 def test_a_busy_or_empty_agent_is_no_reason_to_give_up() -> None:
     wish = request("T-1", role(battery_min=50.0))
     agents = [drone("d1", 0.0, task="Other-1"), drone("d2", 0.0, battery=3.0)]
@@ -178,7 +188,7 @@ def test_a_place_too_far_for_a_full_battery_is_hopeless_for_a_machine_that_begin
         wish = request("T-1", role(near=(Place(metres, 0.0),), away=away))
         reason = hopeless(wish, closest_charged([wish], agents).verdicts["T-1"], Roster(agents).find)
         assert bool(reason) is (is_hopeless and not away)
-        assert "d1: too_far, 100 % less " in reason or not reason
+        assert "d1: too_far" in reason or not reason
 
 
 def test_wind_and_another_machine_are_no_reason_to_give_up_and_one_of_two_too_far_is() -> None:

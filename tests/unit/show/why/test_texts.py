@@ -199,7 +199,7 @@ def test_a_team_that_this_fleet_cannot_make_up_ends_with_who_fitted(field: Field
     assert field.told(mine) == text(
         """
         Team-1 FAILED
-          FAILED (no_agent): no fitting agents were free within the role's wait: role 'drone' needs 3 agents (hwd), \
+          FAILED (no_agent): it got no agents: role 'drone' needs 3 agents (hwd), \
 this fleet has 2 that could ever serve
           drone: only hwd_1, hwd_2 fitted
         """
