@@ -101,7 +101,9 @@ def test_only_people_of_the_site_file_have_one(monkeypatch: Patch, capfd: Captur
     assert "does not name eve; it names watcher_1, ann, bob, pia" in said
     assert "say whose: formiga access secret watcher_1|ann|bob|pia" in said
     assert "there is no n.yaml" in said
+    assert run(["access", "secret", "ann", FIRST]) == 2, "an argument is in the list of processes"
     assert not folder.exists()
+    capfd.readouterr()
 
     assert run(["access", "secret", "bob"]) == 0
     assert run(["access", "list", "--json"]) == 0
