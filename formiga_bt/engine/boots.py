@@ -9,7 +9,9 @@ Two processes may even bear one `boot_id` (a copied disk, a recording that is pl
 what counts up later is stamped later or at the same instant, in whatever order the wire brings it. So a status that does not
 count up and is newer by its stamp is a stray: the process counts wrongly, or is another one. If within `STRAY_US` of it the
 count goes on where it was, with a stamp that is not before the stray's, two are counting at once: no order in which one
-process's statuses could come looks so, whatever is lost, late or comes twice.
+process's statuses could come looks so, whatever is lost, late or comes twice. One exception: a process that stood still or was
+cut off for 10 s or more may set its clock back when it hears the engine again, so beside a status that was stamped so long ago
+nothing is a stray.
 
 Stamps are judged by the engine's own clock: none may be more than `AHEAD_US` ahead of it. An agent extrapolates engine time
 from the newest beat that it heard, so it is right but for what changed since: 30 s without a beat, after which it is lost
@@ -36,6 +38,8 @@ AHEAD_US: Final[Micros] = 600 * SECOND
 STRAY_US: Final[Micros] = 7 * SECOND
 """After a stray the count must go on within so long (wall time) to show that two are counting. An agent whose clock was wrong
 steps back only if that was 10 s of wall time or more (`AgentSide`); 3 s remain for what the wire delays."""
+SET_BACK_US: Final[Micros] = 10 * SECOND
+"""A status stamped so long ago may be of a clock that was set back."""
 STAYS_US: Final[Micros] = 2 * SECOND
 """A process that came after another and is heard for so long (wall time) is no straggler."""
 BAD_LIMIT: Final = 5
@@ -114,7 +118,7 @@ class Boots:
             if 0 < agent.stray_stamp <= status.stamp and wall - agent.stray_wall <= STRAY_US:
                 self._two(agent, wall)
             return False
-        if status.stamp > agent.stamp:
+        if status.stamp > agent.stamp > self._core.clock - SET_BACK_US:
             self._core.put_agent(agent.id, stray_stamp=status.stamp, stray_wall=wall)
             self._fleet.on_bad(agent.id, STUCK.format(seq=status.seq, before=agent.seq))
             if self._core.state.agents[agent.id].bad >= BAD_LIMIT:
