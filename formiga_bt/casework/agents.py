@@ -1,6 +1,6 @@
 """Reads the agents of a case: the site's own, with what the case says differs, by agent or by role."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -8,18 +8,10 @@ from formiga_bt.casework.options import AGENT
 from formiga_bt.casework.rules import all_roles
 from formiga_bt.diagnostics import Mark
 from formiga_bt.geo import Place
-from formiga_bt.lang.document import Entry, Scalar
+from formiga_bt.lang.document import Scalar
+from formiga_bt.lang.keyed import Keys, read_keys
 from formiga_bt.lang.model import Task
-from formiga_bt.lang.reading import (
-    did_you_mean,
-    quoted_list,
-    read_flag,
-    read_keys,
-    read_listing,
-    read_mapping,
-    read_name,
-    shorten,
-)
+from formiga_bt.lang.reading import did_you_mean, quoted_list, read_mapping, read_name, shorten
 from formiga_bt.lang.scenario.book import Book
 from formiga_bt.lang.scenario.entries import ScenarioAgent
 
@@ -34,16 +26,14 @@ class CaseAgents:
 
     def read(self) -> list[ScenarioAgent]:
         """Return the agents that are there."""
-        entry = self.book.keys.get("agents")
-        mapping = read_mapping(entry.value, self.book.problems, "agents") if entry is not None else None
         absent: set[str] = set()
-        for one in mapping.entries if mapping is not None else ():
+        for one in self.book.keys.entries("agents"):
             differs = read_mapping(one.value, self.book.problems, one.key.text)
             if differs is None:
                 continue
             keys = read_keys(differs, AGENT, self.book.problems, "an agent")
             ids = self._who(one.key, keys)
-            if "absent" in keys and read_flag(keys["absent"].value, self.book.problems, "absent"):
+            if keys.flag("absent"):
                 absent.update(ids)
             for id_ in ids:
                 self._change(id_, keys, alone=len(ids) == 1, mark=one.key.mark)
@@ -51,7 +41,7 @@ class CaseAgents:
         self.book.types.update({agent.id: agent.type for agent in found})
         return found
 
-    def _who(self, key: Scalar, keys: Mapping[str, Entry]) -> list[str]:
+    def _who(self, key: Scalar, keys: Keys) -> list[str]:
         """Return the agents that a key means: one, or all that fit a role."""
         if key.text in self.agents:
             return [key.text]
@@ -64,14 +54,14 @@ class CaseAgents:
                 self.book.problems.add("E010", key.mark, f"the site has no agent for the role '{key.text}'")
             return fits
         if "type" in keys:
-            return self._new(key, keys["type"])
+            return self._new(key, keys)
         known = [*self.agents, *roles]
         what = f"no agent and no role is called '{shorten(key.text)}'{did_you_mean(key.text, known)}"
         self.book.problems.add("E010", key.mark, what, f"known: {quoted_list(known)}; a further agent needs type:")
         return []
 
-    def _new(self, key: Scalar, entry: Entry) -> list[str]:
-        type_ = read_name(entry.value, self.book.problems, "type")
+    def _new(self, key: Scalar, keys: Keys) -> list[str]:
+        type_ = keys.name("type")
         name = read_name(key, self.book.problems, "agent")
         known = self.book.catalogue.types
         if type_ is None or name is None:
@@ -84,7 +74,7 @@ class CaseAgents:
         self.agents[name.text] = ScenarioAgent(name.text, type_.text, Place(0.0, 0.0), human)
         return [name.text]
 
-    def _change(self, id_: str, keys: Mapping[str, Entry], *, alone: bool, mark: Mark) -> None:
+    def _change(self, id_: str, keys: Keys, *, alone: bool, mark: Mark) -> None:
         agent, problems = self.agents[id_], self.book.problems
         changes: dict[str, Any] = {}
         for key in ("battery", "payload"):
@@ -93,14 +83,11 @@ class CaseAgents:
         if "walk" in keys and not agent.human:
             problems.add("E008", keys["walk"].key.mark, f"'{id_}' is no person: only people walk")
         if "battery" in keys:
-            changes["battery"] = self.book.quantity(keys, "battery", "percent", 100.0)
-            if not 0.0 <= changes["battery"] <= 100.0:
-                problems.add("E062", keys["battery"].value.mark, "'battery' must lie between 0 % and 100 %")
+            changes["battery"] = keys.number("battery")
         if "payload" in keys:
-            changes["payload_kg"] = self.book.quantity(keys, "payload", "mass", 0.0)
+            changes["payload_kg"] = keys.number("payload")
         if "walk" in keys:
-            way = [self.book.point(node) for node in read_listing(keys["walk"].value, problems, "walk") or ()]
-            changes["walk"] = tuple(p if isinstance(p, Place) else p.ground for p in way if p is not None)
+            changes["walk"] = self.book.way(keys, "walk")
         if "at" in keys:
             node = keys["at"].value
             if not alone:

@@ -1,21 +1,17 @@
 """Reads what a case expects."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import cast, get_args
 
 from formiga_bt.casework.cases import GAP, Expect, GoalRule, Standing
 from formiga_bt.casework.codes import read_code
 from formiga_bt.casework.options import EXPECT
 from formiga_bt.casework.rules import all_roles, all_steps, read_order
-from formiga_bt.lang.document import Entry, Listing
+from formiga_bt.lang.keyed import Keys
 from formiga_bt.lang.model import Fail, Task
 from formiga_bt.lang.reading import (
     did_you_mean,
     quoted_list,
-    read_keys,
-    read_listing,
-    read_mapping,
-    read_text,
     read_word,
     read_words,
     shorten,
@@ -25,27 +21,24 @@ from formiga_bt.lang.scenario.book import Book
 
 def read_expect(book: Book, task: Task, goals: Sequence[GoalRule] = ()) -> Expect | None:
     """Return what a case expects, or None if it does not say it; `goals` are its rules for goals."""
-    entry = book.keys.get("expect")
-    mapping = read_mapping(entry.value, book.problems, "expect") if entry is not None else None
-    if mapping is None:
+    if "expect" not in book.keys:
         return None
-    keys = read_keys(mapping, EXPECT, book.problems, "expect")
-    code = read_text(keys["code"].value, book.problems, "code") if "code" in keys else None
-    status = book.word(keys, "status", EXPECT[0].values, "succeeded")
+    keys = book.keys.inside("expect", EXPECT, "expect")
+    code, status = keys.text("code"), keys.word("status")
     if code is not None and status == "succeeded":
         book.problems.add("E008", keys["code"].key.mark, "a task that succeeds has no code", "say status: failed")
     return Expect(
-        mapping.mark,
+        book.keys.mark("expect"),
         status,  # type: ignore[arg-type]  # one of its words
         read_code(code, [*_own_words(task), *(rule.code for rule in goals)], book.problems)
         if code is not None
         else None,
         _actions(book, task, keys),
         _end_state(book, task, keys),
-        book.duration(keys, "max_time", 0.0) if "max_time" in keys else None,
-        book.whole(keys, "answers_asked", 0, least=0) if "answers_asked" in keys else None,
-        _notices(book, keys),
-        book.whole(keys, "crashes", 0, least=0),
+        keys.number("max_time") if "max_time" in keys else None,
+        keys.whole("answers_asked") if "answers_asked" in keys else None,
+        _notices(keys),
+        keys.whole("crashes"),
     )
 
 
@@ -53,7 +46,7 @@ def _own_words(task: Task) -> list[str]:
     return [step.code for step in all_steps(task) if isinstance(step, Fail) and step.code]
 
 
-def _actions(book: Book, task: Task, keys: Mapping[str, Entry]) -> tuple[str, ...] | None:
+def _actions(book: Book, task: Task, keys: Keys) -> tuple[str, ...] | None:
     if "actions" not in keys:
         return None
     found = []
@@ -63,13 +56,12 @@ def _actions(book: Book, task: Task, keys: Mapping[str, Entry]) -> tuple[str, ..
     return tuple(found)
 
 
-def _end_state(book: Book, task: Task, keys: Mapping[str, Entry]) -> dict[str, Standing]:
-    mapping = read_mapping(keys["end_state"].value, book.problems, "end_state") if "end_state" in keys else None
+def _end_state(book: Book, task: Task, keys: Keys) -> dict[str, Standing]:
     machines = [name for name, type_ in book.types.items() if not book.catalogue.types[type_].human]
     roles = [r.name for r in all_roles(task).values() if not all(book.catalogue.types[t].human for t in r.types)]
     known = [*roles, *machines]
     found: dict[str, Standing] = {}
-    for one in mapping.entries if mapping is not None else ():
+    for one in keys.entries("end_state"):
         if one.key.text not in known:
             text = (
                 f"no machine and no role of one is called '{shorten(one.key.text)}'{did_you_mean(one.key.text, known)}"
@@ -81,10 +73,7 @@ def _end_state(book: Book, task: Task, keys: Mapping[str, Entry]) -> dict[str, S
     return found
 
 
-def _notices(book: Book, keys: Mapping[str, Entry]) -> tuple[str, ...] | None:
+def _notices(keys: Keys) -> tuple[str, ...] | None:
     if "notices" not in keys:
         return None
-    node = keys["notices"].value
-    items = node.items if isinstance(node, Listing) else read_listing(node, book.problems, "notices")
-    texts = [read_text(item, book.problems, "notices") for item in items or ()]
-    return tuple(text.text for text in texts if text is not None)
+    return tuple(keys.words("notices"))

@@ -3,6 +3,7 @@
 from typing import Final
 
 from formiga_bt.lang.kinds import Option
+from formiga_bt.lang.scenario.options import BATTERY, PAYLOAD, WALK
 
 FILE: Final = (
     Option("formiga_test", "value", "Version of the format.", type="int", required=True),
@@ -18,39 +19,48 @@ CASE: Final = (
     Option("answers", "value", "How questions are answered, and what becomes of goals."),
     Option("faults", "value", "What goes wrong, and when; as in a scenario."),
     Option("orders", "value", "What people order, and when; as in a scenario."),
-    Option("abort_at", "value", "When the task is aborted.", type="duration"),
+    Option("abort_at", "value", "When the task is aborted.", type="duration", least=0.0),
     Option("expect", "options", "What must have come.", required=True),
 )
 AGENT: Final = (
     Option("type", "name", "Of an agent that the site does not list."),
     Option("at", "value", "Where it begins: a port, a place, a point."),
-    Option("battery", "value", "Its charge (100 %).", type="percent"),
-    Option("payload", "value", "What a drone carries (0 kg).", type="mass"),
-    Option("walk", "value", "The way a person walks from the beginning: places."),
+    BATTERY,
+    PAYLOAD,
+    WALK,
     Option("absent", "flag", "It is not there (false)."),
 )
 ANSWER: Final = (
     Option("ask", "text", "Which question: its number, or a part of its text.", required=True),
     Option("answer", "text", "What is answered."),
     Option("never", "flag", "It is never answered (false)."),
-    Option("after", "value", "How long it takes (3 s).", type="duration"),
+    Option("after", "value", "How long it takes (3 s).", type="duration", least=0.0, default=3.0),
 )
 GOAL: Final = (
     Option("do", "action", "Whose goals: role.Action, or agent.Action.", required=True),
-    Option("nth", "value", "Which of these goals of the case; without it each.", type="int"),
+    Option("nth", "value", "Which of these goals of the case; without it each.", type="int", least=1),
     Option("fail", "name", "It fails on the way with this code."),
     Option("reject", "name", "It is refused with this code."),
     Option("result", "map", "It ends well with this result, and nothing else happens."),
-    Option("after", "value", "How long until then (1 s); alone: how late it begins.", type="duration"),
+    Option(
+        "after",
+        "value",
+        "How long until then (1 s); alone: how late it begins.",
+        type="duration",
+        least=0.0,
+        default=1.0,
+    ),
 )
 EXPECT: Final = (
-    Option("status", "word", "How it ends (succeeded).", values=("succeeded", "failed", "canceled")),
+    Option(
+        "status", "word", "How it ends (succeeded).", values=("succeeded", "failed", "canceled"), default="succeeded"
+    ),
     Option("code", "name", "The reason code of its end."),
     Option("actions", "words", "The goals sent, in order; .. stands for any others."),
     Option("end_state", "map", "How machines are then, by role or agent."),
-    Option("max_time", "value", "The longest it may take.", type="duration"),
-    Option("answers_asked", "value", "How many questions its asks put.", type="int"),
+    Option("max_time", "value", "The longest it may take.", type="duration", least=0.0),
+    Option("answers_asked", "value", "How many questions its asks put.", type="int", least=0),
     Option("notices", "value", "A part of the text of each notice, in order."),
-    Option("crashes", "value", "How many crashes (0).", type="int"),
+    Option("crashes", "value", "How many crashes (0).", type="int", least=0),
 )
 STANDINGS: Final = ("grounded", "airborne", "at_port", "parked_away", "quarantined")

@@ -21,19 +21,12 @@ from formiga_bt.casework.options import CASE, FILE
 from formiga_bt.casework.rules import read_rules
 from formiga_bt.clock import micros
 from formiga_bt.diagnostics import Diagnostic, Mark, in_order
-from formiga_bt.lang.document import Entry, Mapping_, Scalar, parse
+from formiga_bt.lang.document import Entry, Mapping_, Scalar
+from formiga_bt.lang.keyed import Keys, check_version, read_keys, read_root, text_of
 from formiga_bt.lang.loader import load_site, load_task
 from formiga_bt.lang.model import Catalogue, Site, Task
 from formiga_bt.lang.profiles import load_profile, profile_file, unknown_profile
-from formiga_bt.lang.reading import (
-    Problems,
-    did_you_mean,
-    read_keys,
-    read_listing,
-    read_mapping,
-    read_text,
-    shorten,
-)
+from formiga_bt.lang.reading import Problems, did_you_mean, read_mapping, shorten
 from formiga_bt.lang.requested import with_requested
 from formiga_bt.lang.scenario import own_tasks
 from formiga_bt.lang.scenario.book import Book
@@ -63,13 +56,12 @@ def load_cases(path: Path, *, catalogue: Catalogue, library: Sequence[Path] | No
         catalogue: agent types and actions.
         library: the folders where tasks and sites are looked up that are not beside the file; None = the packaged trees.
     """
-    file = str(path)
-    try:
-        text = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        return LoadedCases(None, [Diagnostic("E008", Mark(file, 1, 1), f"the file cannot be read: {error}")])
+    problems = Problems()
+    text = text_of(path, problems)
+    if text is None:
+        return LoadedCases(None, problems.found)
     folders = (path.parent, *((folder("trees"),) if library is None else library))
-    return load_cases_text(text, file, catalogue=catalogue, folders=folders)
+    return load_cases_text(text, str(path), catalogue=catalogue, folders=folders)
 
 
 def load_cases_text(text: str, file: str, *, catalogue: Catalogue, folders: Sequence[Path]) -> LoadedCases:
@@ -95,15 +87,11 @@ class _Reader:
 
     def read(self) -> CaseFile | None:
         """Return what the file says, as far as it can be read."""
-        node, found = parse(self._text, self._file)
-        self.problems.extend(found)
-        if node is None and not found:
-            self.problems.add("E008", Mark(self._file, 1, 1), "the file is empty", "begin with: formiga_test: 1")
-        root = read_mapping(node, self.problems, "test") if node is not None else None
-        if root is None:
+        text, file, begin = self._text, self._file, "formiga_test: 1"
+        keys = read_root(text, file, FILE, self.problems, what="test", owner="a test file", begin=begin)
+        if keys is None:
             return None
-        keys = read_keys(root, FILE, self.problems, "a test file")
-        self._check_version(keys)
+        check_version(keys, "formiga_test", "these tests need", "write formiga_test: 1")
         site = self._site(keys)
         task = self._task(keys, site) if site is not None else None
         if site is None or task is None:
@@ -113,14 +101,8 @@ class _Reader:
         _, *requested = with_requested(task, lambda path: self._load(path, site))
         return CaseFile(self._file, task, site, self._catalogue, tuple(cases), tuple(requested))
 
-    def _check_version(self, keys: Mapping[str, Entry]) -> None:
-        at = read_text(keys["formiga_test"].value, self.problems, "formiga_test") if "formiga_test" in keys else None
-        if at is not None and at.text != "1":
-            text = f"these tests need version {shorten(at.text)}, this program knows 1"
-            self.problems.add("E007", at.mark, text, "write formiga_test: 1")
-
-    def _site(self, keys: Mapping[str, Entry]) -> Site | None:
-        at = read_text(keys["site"].value, self.problems, "site") if "site" in keys else None
+    def _site(self, keys: Keys) -> Site | None:
+        at = keys.text("site")
         if "site" in keys and at is None:
             return None
         name = at.text if at is not None else DEMO_SITE
@@ -133,8 +115,8 @@ class _Reader:
         self.sources.update(sources)
         return site
 
-    def _task(self, keys: Mapping[str, Entry], site: Site) -> Task | None:
-        at = read_text(keys["task"].value, self.problems, "task") if "task" in keys else None
+    def _task(self, keys: Keys, site: Site) -> Task | None:
+        at = keys.text("task")
         path = self._look_up(at, at.text, "task file", "*.yaml") if at is not None else None
         return self._load(path, site) if path is not None else None
 
@@ -158,14 +140,10 @@ class _Reader:
             self.problems.add("E008", mark, text, help_)
         return path
 
-    def _cases(self, keys: Mapping[str, Entry], task: Task, site: Site) -> list[Case]:
-        nodes = read_listing(keys["cases"].value, self.problems, "cases") if "cases" in keys else ()
-        if nodes is not None and not nodes and "cases" in keys:
-            self.problems.add("E044", keys["cases"].value.mark, "'cases' is an empty list")
+    def _cases(self, keys: Keys, task: Task, site: Site) -> list[Case]:
         found: list[Case] = []
-        for node in nodes or ():
-            mapping = read_mapping(node, self.problems, "case")
-            case = self._case(mapping, task, site) if mapping is not None else None
+        for mapping in keys.mappings("cases", "case", such_as=""):
+            case = self._case(mapping, task, site)
             if case is not None and any(case.name == other.name for other in found):
                 self.problems.add("E018", case.mark, f"there is a case '{shorten(case.name)}' already")
             if case is not None:
@@ -174,7 +152,7 @@ class _Reader:
 
     def _case(self, mapping: Mapping_, task: Task, site: Site) -> Case | None:
         keys = read_keys(mapping, CASE, self.problems, "a case")
-        name = read_text(keys["name"].value, self.problems, "name") if "name" in keys else None
+        name = keys.text("name")
         with self.problems.within(shorten(name.text) if name is not None else "case"):
             book = Book(self.problems, self.sources, keys, self._catalogue, site, self._folders)
             agents = CaseAgents(book, task).read()
@@ -187,9 +165,9 @@ class _Reader:
             return None
         return Case(name.text, name.mark, params, tuple(agents), expect, answers, goals, tuple(faults), tuple(orders))
 
-    def _params(self, book: Book, task: Task, keys: Mapping[str, Entry], mark: Mark) -> dict[str, Any]:
+    def _params(self, book: Book, task: Task, keys: Keys, mark: Mark) -> dict[str, Any]:
         entry = keys.get("params")
-        at = read_text(keys["profile"].value, self.problems, "profile") if "profile" in keys else None
+        at = keys.text("profile")
         if at is not None:
             path = profile_file(at.text, self._folders[:1])
             if path is None:
@@ -207,7 +185,7 @@ class _Reader:
 def _abort(book: Book, task: Task) -> list[ScenarioOrder]:
     if "abort_at" not in book.keys:
         return []
-    return [ScenarioOrder(micros(book.duration(book.keys, "abort_at", 0.0)), "abort", task.name, "task")]
+    return [ScenarioOrder(micros(book.keys.number("abort_at")), "abort", task.name, "task")]
 
 
 def _is_file(path: Path) -> bool:

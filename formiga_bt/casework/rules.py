@@ -8,16 +8,13 @@ from formiga_bt.casework.cases import AnswerRule, GoalRule
 from formiga_bt.casework.options import ANSWER, GOAL
 from formiga_bt.geo import Place, Position
 from formiga_bt.lang.document import Entry, Mapping_, Scalar
+from formiga_bt.lang.keyed import read_keys
 from formiga_bt.lang.model import Ask, Call, Param, Role, Step, Task, WithAgents
 from formiga_bt.lang.reading import (
     did_you_mean,
     fix_word,
     quoted_list,
-    read_flag,
-    read_keys,
     read_mapping,
-    read_name,
-    read_text,
     shorten,
 )
 from formiga_bt.lang.scenario.book import Book
@@ -32,10 +29,7 @@ def read_rules(book: Book, task: Task) -> tuple[tuple[AnswerRule, ...], tuple[Go
     """Return the rules of a case, answers and goals, each in the order of the file."""
     answers: list[AnswerRule] = []
     goals: list[GoalRule] = []
-    for node in book.items("answers"):
-        mapping = read_mapping(node, book.problems, "answers")
-        if mapping is None:
-            continue
+    for mapping in book.keys.mappings("answers", "answers"):
         if mapping.get("do") is not None:
             goal = _goal(book, task, mapping)
             goals += [goal] if goal is not None else []
@@ -75,10 +69,7 @@ def all_roles(task: Task) -> Mapping[str, Role]:
 
 def _answer(book: Book, task: Task, mapping: Mapping_) -> AnswerRule | None:
     keys = read_keys(mapping, ANSWER, book.problems, "an answer")
-    which = read_text(keys["ask"].value, book.problems, "ask") if "ask" in keys else None
-    said = read_text(keys["answer"].value, book.problems, "answer") if "answer" in keys else None
-    never = "never" in keys and read_flag(keys["never"].value, book.problems, "never")
-    after_s = book.duration(keys, "after", 3.0)
+    which, said, never, after_s = keys.text("ask"), keys.text("answer"), keys.flag("never"), keys.number("after")
     if (said is None) != never:
         text = "'answer' and 'never' exclude each other" if never else "an answer needs 'answer' or 'never: true'"
         book.problems.add("E008", mapping.mark, text, "take one of them out" if never else "add answer:")
@@ -121,10 +112,10 @@ def read_order(book: Book, task: Task, at: Scalar, what: str) -> tuple[str, str]
 
 def _goal(book: Book, task: Task, mapping: Mapping_) -> GoalRule | None:
     keys = read_keys(mapping, GOAL, book.problems, "a goal")
-    at = read_text(keys["do"].value, book.problems, "do")
+    at = keys.text("do")
     order = read_order(book, task, at, "do") if at is not None else None
-    nth = book.whole(keys, "nth", 1, least=1) if "nth" in keys else None
-    codes = {key: read_name(keys[key].value, book.problems, key) for key in ("fail", "reject") if key in keys}
+    nth = keys.whole("nth") if "nth" in keys else None
+    codes = [keys.word(key) for key in ("fail", "reject")]
     chosen = [key for key in ("fail", "reject", "result") if key in keys]
     if len(chosen) > 1 or not (chosen or "after" in keys):
         text = f"'{chosen[0]}' and '{chosen[1]}' exclude each other" if chosen else "nothing is said of these goals"
@@ -137,9 +128,9 @@ def _goal(book: Book, task: Task, mapping: Mapping_) -> GoalRule | None:
     result = _result(book, order[1], keys["result"]) if order is not None and "result" in keys else {}
     if order is None:
         return None
-    code = next((word.text for word in codes.values() if word is not None), "")
+    code = next(filter(None, codes), "")
     does = {"fail": "fail", "reject": "reject", "result": "finish"}.get(chosen[0] if chosen else "", "wait")
-    after_s = book.duration(keys, "after", 1.0)
+    after_s = keys.number("after")
     return GoalRule(mapping.mark, *order, nth, does, code, result, after_s)  # type: ignore[arg-type]  # one of its words
 
 

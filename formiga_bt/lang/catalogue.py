@@ -16,6 +16,7 @@ from formiga_bt.lang.actions import read_action, read_optional_mapping, read_res
 from formiga_bt.lang.document import Entry, Node, Scalar, parse
 from formiga_bt.lang.envelope import read_envelope, read_on_breach
 from formiga_bt.lang.files import Shelf, read_file
+from formiga_bt.lang.keyed import read_keys
 from formiga_bt.lang.kinds import ENVELOPE, Option
 from formiga_bt.lang.model import ActionSpec, AgentType, Catalogue, Subtree
 from formiga_bt.lang.reading import (
@@ -24,7 +25,6 @@ from formiga_bt.lang.reading import (
     fix_word,
     quoted_list,
     read_flag,
-    read_keys,
     read_mapping,
     read_name,
     read_number,

@@ -11,18 +11,10 @@ from typing import Final, Literal
 
 from formiga_bt.diagnostics import Mark
 from formiga_bt.lang.document import Node
+from formiga_bt.lang.keyed import read_keys
 from formiga_bt.lang.kinds import ENVELOPE, Option
 from formiga_bt.lang.model import AgentType
-from formiga_bt.lang.reading import (
-    Problems,
-    fix_word,
-    quoted_list,
-    read_flag,
-    read_keys,
-    read_mapping,
-    read_quantity,
-    read_word,
-)
+from formiga_bt.lang.reading import Problems, fix_word, quoted_list, read_flag, read_mapping, read_quantity, read_word
 from formiga_bt.lang.synonyms import nearest, surely
 from formiga_bt.units import format_quantity
 

@@ -45,6 +45,13 @@ class Option:
     available: bool = True
     like: str = ""
     """A value as an example, where it is required."""
+    default: float | str | None = None
+    """Of a number (SI) or a word: what holds where nothing is written; None = 0, or empty."""
+    least: float | None = None
+    most: float | None = None
+    """Limits of a number, SI, that are within them."""
+    above: float | None = None
+    """A limit of a number, SI, that is not."""
 
 
 @dataclass(frozen=True, slots=True)

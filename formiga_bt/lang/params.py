@@ -12,6 +12,7 @@ from formiga_bt.lang.binding import impossible
 from formiga_bt.lang.document import Entry, Listing, Mapping_, Node, Scalar
 from formiga_bt.lang.expr.scope import BUILT_INS, OUTSIDE
 from formiga_bt.lang.expressions import Scope, compile_value
+from formiga_bt.lang.keyed import read_keys
 from formiga_bt.lang.kinds import PARAM
 from formiga_bt.lang.model import AgentType, Expr, Param
 from formiga_bt.lang.outside import warn_outside
@@ -22,7 +23,6 @@ from formiga_bt.lang.reading import (
     fix_word,
     quoted_list,
     read_flag,
-    read_keys,
     read_mapping,
     read_name,
     read_text,

@@ -19,19 +19,11 @@ from typing import Final
 
 from formiga_bt.diagnostics import Diagnostic, Mark, in_order
 from formiga_bt.lang.aliases import by_alias, given_params
-from formiga_bt.lang.document import Entry, Mapping_, Scalar, parse
+from formiga_bt.lang.document import Entry, Mapping_, Scalar
+from formiga_bt.lang.keyed import Keys, check_version, read_root, text_of
 from formiga_bt.lang.kinds import Option
 from formiga_bt.lang.model import Task
-from formiga_bt.lang.reading import (
-    Problems,
-    did_you_mean,
-    plain,
-    read_keys,
-    read_mapping,
-    read_name,
-    read_text,
-    shorten,
-)
+from formiga_bt.lang.reading import Problems, did_you_mean, plain, read_mapping, read_name, shorten
 from formiga_bt.packaged import folder
 
 PROFILE: Final = (
@@ -109,42 +101,27 @@ def profile_file(word: str, folders: Sequence[Path] = ()) -> Path | None:
 
 def load_profile(path: Path) -> LoadedProfile:
     """Read a profile file; whether its tasks have such parameters is looked at where it is used."""
-    try:
-        text = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        return LoadedProfile(None, [Diagnostic("E008", Mark(str(path), 1, 1), f"the file cannot be read: {error}")])
     problems = Problems()
-    node, found = parse(text, str(path))
-    problems.extend(found)
-    if node is None and not found:
-        problems.add("E008", Mark(str(path), 1, 1), "the file is empty", "begin with: formiga_profile: 1")
-    root = read_mapping(node, problems, "profile") if node is not None else None
-    profile = None
-    if root is not None:
-        profile = _read(read_keys(root, PROFILE, problems, "a profile"), str(path), problems)
-    errors = problems.has_errors()
-    return LoadedProfile(None if errors else profile, in_order(problems.found), {str(path): text})
+    text = text_of(path, problems)
+    if text is None:
+        return LoadedProfile(None, problems.found)
+    file, begin = str(path), "formiga_profile: 1"
+    keys = read_root(text, file, PROFILE, problems, what="profile", owner="a profile", begin=begin)
+    profile = _read(keys, file) if keys is not None else None
+    return LoadedProfile(None if problems.has_errors() else profile, in_order(problems.found), {file: text})
 
 
-def _read(keys: Mapping[str, Entry], file: str, problems: Problems) -> Profile:
-    version = (
-        read_text(keys["formiga_profile"].value, problems, "formiga_profile") if "formiga_profile" in keys else None
-    )
-    if version is not None and version.text != "1":
-        problems.add("E007", version.mark, f"this profile needs version {shorten(version.text)}, this program knows 1")
-    name = read_text(keys["profile"].value, problems, "profile") if "profile" in keys else None
+def _read(keys: Keys, file: str) -> Profile:
+    check_version(keys, "formiga_profile", "this profile needs")
+    name, problems = keys.text("profile"), keys.problems
     if name is not None and not _NAME.match(name.text):
-        problems.add(
-            "E008", name.mark, f"'{shorten(name.text)}' cannot be a profile's name", "letters, digits, - and _"
-        )
-    words = read_text(keys["description"].value, problems, "description") if "description" in keys else None
-    mapping = read_mapping(keys["tasks"].value, problems, "tasks") if "tasks" in keys else None
+        keys.wrong("profile", "E008", f"'{shorten(name.text)}' cannot be a profile's name", "letters, digits, - and _")
     tasks: dict[str, Mapping_] = {}
-    for entry in mapping.entries if mapping is not None else ():
+    for entry in keys.entries("tasks"):
         at, values = read_name(entry.key, problems, "task"), read_mapping(entry.value, problems, entry.key.text)
         if at is not None and values is not None:
             tasks[at.text] = values
-    return Profile(name.text if name is not None else "", file, tasks, words.text if words is not None else "")
+    return Profile(name.text if name is not None else "", file, tasks, keys.word("description"))
 
 
 def unknown_profile(word: str, folders: Sequence[Path] = ()) -> str:

@@ -12,9 +12,8 @@ from typing import Any, Final
 
 from formiga_bt.diagnostics import About, Diagnostic, Fix, Mark, UnusedName
 from formiga_bt.lang.colons import in_text
-from formiga_bt.lang.document import Entry, Listing, Mapping_, Node, Scalar
-from formiga_bt.lang.kinds import Option
-from formiga_bt.lang.synonyms import ADVICE, BY_HAND, KEY_SYNONYMS, is_sure, key_for, nearest, surely
+from formiga_bt.lang.document import Listing, Mapping_, Node, Scalar
+from formiga_bt.lang.synonyms import nearest, surely
 from formiga_bt.units import LIKELY, parse_quantity, too_large
 
 IDENTIFIER: Final = re.compile(r"[A-Za-z][A-Za-z0-9_]*\Z")
@@ -245,52 +244,6 @@ def read_number(node: Node, problems: Problems, what: str) -> float | None:
         return value
     problems.add("E008", scalar.mark, f"'{what}' must be a number, this is {what_is(scalar)}")
     return None
-
-
-def read_keys(mapping: Mapping_, options: Iterable[Option], problems: Problems, owner: str) -> dict[str, Entry]:
-    """Return the entries of a mapping by key, having reported unknown, unavailable and missing keys.
-
-    A misspelt key counts as the one that was meant, so that one mistake is one diagnostic.
-
-    Args:
-        mapping: the mapping.
-        options: what it may hold.
-        problems: where to report.
-        owner: how a message calls it, for example `a param`.
-    """
-    known = {option.name: option for option in options}
-    found: dict[str, Entry] = {}
-    for entry in mapping.entries:
-        key = entry.key.text
-        option = known.get(key)
-        if option is None:
-            meant = unknown_key(entry.key, known, problems, owner, taken=[e.key.text for e in mapping.entries])
-            if meant and known[meant].available:
-                found.setdefault(meant, entry)
-        elif not option.available:
-            problems.add("E004", entry.key.mark, f"'{key}' is part of the language but not of this version yet")
-        elif key not in found:
-            found[key] = entry
-    for option in known.values():
-        if option.required and option.name not in found:
-            problems.add(
-                "E008", mapping.mark, f"{owner} needs '{option.name}'", f"add {option.name}: {option.like}".rstrip()
-            )
-    return found
-
-
-def unknown_key(key: Scalar, known: Iterable[str], problems: Problems, owner: str, taken: Sequence[str] = ()) -> str:
-    """Report E004 for a key that a mapping does not have; return the key that was meant, or ""."""
-    names = [name for name in known if name not in taken]
-    meant = key_for(key.text, names)
-    guess = f"; did you mean '{meant}'?" if meant else ""
-    help_ = ADVICE.get(key.text, "" if meant else f"options: {quoted_list(names)}")
-    sure = meant and (KEY_SYNONYMS.get(key.text) == meant or is_sure(key.text, meant, names))
-    fix = fix_word(key, meant) if sure and key.text not in BY_HAND else None
-    missing, mended = in_text(key.text) if not key.quoted else ("", "")
-    guess, help_ = (f"; {missing}", f"write: {mended}") if missing else (guess, help_)
-    problems.add("E004", key.mark, f"{owner} has no option '{shorten(key.text)}'{guess}", help_, fix)
-    return meant
 
 
 def plain(node: Node) -> Any:

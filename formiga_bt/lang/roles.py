@@ -11,20 +11,12 @@ from formiga_bt.lang.document import Entry, Mapping_, Node, Scalar
 from formiga_bt.lang.expr.members import type_read
 from formiga_bt.lang.expressions import compile_value, plain_name
 from formiga_bt.lang.flow import Named
+from formiga_bt.lang.keyed import read_keys
 from formiga_bt.lang.kinds import COUNT, ROLE
 from formiga_bt.lang.model import Expr, Role, Room, Some
 from formiga_bt.lang.own_names import is_free
 from formiga_bt.lang.params import read_agent_types
-from formiga_bt.lang.reading import (
-    read_flag,
-    read_keys,
-    read_mapping,
-    read_name,
-    read_text,
-    read_word,
-    read_words,
-    what_is,
-)
+from formiga_bt.lang.reading import read_flag, read_mapping, read_name, read_text, read_word, read_words, what_is
 from formiga_bt.lang.steps.over_lists import length_of
 from formiga_bt.lang.types import ANY, DURATION, PERCENT, PLACE, AgentRef, Type, Value, list_of
 from formiga_bt.lang.written import scalars

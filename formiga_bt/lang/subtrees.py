@@ -4,10 +4,11 @@ from formiga_bt.lang.body import Body
 from formiga_bt.lang.document import Entry, Scalar
 from formiga_bt.lang.files import Unit
 from formiga_bt.lang.flow import Named
+from formiga_bt.lang.keyed import read_keys
 from formiga_bt.lang.kinds import SUBTREE
 from formiga_bt.lang.model import Subtree
 from formiga_bt.lang.params import read_params
-from formiga_bt.lang.reading import Problems, did_you_mean, fix_word, quoted_list, read_keys, read_mapping
+from formiga_bt.lang.reading import Problems, did_you_mean, fix_word, quoted_list, read_mapping
 from formiga_bt.lang.steps.step import read_steps
 from formiga_bt.lang.synonyms import surely
 from formiga_bt.lang.types import ANY

@@ -19,8 +19,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
 
-from formiga_bt.diagnostics import Diagnostic, Mark, in_order
-from formiga_bt.lang.document import Entry, parse
+from formiga_bt.diagnostics import Diagnostic, in_order
+from formiga_bt.lang.keyed import Keys, read_root, text_of
 from formiga_bt.lang.loader import load_site
 from formiga_bt.lang.model import Catalogue, Site
 from formiga_bt.lang.reading import (
@@ -28,10 +28,6 @@ from formiga_bt.lang.reading import (
     did_you_mean,
     fix_word,
     quoted_list,
-    read_keys,
-    read_mapping,
-    read_number,
-    read_text,
     shorten,
 )
 from formiga_bt.lang.scenario.agents import read_agents
@@ -46,7 +42,7 @@ from formiga_bt.lang.scenario.entries import (
     ScenarioTask,
 )
 from formiga_bt.lang.scenario.faults import read_faults
-from formiga_bt.lang.scenario.options import FASTEST, FAULTS, ORDERS, SCENARIO, WIND
+from formiga_bt.lang.scenario.options import FAULTS, ORDERS, SCENARIO, WIND
 from formiga_bt.lang.scenario.orders import read_orders
 from formiga_bt.lang.scenario.requests import Requests
 from formiga_bt.lang.synonyms import surely
@@ -88,12 +84,11 @@ def load_scenario(path: Path, *, catalogue: Catalogue, library: Sequence[Path] |
         catalogue: agent types and actions.
         library: the folders where sites and tasks are looked up that are not beside the file; None = the packaged trees.
     """
-    file = str(path)
-    try:
-        text = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        return LoadedScenario(None, [Diagnostic("E008", Mark(file, 1, 1), f"the file cannot be read: {error}")])
-    return load_scenario_text(text, file, catalogue=catalogue, folders=(path.parent, *_library(library)))
+    problems = Problems()
+    text = text_of(path, problems)
+    if text is None:
+        return LoadedScenario(None, problems.found)
+    return load_scenario_text(text, str(path), catalogue=catalogue, folders=(path.parent, *_library(library)))
 
 
 def load_scenario_text(
@@ -102,15 +97,8 @@ def load_scenario_text(
     """Read the text of a scenario; `file` is its name in marks, `folders` where its site and tasks are looked up."""
     problems = Problems()
     sources = {file: text}
-    node, found = parse(text, file)
-    problems.extend(found)
-    if node is None and not found:
-        problems.add("E008", Mark(file, 1, 1), "the file is empty", "begin with: scenario: a_name")
-    root = read_mapping(node, problems, "scenario") if node is not None else None
-    scenario = None
-    if root is not None:
-        keys = read_keys(root, SCENARIO, problems, "a scenario")
-        scenario = _read(problems, sources, keys, catalogue, folders or _library(None), file)
+    keys = read_root(text, file, SCENARIO, problems, what="scenario", owner="a scenario", begin="scenario: a_name")
+    scenario = _read(problems, sources, keys, catalogue, folders or _library(None), file) if keys is not None else None
     return LoadedScenario(None if problems.has_errors() else scenario, in_order(problems.found), sources)
 
 
@@ -121,18 +109,18 @@ def _library(library: Sequence[Path] | None) -> tuple[Path, ...]:
 def _read(
     problems: Problems,
     sources: dict[str, str],
-    keys: dict[str, Entry],
+    keys: Keys,
     catalogue: Catalogue,
     folders: Sequence[Path],
     file: str,
 ) -> Scenario | None:
     """Build the scenario; what is wrong was reported."""
     site, where = _site(problems, sources, keys, catalogue, folders)
-    name, speed = _name(problems, keys), _speed(problems, keys)
+    name, speed = _name(keys), keys.number("speed")
     if site is None:
         return None  # nothing else can be read without places and agents
     book = Book(problems, sources, keys, catalogue, site, folders)
-    seed, wind = book.whole(keys, "seed", 0, least=0), _wind(book)
+    seed, wind = keys.whole("seed"), keys.inside("wind", WIND, "the wind")
     agents = read_agents(book)
     asked = Requests(book, own_tasks(where))
     requests = asked.read()
@@ -147,49 +135,34 @@ def _read(
         tuple(sorted(requests, key=lambda request: request.at)),
         tuple(sorted(faults, key=lambda fault: fault.at)),
         tuple(sorted(orders, key=lambda order: order.at)),
-        wind,
+        (wind.number("east"), wind.number("north")),
         speed,
         seed,
         file,
     )
 
 
-def _name(problems: Problems, keys: Mapping[str, Entry]) -> str:
-    at = read_text(keys["scenario"].value, problems, "scenario") if "scenario" in keys else None
+def _name(keys: Keys) -> str:
+    at = keys.text("scenario")
     if at is not None and not _NAME.fullmatch(at.text):
-        help_ = "a letter, then letters, digits, - and _"
-        problems.add("E008", at.mark, f"'{shorten(at.text)}' cannot be a scenario's name", help_)
+        keys.wrong(
+            "scenario",
+            "E008",
+            f"'{shorten(at.text)}' cannot be a scenario's name",
+            "a letter, then letters, digits, - and _",
+        )
     return at.text if at is not None else ""
-
-
-def _speed(problems: Problems, keys: Mapping[str, Entry]) -> float:
-    if "speed" not in keys:
-        return 1.0
-    node = keys["speed"].value
-    speed = read_number(node, problems, "speed")
-    if speed is not None and not 0.1 <= speed <= FASTEST:
-        problems.add("E062", node.mark, f"'speed' must lie between 0.1 and {FASTEST:g}")
-    return speed if speed is not None else 1.0
-
-
-def _wind(book: Book) -> tuple[float, float]:
-    entry = book.keys.get("wind")
-    mapping = book.mapping(entry.value, "wind") if entry is not None else None
-    if mapping is None:
-        return 0.0, 0.0
-    keys = read_keys(mapping, WIND, book.problems, "the wind")
-    return book.quantity(keys, "east", "speed", 0.0), book.quantity(keys, "north", "speed", 0.0)
 
 
 def _site(
     problems: Problems,
     sources: dict[str, str],
-    keys: Mapping[str, Entry],
+    keys: Keys,
     catalogue: Catalogue,
     folders: Sequence[Path],
 ) -> tuple[Site | None, Path | None]:
     """Return the site, and its file."""
-    at = read_text(keys["site"].value, problems, "site") if "site" in keys else None
+    at = keys.text("site")
     if at is None:
         return None, None
     path = next((place / at.text for place in folders if at.text and _is_file(place / at.text)), None)

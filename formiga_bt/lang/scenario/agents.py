@@ -5,26 +5,18 @@ from typing import Any
 
 from formiga_bt.diagnostics import Mark
 from formiga_bt.geo import Place, Position, horizontal_m
-from formiga_bt.lang.document import Entry, Node, Scalar
+from formiga_bt.lang.document import Entry, Mapping_, Scalar
+from formiga_bt.lang.keyed import Keys, read_keys
 from formiga_bt.lang.reading import (
     did_you_mean,
     fix_word,
     quoted_list,
-    read_flag,
-    read_keys,
-    read_listing,
-    read_mapping,
-    read_name,
-    read_text,
-    read_words,
     shorten,
 )
 from formiga_bt.lang.scenario.book import Book
-from formiga_bt.lang.scenario.entries import OnLinkLoss, ScenarioAgent
+from formiga_bt.lang.scenario.entries import ScenarioAgent
 from formiga_bt.lang.scenario.options import AGENT, ANSWER, FOR_DRONES_ONLY, PERSON
 from formiga_bt.lang.synonyms import surely
-
-_ON_LINK_LOSS: Mapping[str, OnLinkLoss] = {"return": "return", "land": "land", "hold": "hold"}
 
 
 def read_agents(book: Book) -> list[ScenarioAgent]:
@@ -43,21 +35,17 @@ class _Agents:
 
     def read(self) -> list[ScenarioAgent]:
         """Read all of them."""
-        nodes = self.book.items("agents")
         found: list[ScenarioAgent] = []
-        for node in nodes:
-            mapping = read_mapping(node, self.problems, "agent")
-            keys = read_keys(mapping, AGENT, self.problems, "an agent") if mapping is not None else {}
-            agent = self._agent(keys, node.mark) if keys else None
+        for mapping in self.book.keys.mappings("agents", "agent", such_as=""):
+            keys = read_keys(mapping, AGENT, self.problems, "an agent")
+            agent = self._agent(keys, mapping.mark)
             if agent is not None:
-                self._check_room(agent, keys.get("at"), node.mark, found)
+                self._check_room(agent, keys.get("at"), mapping.mark, found)
                 found.append(agent)
-        if "agents" in self.book.keys and not nodes and not self.problems.has_errors():
-            self.problems.add("E044", self.book.keys["agents"].value.mark, "'agents' is an empty list")
         return found
 
-    def _agent(self, keys: Mapping[str, Entry], mark: Mark) -> ScenarioAgent | None:
-        id_ = read_name(keys["id"].value, self.problems, "id") if "id" in keys else None
+    def _agent(self, keys: Keys, mark: Mark) -> ScenarioAgent | None:
+        id_ = keys.name("id")
         if id_ is None:
             return None
         listed = self.site.agents.get(id_.text)
@@ -69,12 +57,9 @@ class _Agents:
             return None
         self.book.types[id_.text] = type_
         human = self.catalogue.types[type_].human
-        battery = self.book.quantity(keys, "battery", "percent", 100.0)
-        if not 0.0 <= battery <= 100.0:
-            self.problems.add("E062", keys["battery"].value.mark, "'battery' must lie between 0 % and 100 %")
         if "person" in keys and not human:
             self.problems.add("E008", keys["person"].key.mark, f"'{id_.text}' is a {type_}: only people have 'person'")
-        answers, walk = self._person(keys["person"].value) if "person" in keys and human else ((), ())
+        answers, walk = self._person(keys) if "person" in keys and human else ((), ())
         home = self.site.ports.get(listed.home) if listed is not None else None
         at: Place | Position | None = home.at if home is not None else None
         if "at" in keys:
@@ -88,23 +73,22 @@ class _Agents:
         if at is None:
             return None
         return ScenarioAgent(
-            id_.text, type_, at, human, battery, home.at if home is not None and not human else None, answers, walk,
-            **self._drone(keys, id_, human),
+            id_.text, type_, at, human, keys.number("battery"),
+            home.at if home is not None and not human else None, answers, walk, **self._drone(keys, id_, human),
         )  # fmt: skip
 
-    def _drone(self, keys: Mapping[str, Entry], id_: Scalar, human: bool) -> dict[str, Any]:
+    def _drone(self, keys: Keys, id_: Scalar, human: bool) -> dict[str, Any]:
         """Return what only drones have."""
         for key in FOR_DRONES_ONLY:
             if human and key in keys:
                 self.problems.add("E008", keys[key].key.mark, f"'{id_.text}' is a person: only drones have '{key}'")
-        payload_kg = self.book.quantity(keys, "payload", "mass", 0.0)
-        if payload_kg < 0.0:
-            self.problems.add("E062", keys["payload"].value.mark, "'payload' must not be negative")
-        does = self.book.word(keys, "on_link_loss", tuple(_ON_LINK_LOSS), "return")
-        can_cut = "cut" in keys and read_flag(keys["cut"].value, self.problems, "cut")
-        return {"payload_kg": payload_kg, "cut": can_cut, "on_link_loss": _ON_LINK_LOSS[does]}
+        return {
+            "payload_kg": keys.number("payload"),
+            "cut": keys.flag("cut"),
+            "on_link_loss": keys.word("on_link_loss"),
+        }
 
-    def _type(self, id_: Scalar, keys: Mapping[str, Entry]) -> str | None:
+    def _type(self, id_: Scalar, keys: Keys) -> str | None:
         listed = self.site.agents.get(id_.text)
         if "type" not in keys:
             if listed is not None and listed.type in self.catalogue.types:
@@ -112,7 +96,7 @@ class _Agents:
             what = f"'{id_.text}' needs 'type': the site does not list it{did_you_mean(id_.text, self.site.agents)}"
             self.problems.add("E008", id_.mark, what, "add type:")
             return None
-        at = read_name(keys["type"].value, self.problems, "type")
+        at = keys.name("type")
         if at is None:
             return None
         known = list(self.catalogue.types)
@@ -138,32 +122,16 @@ class _Agents:
             what = f"'{agent.id}' stands where '{other.id}' stands"
             self.problems.add("E018", at.value.mark if at is not None else mark, what, "drones need 2 m and more")
 
-    def _person(self, node: Node) -> tuple[tuple[Mapping[str, Any], ...], tuple[Place, ...]]:
-        mapping = read_mapping(node, self.problems, "person")
-        keys = read_keys(mapping, PERSON, self.problems, "a person") if mapping is not None else {}
-        rules = read_listing(keys["answers"].value, self.problems, "answers") if "answers" in keys else ()
-        way = read_listing(keys["walk"].value, self.problems, "walk") if "walk" in keys else ()
-        points = [self.book.point(item) for item in way or ()]
-        walk = tuple(point if isinstance(point, Place) else point.ground for point in points if point is not None)
-        return tuple(rule for item in rules or () if (rule := self._answer(item)) is not None), walk
+    def _person(self, keys: Keys) -> tuple[tuple[Mapping[str, Any], ...], tuple[Place, ...]]:
+        person = keys.inside("person", PERSON, "a person")
+        return tuple(map(self._answer, person.mappings("answers", "answers"))), self.book.way(person, "walk")
 
-    def _answer(self, node: Node) -> Mapping[str, Any] | None:
-        mapping = read_mapping(node, self.problems, "answers")
-        if mapping is None:
-            return None
+    def _answer(self, mapping: Mapping_) -> Mapping[str, Any]:
         keys = read_keys(mapping, ANSWER, self.problems, "an answer")
-        match = read_text(keys["match"].value, self.problems, "match") if "match" in keys else None
-        said = read_words(keys["options"].value, self.problems, "options") if "options" in keys else []
-        never = read_flag(keys["never"].value, self.problems, "never") if "never" in keys else False
-        if not never and not said:
+        options, never = keys.words("options"), keys.flag("never")
+        if not never and not options:
             self.problems.add("E008", mapping.mark, "an answer needs 'options' or 'never: true'", "options: [loaded]")
-        after = self.book.duration(keys, "after", 3.0)
-        return {
-            "match": match.text if match is not None else "*",
-            "options": [word.text for word in said],
-            "after": after,
-            "never": never,
-        }
+        return {"match": keys.word("match"), "options": options, "after": keys.number("after"), "never": never}
 
 
 def _touch(a: ScenarioAgent, b: ScenarioAgent) -> bool:

@@ -1,28 +1,25 @@
 """What all readers of a scenario share: the problems found, the site, who is there, and the small values of an entry."""
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Final
 
 from formiga_bt.diagnostics import Mark
 from formiga_bt.geo import Place, Position
 from formiga_bt.lang.binding import SiteEnv, impossible, outside, run_outside
-from formiga_bt.lang.document import Entry, Mapping_, Node, Scalar
+from formiga_bt.lang.document import Mapping_, Node, Scalar
 from formiga_bt.lang.expr.scope import OUTSIDE
 from formiga_bt.lang.expressions import Scope, compile_value
+from formiga_bt.lang.keyed import Keys
 from formiga_bt.lang.model import Catalogue, Param, Site
 from formiga_bt.lang.reading import (
     Problems,
     did_you_mean,
     fix_word,
     quoted_list,
-    read_listing,
-    read_mapping,
-    read_number,
     read_quantity,
     read_text,
-    read_word,
     shorten,
 )
 from formiga_bt.lang.synonyms import surely
@@ -47,7 +44,7 @@ class Book:
         self,
         problems: Problems,
         sources: dict[str, str],
-        keys: Mapping[str, Entry],
+        keys: Keys,
         catalogue: Catalogue,
         site: Site,
         folders: Sequence[Path],
@@ -65,47 +62,16 @@ class Book:
         """Return whether an agent of this scenario is a person."""
         return self.catalogue.types[self.types[agent]].human
 
-    def items(self, key: str, of: Mapping[str, Entry] | None = None) -> Sequence[Node]:
-        """Return the items of a list of the scenario (or `of` other keys), none if there is no such key."""
-        keys = self.keys if of is None else of
-        return read_listing(keys[key].value, self.problems, key) or () if key in keys else ()
-
-    def mapping(self, node: Node, what: str) -> Mapping_ | None:
-        """Return the node if it is a mapping; else report it."""
-        return read_mapping(node, self.problems, what)
-
-    def word(self, keys: Mapping[str, Entry], key: str, choices: Sequence[str], default: str = "") -> str:
-        """Return one of `choices`, or `default` if the key is missing or was reported."""
-        return read_word(keys[key].value, self.problems, key, choices) or default if key in keys else default
-
     def nobody(self, at: Scalar, known: Sequence[str], who: str = "agent") -> None:
         """Report that the scenario has nobody of that name."""
         what = f"no {who} of this scenario is called '{shorten(at.text)}'{did_you_mean(at.text, known)}"
         meant = surely(at.text, known)
         self.problems.add("E010", at.mark, what, f"{who}s: {quoted_list(known) or 'none'}", fix_word(at, meant))
 
-    def whole(self, keys: Mapping[str, Entry], key: str, default: int, least: int) -> int:
-        """Return a whole number, or `default` if the key is missing or was reported."""
-        if key not in keys:
-            return default
-        node = keys[key].value
-        number = read_number(node, self.problems, key)
-        if number is not None and (number != int(number) or not least <= number <= 1e9):
-            self.problems.add("E062", node.mark, f"'{key}' must be a whole number from {least} on")
-            return default
-        return int(number) if number is not None else default
-
-    def quantity(self, keys: Mapping[str, Entry], key: str, kind: str, default: float) -> float:
-        """Return a quantity in SI, or `default` if the key is missing or was reported."""
-        value = read_quantity(keys[key].value, self.problems, key, kind) if key in keys else None
-        return default if value is None else value
-
-    def duration(self, keys: Mapping[str, Entry], key: str, default: float) -> float:
-        """Return seconds, 0 or more, or `default` if the key is missing or was reported."""
-        value = self.quantity(keys, key, "duration", default)
-        if value < 0.0:
-            self.problems.add("E062", keys[key].value.mark, f"'{key}' must not be negative")
-        return max(0.0, value)
+    def way(self, keys: Keys, key: str) -> tuple[Place, ...]:
+        """Return the places of a way on the ground."""
+        points = [self.point(item) for item in keys.listed(key)]
+        return tuple(point if isinstance(point, Place) else point.ground for point in points if point is not None)
 
     def point(self, node: Node) -> Place | Position | None:
         """Read a port's name, a place's name, `lat,lng`, or a mapping with or without a height."""

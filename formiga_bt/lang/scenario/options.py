@@ -13,45 +13,54 @@ FASTEST: Final = 20.0
 SCENARIO: Final = (
     Option("scenario", "name", "The scenario's name.", required=True),
     Option("site", "value", "The site file.", required=True),
-    Option("speed", "value", "Engine seconds per wall second (1)."),
-    Option("seed", "value", "Of the wire's accidents in virtual time (0)."),
+    Option("speed", "value", "Engine seconds per wall second (1).", least=0.1, most=FASTEST, default=1.0),
+    Option("seed", "value", "Of the wire's accidents in virtual time (0).", type="int", least=0),
     Option("agents", "value", "The fleet.", required=True),
     Option("tasks", "value", "What is to be done, and when."),
     Option("faults", "value", "What goes wrong, and when."),
     Option("orders", "value", "What people order, and when."),
     Option("wind", "options", "Where the wind blows to: east, north (no wind)."),
 )
+BATTERY: Final = Option("battery", "value", "Its charge (100 %).", type="percent", least=0.0, most=100.0, default=100.0)
+PAYLOAD: Final = Option("payload", "value", "What a drone carries (0 kg).", type="mass", least=0.0)
+WALK: Final = Option("walk", "value", "The way this person walks from the beginning: places.")
 AGENT: Final = (
     Option("id", "name", "Its id.", required=True),
     Option("type", "name", "Its type; not needed for an agent that the site lists."),
     Option("at", "value", "Where it begins: a port, a place, a point; a drone without it stands at its home."),
-    Option("battery", "value", "Its charge (100 %).", type="percent"),
+    BATTERY,
     Option("person", "options", "What a person does: answers, walk."),
-    Option("payload", "value", "What a drone carries (0 kg).", type="mass"),
+    PAYLOAD,
     Option("cut", "flag", "Whether a drone announces CutMotors."),
-    Option("on_link_loss", "word", "What a drone does without a link (return).", values=("return", "land", "hold")),
+    Option(
+        "on_link_loss",
+        "word",
+        "What a drone does without a link (return).",
+        values=("return", "land", "hold"),
+        default="return",
+    ),
 )
 FOR_DRONES_ONLY: Final = ("payload", "cut", "on_link_loss")
 PERSON: Final = (
     Option("answers", "value", "The script of answers."),
-    Option("walk", "value", "The way this person walks from the beginning: places."),
+    WALK,
 )
 ANSWER: Final = (
-    Option("match", "text", "A word of the question or of an option; * fits all."),
+    Option("match", "text", "A word of the question or of an option; * fits all.", default="*"),
     Option("options", "words", "The successive answers; the last one again and again."),
-    Option("after", "value", "How long it takes (3 s).", type="duration"),
+    Option("after", "value", "How long it takes (3 s).", type="duration", least=0.0, default=3.0),
     Option("never", "flag", "Such questions stay open."),
 )
 TASK: Final = (
-    Option("at", "value", "When it is submitted (0 s).", type="duration"),
+    Option("at", "value", "When it is submitted (0 s).", type="duration", least=0.0),
     Option("task", "name", "Which task.", required=True),
     Option("params", "map", "Its parameters."),
     Option("priority", "word", "Instead of the task's own.", values=("low", "medium", "high")),
-    Option("wait", "value", "How long it waits for its agents (as its roles say).", type="duration"),
-    Option("expires", "value", "The longest time PENDING (as the task says).", type="duration"),
+    Option("wait", "value", "How long it waits for its agents (as its roles say).", type="duration", least=0.0),
+    Option("expires", "value", "The longest time PENDING (as the task says).", type="duration", least=0.0),
 )
 FAULT: Final = (
-    Option("at", "value", "When it begins.", type="duration", required=True),
+    Option("at", "value", "When it begins.", type="duration", required=True, least=0.0),
     Option("agent", "name", "Whom it befalls.", required=True),
     Option("kind", "word", "What goes wrong.", required=True),
 )
@@ -60,8 +69,8 @@ WIND: Final = (
     Option("east", "value", "Where it blows to (0 m/s).", type="speed"),
     Option("north", "value", "Where it blows to (0 m/s).", type="speed"),
 )
-_FOR: Final = Option("for", "value", "How long it lasts; without it, for good.", type="duration")
-_COUNT: Final = Option("count", "value", "How many of them (1).", type="int")
+_FOR: Final = Option("for", "value", "How long it lasts; without it, for good.", type="duration", least=0.0)
+_COUNT: Final = Option("count", "value", "How many of them (1).", type="int", least=1, default=1)
 
 FAULTS: Final[Mapping[str, tuple[Option, ...]]] = MappingProxyType(
     {
@@ -71,7 +80,7 @@ FAULTS: Final[Mapping[str, tuple[Option, ...]]] = MappingProxyType(
         "thaw": (),
         "nan": (_COUNT,),
         "wrong_id": (_COUNT, Option("as", "name", "The id that its statuses carry.")),
-        "slow": (_FOR, Option("delay", "value", "How late it speaks.", type="duration", required=True)),
+        "slow": (_FOR, Option("delay", "value", "How late it speaks.", type="duration", required=True, least=0.0)),
         "refuse": (_COUNT, Option("code", "name", "The reason it gives (not_now).")),
         "take_over": (_FOR,),
         "hand_back": (),
@@ -81,7 +90,9 @@ FAULTS: Final[Mapping[str, tuple[Option, ...]]] = MappingProxyType(
             _FOR,
             Option("presence", "word", "Whether its presence goes too (gone).", values=("gone", "stays")),
         ),
-        "battery": (Option("charge", "value", "Its charge from now on.", type="percent", required=True),),
+        "battery": (
+            Option("charge", "value", "Its charge from now on.", type="percent", required=True, least=0.0, most=100.0),
+        ),
         "wind": (*WIND,),
         "preflight": (
             _FOR,
@@ -91,8 +102,8 @@ FAULTS: Final[Mapping[str, tuple[Option, ...]]] = MappingProxyType(
         "event": (Option("event", "name", "What it tells of itself: an event of its type.", required=True),),
         "drift": (
             _FOR,
-            Option("east", "value", "How far its fix is off (0 m).", type="distance"),
-            Option("north", "value", "How far its fix is off (0 m).", type="distance"),
+            Option("east", "value", "How far its fix is off (0 m).", type="distance", least=-20.0, most=20.0),
+            Option("north", "value", "How far its fix is off (0 m).", type="distance", least=-20.0, most=20.0),
         ),
         "unsure": (_FOR,),
     }
@@ -117,10 +128,9 @@ FOR_DRONES: Final[Mapping[str, str]] = MappingProxyType(
     }
 )
 """Faults that befall no person, and why."""
-MOST_DRIFT_M: Final = 20.0
 
 BY: Final = Option("by", "name", "Who orders it (operator).")
-_AT: Final = Option("at", "value", "When.", type="duration", required=True)
+_AT: Final = Option("at", "value", "When.", type="duration", required=True, least=0.0)
 _TARGET: Final = Option("target", "name", "An agent, a task, or all.", required=True)
 ORDER: Final = (
     _AT,
@@ -128,7 +138,9 @@ ORDER: Final = (
     _TARGET,
     BY,
 )
-HANDBACK: Final = Option("how", "word", "What it does then (continue).", values=("continue", "return", "end"))
+HANDBACK: Final = Option(
+    "how", "word", "What it does then (continue).", values=("continue", "return", "end"), default="continue"
+)
 LOCKDOWN: Final = (
     _AT,
     Option("lockdown", "word", "What flies does so, or: release.", values=("return", "hold", "land", "release")),

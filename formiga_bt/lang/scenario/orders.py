@@ -4,8 +4,9 @@ from collections.abc import Iterable, Mapping
 from typing import Literal
 
 from formiga_bt.clock import micros
-from formiga_bt.lang.document import Entry, Mapping_, Scalar
-from formiga_bt.lang.reading import read_keys, read_name, read_word
+from formiga_bt.lang.document import Mapping_, Scalar
+from formiga_bt.lang.keyed import Keys, read_keys
+from formiga_bt.lang.reading import read_word
 from formiga_bt.lang.scenario.book import Book
 from formiga_bt.lang.scenario.entries import OrderWord, ScenarioOrder
 from formiga_bt.lang.scenario.options import ABORT, HANDBACK, LOCKDOWN, ORDER, ORDERS
@@ -31,10 +32,7 @@ class _Orders:
     def read(self) -> list[ScenarioOrder]:
         """Read all of them."""
         found = []
-        for node in self.book.items("orders"):
-            mapping = self.book.mapping(node, "order")
-            if mapping is None:
-                continue
+        for mapping in self.book.keys.mappings("orders", "order"):
             if mapping.get("lockdown") is not None:
                 order = self._lockdown(mapping)
             elif mapping.get("abort") is not None:
@@ -51,30 +49,26 @@ class _Orders:
         options = (*ORDER, HANDBACK) if word in ("handback", "") else ORDER
         keys = read_keys(mapping, options, self.problems, f"the order '{word}'" if word else "an order")
         by = self._by(keys)
-        at = read_name(keys["target"].value, self.problems, "target") if "target" in keys else None
+        at = keys.name("target")
         if not word or at is None:
             return None
         of = self._target(at, word, ORDERS[word])
         if of is None:
             return None
-        how = self.book.word(keys, "how", HANDBACK.values, "continue") if word == "handback" else ""
-        return ScenarioOrder(self._time(keys), _WORDS[word], "" if of == "all" else at.text, of, how, by)
+        how = keys.word("how") if word == "handback" else ""
+        return ScenarioOrder(micros(keys.number("at")), _WORDS[word], "" if of == "all" else at.text, of, how, by)
 
     def _lockdown(self, mapping: Mapping_) -> ScenarioOrder | None:
         keys = read_keys(mapping, LOCKDOWN, self.problems, "a lockdown")
-        how, by = self.book.word(keys, "lockdown", LOCKDOWN[1].values), self._by(keys)
-        return ScenarioOrder(self._time(keys), "lockdown", of="site", how=how, by=by) if how else None
+        how, by = keys.word("lockdown"), self._by(keys)
+        return ScenarioOrder(micros(keys.number("at")), "lockdown", of="site", how=how, by=by) if how else None
 
     def _abort(self, mapping: Mapping_) -> ScenarioOrder | None:
         keys = read_keys(mapping, ABORT, self.problems, "an abort")
-        at, by = read_name(keys["abort"].value, self.problems, "abort"), self._by(keys)
-        how = self.book.word(keys, "how", ABORT[2].values)
+        at, by, how = keys.name("abort"), self._by(keys), keys.word("how")
         if at is None or self._target(at, "abort", ("task",)) is None:
             return None
-        return ScenarioOrder(self._time(keys), "abort", at.text, "task", how, by)
-
-    def _time(self, keys: Mapping[str, Entry]) -> int:
-        return micros(self.book.duration(keys, "at", 0.0))
+        return ScenarioOrder(micros(keys.number("at")), "abort", at.text, "task", how, by)
 
     def _target(self, at: Scalar, word: str, may: tuple[str, ...]) -> Target | None:
         """Return what a target is, or None if the order cannot be given for it (reported)."""
@@ -103,8 +97,8 @@ class _Orders:
             return None
         return of
 
-    def _by(self, keys: Mapping[str, Entry]) -> str:
-        at = read_name(keys["by"].value, self.problems, "by") if "by" in keys else None
+    def _by(self, keys: Keys) -> str:
+        at = keys.name("by")
         if at is None:
             return "operator"
         people = [agent for agent in self.book.types if self.book.is_human(agent)]

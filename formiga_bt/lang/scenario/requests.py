@@ -9,6 +9,7 @@ from formiga_bt.diagnostics import Mark
 from formiga_bt.lang.aliases import by_alias, degrees_of, names_in
 from formiga_bt.lang.binding import half_a_place
 from formiga_bt.lang.document import Entry, Mapping_, Scalar
+from formiga_bt.lang.keyed import read_keys
 from formiga_bt.lang.loader import load_task
 from formiga_bt.lang.model import Param, Task
 from formiga_bt.lang.reading import (
@@ -16,10 +17,7 @@ from formiga_bt.lang.reading import (
     fix_word,
     plain,
     quoted_list,
-    read_keys,
     read_mapping,
-    read_name,
-    read_word,
     shorten,
 )
 from formiga_bt.lang.requested import with_requested
@@ -51,14 +49,9 @@ class Requests:
     def read(self) -> list[ScenarioTask]:
         """Read all of them."""
         found = []
-        for node in self.book.items("tasks"):
-            mapping = read_mapping(node, self.problems, "task")
-            keys = read_keys(mapping, TASK, self.problems, "a task") if mapping is not None else {}
-            name = read_name(keys["task"].value, self.problems, "task") if "task" in keys else None
-            at = micros(self.book.duration(keys, "at", 0.0))
-            priority = ""
-            if "priority" in keys:
-                priority = read_word(keys["priority"].value, self.problems, "priority", ("low", "medium", "high"))
+        for mapping in self.book.keys.mappings("tasks", "task"):
+            keys = read_keys(mapping, TASK, self.problems, "a task")
+            name, at, priority = keys.name("task"), micros(keys.number("at")), keys.word("priority")
             task = self._task(name) if name is not None else None
             if name is None or task is None:
                 continue
@@ -67,9 +60,7 @@ class Requests:
             wanted: dict[str, Priority] = {"low": "low", "medium": "medium", "high": "high"}
             written = keys["params"].value if "params" in keys else None
             texts = plain(written) if isinstance(written, Mapping_) else {}
-            wait, expires = (
-                micros(self.book.duration(keys, key, 0.0)) if key in keys else None for key in ("wait", "expires")
-            )
+            wait, expires = (micros(keys.number(key)) if key in keys else None for key in ("wait", "expires"))
             found.append(ScenarioTask(at, task.name, params, wanted.get(priority), texts, wait, expires))
         for own, name in self._asked.items():
             self._add_requested(self.tasks[own], name)

@@ -3,6 +3,7 @@
 from typing import Final
 
 from formiga_bt.lang.kinds import ENVELOPE, Option
+from formiga_bt.lang.model.world import RESUME_HOLD_AFTER_US
 
 SITE: Final = (
     Option("formiga_site", "value", "Version of the site format.", type="int", required=True),
@@ -16,13 +17,28 @@ SITE: Final = (
     Option("no_fly", "value", "Regions that no flight enters."),
     Option("terrain", "options", "The ground: {flat: true, relief: 5 m} or {file: heights.asc, relief: 2 m}."),
     Option("layers", "value", "Heights at which drones cross, over the base's ground."),
-    Option("separation", "value", "Least distance between drones of different tasks.", type="distance"),
-    Option("min_spacing", "value", "Least distance between spots that machines use.", type="distance"),
+    Option(
+        "separation",
+        "value",
+        "Least distance between drones of different tasks.",
+        type="distance",
+        above=0.0,
+        default=15.0,
+    ),
+    Option(
+        "min_spacing",
+        "value",
+        "Least distance between spots that machines use.",
+        type="distance",
+        above=0.0,
+        default=3.0,
+    ),
     Option(
         "resume_hold_after",
         "value",
         "After a longer outage of the engine its tasks wait for a person.",
         type="duration",
+        default=RESUME_HOLD_AFTER_US / 1e6,
     ),
     Option("envelope", "options", "What the site tightens of the envelope of every machine.", keys=ENVELOPE),
     Option("on_breach", "map", "What follows a breach of a limit; it ranks above the type's word."),
@@ -36,9 +52,11 @@ SITE: Final = (
     Option("mode", "word", "Whether unlisted agents are admitted.", values=("simulation", "real")),
 )
 
+LAT: Final = Option("lat", "value", "Latitude, degrees.", required=True, least=-90.0, most=90.0)
+LNG: Final = Option("lng", "value", "Longitude, degrees.", required=True, least=-180.0, most=180.0)
 BASE: Final = (
-    Option("lat", "value", "Latitude, degrees.", required=True),
-    Option("lng", "value", "Longitude, degrees.", required=True),
+    LAT,
+    LNG,
     Option("ground_msl", "value", "Height of its ground over the sea.", type="distance"),
 )
 ZENOH: Final = (
@@ -52,11 +70,11 @@ PORT: Final = (
 TERRAIN: Final = (
     Option("flat", "flag", "Whether the ground is flat."),
     Option("file", "text", "An ESRI ASCII grid of heights over the sea, in metres east and north of the base."),
-    Option("relief", "value", "How much it may rise or fall, or the file be wrong by.", type="distance"),
+    Option("relief", "value", "How much it may rise or fall, or the file be wrong by.", type="distance", least=0.0),
 )
 PILOT: Final = (
     Option("id", "name", "The pilot.", required=True),
-    Option("max_airborne", "value", "Machines in the air at once (1).", type="int"),
+    Option("max_airborne", "value", "Machines in the air at once (1).", type="int", least=1, default=1),
 )
 AGENT: Final = (
     Option("type", "name", "Its type.", required=True),

@@ -7,13 +7,13 @@ from formiga_bt.lang import records
 from formiga_bt.lang.body import Body
 from formiga_bt.lang.document import Node, Scalar
 from formiga_bt.lang.expr.compiling import poison
+from formiga_bt.lang.keyed import read_keys
 from formiga_bt.lang.kinds import CLEARS
 from formiga_bt.lang.model import Expr, Who
 from formiga_bt.lang.reading import (
     did_you_mean,
     fix_word,
     quoted_list,
-    read_keys,
     read_listing,
     read_mapping,
     read_text,

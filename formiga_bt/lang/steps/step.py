@@ -16,6 +16,7 @@ from formiga_bt.lang.colons import in_text
 from formiga_bt.lang.document import Entry, Listing, Mapping_, Node, Scalar
 from formiga_bt.lang.expressions import narrows, narrows_when_false
 from formiga_bt.lang.flow import Flow, join
+from formiga_bt.lang.keyed import read_keys
 from formiga_bt.lang.kinds import KINDS, MODIFIERS, RETRY, Kind, Option
 from formiga_bt.lang.model import (
     Ask,
@@ -47,7 +48,6 @@ from formiga_bt.lang.model import (
 from formiga_bt.lang.reading import (
     is_empty,
     read_flag,
-    read_keys,
     read_listing,
     read_mapping,
     read_text,
