@@ -80,7 +80,7 @@ class Grouped(VirtualDriver):
         step = self.engine.handle(now, given)
         for change in step.changes:
             if isinstance(change, ch.WallTimerSet):
-                self._set_wall(change.key, change.after_us)
+                self._set_wall(change.timer, change.after_us)
         group: list[inp.Step] = self.__dict__.setdefault("group", [])
         if not group:
             self.scheduler.call_at(self.scheduler.now() + self.group_us, self.group_ends)

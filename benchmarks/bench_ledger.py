@@ -16,6 +16,7 @@ from formiga_bt.clock import SECOND
 from formiga_bt.engine import changes as ch
 from formiga_bt.engine.inputs import Started, Step
 from formiga_bt.engine.records import AgentRecord, Deadline, GoalRecord, Question, TaskRecord
+from formiga_bt.engine.timers import TaskDue
 from formiga_bt.geo import Position
 from formiga_bt.lang.model import Site
 from formiga_bt.show.folded import FoldedSource
@@ -55,7 +56,7 @@ def crowd(tasks: int) -> FoldedSource:
         active = "PENDING" if kind == 3 else "ACTIVE"
         record = TaskRecord(id=task, name="Survey", order=n, bundle="", status=active, submitted_at=n)  # type: ignore[arg-type]
         changes.append(ch.TaskPut(record))
-        changes.append(ch.DeadlineSet(f"task|{task}|timeout", Deadline((n * 7919 % tasks) * SECOND, n, task)))
+        changes.append(ch.DeadlineSet(TaskDue(task, "timeout"), Deadline((n * 7919 % tasks) * SECOND, n, task)))
         if n % 10 == 0:
             here = Position(float(n), 0.0, 60.0)
             changes.append(ch.AgentPut(AgentRecord(id=agent, type="lwd", task=task, position=here, landed="airborne")))

@@ -36,6 +36,7 @@ from formiga_bt.clock import SECOND
 from formiga_bt.engine import inputs as inp
 from formiga_bt.engine.changes import NodesEnded
 from formiga_bt.engine.engine import Engine
+from formiga_bt.engine.timers import AllocationDue
 from formiga_bt.engine.turns import REST
 from formiga_bt.geo import Position
 from formiga_bt.lang.loader import load_catalogue, load_task_text
@@ -249,7 +250,7 @@ class World:
         """One more task, which must have the person that it names."""
         self.now += 1000
         self.let(60_000)
-        return [self._for_goal("WaitsForGoal", self.seq), inp.TimerDue("alloc")], 1.0
+        return [self._for_goal("WaitsForGoal", self.seq), inp.TimerDue(AllocationDue())], 1.0
 
     def person(self) -> tuple[list[inp.Input], float]:
         """The next person reports."""

@@ -10,6 +10,7 @@ from collections.abc import Callable, Mapping
 from typing import Final
 
 from formiga_bt.engine.inputs import Step, TimerDue
+from formiga_bt.engine.timers import NodeDue
 from formiga_bt.lang.model import For, Loop, Task
 from formiga_bt.lang.places import steps_around
 
@@ -40,10 +41,9 @@ class Spending:
 
     def feed(self, step: Step) -> None:
         """Take a step of the engine."""
-        if isinstance(step.input, TimerDue) and step.input.key.startswith("node|"):
-            _, task, key = step.input.key.split("|", 2)
+        if isinstance(step.input, TimerDue) and isinstance(step.input.timer, NodeDue):
             self._wakes += 1
-            self._of[task, key] += 1
+            self._of[step.input.timer.task, step.input.timer.node] += 1
 
     @property
     def is_over(self) -> bool:

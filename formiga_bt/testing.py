@@ -270,7 +270,7 @@ def check_rehearsal(rehearsal: Rehearsal) -> None:
         "goals": [goal.id for goal in state.goals.values() if goal.task in ended],
         "questions": [q.id for q in state.questions.values() if q.task in ended],
         "memory": [task for task in ended if state.memory.get(task) or state.scopes.get(task)],
-        "deadlines": [key for key, deadline in state.deadlines.items() if deadline.task in ended],
+        "deadlines": [timer for timer, deadline in state.deadlines.items() if deadline.task in ended],
         "agents": [agent.id for agent in state.agents.values() if agent.task in ended and not agent.human],
         "clearances": [c.agent for c in state.clearances.values() if c.task in ended and c.state != "given"],
     }

@@ -19,13 +19,14 @@ from formiga_bt.engine.allocator.filters import could_serve, hopeless, looked
 from formiga_bt.engine.allocator.policy import Decision, Policy
 from formiga_bt.engine.allocator.roster import Roster
 from formiga_bt.engine.authority import Authority
-from formiga_bt.engine.core import Core, node_deadline, task_deadline
+from formiga_bt.engine.core import Core
 from formiga_bt.engine.env import TaskEnv
 from formiga_bt.engine.fleet import Fleet
 from formiga_bt.engine.preemption import Plan, Preemption
 from formiga_bt.engine.records import PRIORITIES, AgentRecord, Request, RoleRequest, TaskRecord, Verdict
 from formiga_bt.engine.taskmodel import CANNOT_COMPUTE
 from formiga_bt.engine.tasks import Tasks
+from formiga_bt.engine.timers import AllocationDue, HopelessDue, NodeDue, TaskDue
 from formiga_bt.errors import TaskError
 from formiga_bt.geo import Place, Position
 from formiga_bt.lang.model import Env, Role, Some, Unset, why_not_computed
@@ -121,9 +122,9 @@ class Allocation:
         core.emit(ch.RequestPut(request.task, request))
         waits = [role.wait_until for role in request.roles if role.wait_until is not None]
         if waits:
-            core.set_deadline(task_deadline(request.task, "wait"), min(waits), request.task, pausable=True)
+            core.set_deadline(TaskDue(request.task, "wait"), min(waits), request.task, pausable=True)
         if request.expires is not None:
-            core.set_deadline(task_deadline(request.task, "expires"), request.expires, request.task)
+            core.set_deadline(TaskDue(request.task, "expires"), request.expires, request.task)
         self.poke()
 
     def _role(self, role: Role, env: Env, otherwise: Micros | None) -> RoleRequest:
@@ -153,10 +154,10 @@ class Allocation:
     def poke(self) -> None:
         """Look at the requests soon: at once, but not within 50 ms of the last look, or longer if very many wait."""
         core = self._core
-        if not core.state.requests or "alloc" in core.state.deadlines:
+        if not core.state.requests or AllocationDue() in core.state.deadlines:
             return
         last = core.state.counters.get("alloc_at", -EVERY_US)
-        core.set_deadline("alloc", max(core.now, last + max(EVERY_US, len(core.state.requests) * EACH_US)))
+        core.set_deadline(AllocationDue(), max(core.now, last + max(EVERY_US, len(core.state.requests) * EACH_US)))
 
     def look(self) -> None:
         """Let the policy decide; record grants and explanations."""
@@ -217,13 +218,13 @@ class Allocation:
         awaited = plan.awaited if plan is not None else {}
         if awaited == request.preempting:
             return
-        key = wait_key(request)
-        if not request.preempting and key in core.state.deadlines:
-            request = replace(request, wait_left=core.state.deadlines[key].at - core.now)
-            core.clear_deadline(key)
+        due = wait_of(request)
+        if not request.preempting and due in core.state.deadlines:
+            request = replace(request, wait_left=core.state.deadlines[due].at - core.now)
+            core.clear_deadline(due)
         elif not awaited and request.wait_left is not None:
             over = core.now + request.wait_left
-            core.set_deadline(key, over, request.holder, pausable=True)
+            core.set_deadline(due, over, request.holder, pausable=True)
             roles = tuple(replace(role, wait_until=over if role.wait_until else None) for role in request.roles)
             request = replace(request, wait_left=None, roles=roles)
         core.emit(ch.RequestPut(request.task, replace(request, preempting=awaited)))
@@ -277,8 +278,8 @@ class Allocation:
             if seen_all or core.now - request.at >= KNOWN_AFTER_US:
                 self._tasks.refuse_request(request, reason)
             else:
-                key = task_deadline(request.task, "hopeless")
-                core.set_deadline(key, request.at + KNOWN_AFTER_US, request.holder)
+                due = HopelessDue(request.holder, request.node)
+                core.set_deadline(due, request.at + KNOWN_AFTER_US, request.holder)
 
     def assign(self, task_id: str, roles: Mapping[str, tuple[str, ...]]) -> None:
         """Mark the agents as the task's and give each machine a layer."""
@@ -377,9 +378,9 @@ class Allocation:
         )
 
 
-def wait_key(request: Request) -> str:
-    """Return the key of the deadline up to which a request waits."""
-    return node_deadline(request.holder, request.node) if request.node else task_deadline(request.task, "wait")
+def wait_of(request: Request) -> NodeDue | TaskDue:
+    """Return the deadline up to which a request waits."""
+    return NodeDue(request.holder, request.node) if request.node else TaskDue(request.task, "wait")
 
 
 def _beyond(some: Some) -> int:

@@ -25,6 +25,7 @@ from formiga_bt.engine.records import (
     Version,
     Wakes,
 )
+from formiga_bt.engine.timers import Timer, WallTimer
 from formiga_bt.nodes.memory import Mem
 from formiga_bt.safety.drafted import Drafted
 
@@ -155,7 +156,7 @@ class NodesEnded(Struct, frozen=True, tag=True):
 class DeadlineSet(Struct, frozen=True, tag=True):
     """An engine-time deadline is set, or (None) forgotten."""
 
-    key: str
+    timer: Timer
     deadline: Deadline | None
 
 
@@ -167,9 +168,9 @@ class WakesPut(Struct, frozen=True, tag=True):
 
 
 class WallTimerSet(Struct, frozen=True, tag=True):
-    """The driver shall give WallDue(key) after so much wall time; None = forget it."""
+    """The driver shall give `WallDue` after so much wall time; None = forget it."""
 
-    key: str
+    timer: WallTimer
     after_us: Micros | None
 
 

@@ -19,6 +19,7 @@ from formiga_bt.engine.inputs import Alarm
 from formiga_bt.engine.people import People
 from formiga_bt.engine.ports import TaskPort
 from formiga_bt.engine.records import AgentRecord, ClearanceRecord, GoalRecord, Question
+from formiga_bt.engine.timers import ClearanceAgain, ClearanceDue
 from formiga_bt.geo import Place, Position, horizontal_m
 from formiga_bt.lang import model
 from formiga_bt.lang.walk import children
@@ -98,7 +99,7 @@ class Clearances:
             )
         )  # fmt: skip
         hold(core, goal.task, f"clearance:{goal.agent}")
-        core.set_deadline(f"clear|{goal.agent}", core.now + self.patience_us(core.state.agents[goal.agent]))
+        core.set_deadline(ClearanceDue(goal.agent), core.now + self.patience_us(core.state.agents[goal.agent]))
         self._ask(goal.agent)
 
     def patience_us(self, agent: AgentRecord) -> int:
@@ -123,7 +124,7 @@ class Clearances:
         number = core.count("clearance")
         core.emit(ch.ClearancePut(agent_id, _with(record, n=number, state="asked")))
         goal = core.state.goals[record.goal]
-        patience = core.state.deadlines[f"clear|{agent_id}"]
+        patience = core.state.deadlines[ClearanceDue(agent_id)]
         verb = "start here" if core.action(goal.action).starts_rotors else "land here"
         first = self._task_people(record.task)
         watchers = tuple(p for p in self._people.of_role("watchers") if p not in first)
@@ -178,7 +179,7 @@ class Clearances:
             self._given(agent_id, by, record.place)
         elif answer == "wait":
             core.emit(ch.ClearancePut(agent_id, _with(record, state="waiting")))
-            core.set_deadline(f"clearwait|{agent_id}", core.now + AGAIN_US)
+            core.set_deadline(ClearanceAgain(agent_id), core.now + AGAIN_US)
         else:
             self._denied(record, f"{by} refused")
 
@@ -202,17 +203,18 @@ class Clearances:
                 ),
             )
         )  # fmt: skip
-        core.set_deadline(f"clear|{agent_id}", core.now + CLEARANCE_LIFE_US)
+        core.set_deadline(ClearanceDue(agent_id), core.now + CLEARANCE_LIFE_US)
         core.stale.add(EVERYTHING)
 
-    def on_deadline(self, word: str, agent_id: str) -> None:
+    def on_deadline(self, due: ClearanceDue | ClearanceAgain) -> None:
         """Ask again after `wait`, or give up."""
+        agent_id = due.agent
         record = self._core.state.clearances.get(agent_id)
         if record is None:
             return
         if record.state == "given":
             self._end(record)
-        elif word == "clearwait":
+        elif isinstance(due, ClearanceAgain):
             self._ask(agent_id)
         else:
             late = "" if self._core.state.agents[agent_id].landed == "grounded" else " before its reserve was near"
@@ -264,8 +266,8 @@ class Clearances:
     def _end(self, record: ClearanceRecord) -> None:
         core = self._core
         self._people.close(f"clear/{record.agent}/{record.n}")
-        core.clear_deadline(f"clear|{record.agent}")
-        core.clear_deadline(f"clearwait|{record.agent}")
+        core.clear_deadline(ClearanceDue(record.agent))
+        core.clear_deadline(ClearanceAgain(record.agent))
         core.emit(ch.ClearancePut(record.agent, None))
         unhold(core, record.task, f"clearance:{record.agent}")
 

@@ -9,6 +9,7 @@ from math import ceil
 from formiga_bt.engine.climbing import Lookup, climb, is_up, top_m
 from formiga_bt.engine.records import AgentRecord, GoalRecord
 from formiga_bt.engine.state import EngineState
+from formiga_bt.engine.timers import PortDue
 from formiga_bt.geo import horizontal_m
 from formiga_bt.safety.gate import AT_PORT_M
 from formiga_bt.safety.traffic import VERTICAL_M
@@ -59,7 +60,7 @@ def cannot(state: EngineState, goal: GoalRecord, agent: AgentRecord, action: Loo
     if spec.requires and agent.landed != spec.requires:
         return f"{name} needs {agent.id} {spec.requires}, it is {agent.landed}"
     target = goal.fields.get(spec.moves_to)
-    if not spec.lands or target is None or agent.position is None or f"port|{goal.id}" in state.deadlines:
+    if not spec.lands or target is None or agent.position is None or PortDue(goal.id) in state.deadlines:
         return ""  # of those that wait for their port, the engine brings them back above it
     away = horizontal_m(agent.position, target)
     return f"{name} needs {agent.id} within {VERTICAL_M:g} m, it is {ceil(away)} m away" if away > VERTICAL_M else ""

@@ -19,8 +19,9 @@ from formiga_bt.engine import changes as ch
 from formiga_bt.engine.index import DeadlineHeap, Index, Instants
 from formiga_bt.engine.inputs import Effect, PublishState, SendGoal
 from formiga_bt.engine.library import Bundles, Library
-from formiga_bt.engine.records import AgentRecord, Deadline, GoalRecord, TaskRecord
+from formiga_bt.engine.records import AgentRecord, Deadline, GoalRecord, Paused, TaskRecord
 from formiga_bt.engine.state import APPLY, EngineState, board_of
+from formiga_bt.engine.timers import AcceptDue, CancelDue, GraceDue, HopelessDue, NodeDue, TaskDue, Timer, WallTimer
 from formiga_bt.geo import Frame
 from formiga_bt.lang.model import ActionSpec, AgentType, Catalogue, Site, Task
 from formiga_bt.nodes.memory import Mem
@@ -297,41 +298,41 @@ class Core:
         self.touched[task_id] = True
 
     # -- time ----------------------------------------------------------------------------------------------------------
-    def set_deadline(self, key: str, at: Micros, task: str = "", *, pausable: bool = False) -> None:
+    def set_deadline(self, timer: Timer, at: Micros, task: str = "", *, pausable: bool = False) -> None:
         """Set an engine-time deadline. Deadlines of a held task stand still: only what is left is kept."""
         record = self.state.tasks.get(task)
         if pausable and record is not None and clock_stands(record):
-            self.put_task(task, paused={**record.paused, key: at - self.now})
+            self.put_task(task, paused=(*record.without(timer), Paused(timer, at - self.now)))
             return
         seq = self.state.counters.get("deadline", 0) + 1
-        self.emit(ch.DeadlineSet(key, Deadline(at, seq, task, pausable)))
-        self._deadlines.push(at, seq, key)
+        self.emit(ch.DeadlineSet(timer, Deadline(at, seq, task, pausable)))
+        self._deadlines.push(at, seq, timer)
 
-    def clear_deadline(self, key: str, task_id: str = "") -> None:
-        """Forget a deadline, also one that stands still; `task_id` saves finding out whose it is."""
-        if key in self.state.deadlines:
-            self.emit(ch.DeadlineSet(key, None))
-        task = self.state.tasks.get(task_id or _task_of(key))
-        if task is not None and task.paused and key in task.paused:
-            self.put_task(task.id, paused={k: left for k, left in task.paused.items() if k != key})
+    def clear_deadline(self, timer: Timer) -> None:
+        """Forget a deadline, also one that stands still."""
+        if timer in self.state.deadlines:
+            self.emit(ch.DeadlineSet(timer, None))
+        if isinstance(timer, NodeDue | TaskDue | HopelessDue):
+            task = self.state.tasks.get(timer.task)
+            if task is not None and task.paused:
+                self.put_task(task.id, paused=task.without(timer))
 
     def pause_deadlines(self, task_id: str) -> None:
         """Let the pausable deadlines of a task stand still."""
-        own = {key: self.state.deadlines[key] for key in self.index.deadlines_of(task_id)}
-        mine = {key: deadline for key, deadline in own.items() if deadline.pausable}
+        own = [(timer, self.state.deadlines[timer]) for timer in self.index.deadlines_of(task_id)]
+        mine = tuple(Paused(timer, deadline.at - self.now) for timer, deadline in own if deadline.pausable)
         if mine:
-            left = {key: deadline.at - self.now for key, deadline in mine.items()}
-            self.put_task(task_id, paused={**self.task(task_id).paused, **left})
-            for key in mine:
-                self.emit(ch.DeadlineSet(key, None))
+            self.put_task(task_id, paused=(*self.task(task_id).paused, *mine))
+            for one in mine:
+                self.emit(ch.DeadlineSet(one.timer, None))
 
     def resume_deadlines(self, task_id: str) -> None:
         """Let the deadlines of a task run again."""
         paused = self.task(task_id).paused
         if paused:
-            self.put_task(task_id, paused={})
-            for key, left in paused.items():
-                self.set_deadline(key, self.now + left, task_id, pausable=True)
+            self.put_task(task_id, paused=())
+            for one in paused:
+                self.set_deadline(one.timer, self.now + one.left_us, task_id, pausable=True)
 
     @property
     def timers_stand(self) -> bool:
@@ -339,24 +340,22 @@ class Core:
         resume = self.state.resume
         return self.stands_by or (resume is not None and resume.phase == "asking")
 
-    def next_deadline(self) -> tuple[Micros, str] | None:
+    def next_deadline(self) -> tuple[Micros, Timer] | None:
         """Return the earliest live deadline, ties in the order of setting."""
         if self.stands_by or (self.state.resume is not None and self.timers_stand):
             return None
         return self._deadlines.first()
 
-    def set_wall(self, key: str, after_us: Micros | None) -> None:
-        """Ask the driver for WallDue(key) after so much wall time, or (None) no more."""
-        if after_us is None and key not in self.state.wall:
+    def set_wall(self, timer: WallTimer, after_us: Micros | None) -> None:
+        """Ask the driver for `WallDue` after so much wall time, or (None) no more."""
+        if after_us is None and timer not in self.state.wall:
             return
-        self.emit(ch.WallTimerSet(key, after_us))
+        self.emit(ch.WallTimerSet(timer, after_us))
 
     def clear_walls(self, goal_id: str) -> None:
         """Ask for no wall time on account of a goal any more."""
-        wall = self.state.wall
-        for key in (f"accept|{goal_id}", f"cancel|{goal_id}", f"grace|{goal_id}"):
-            if key in wall:
-                self.emit(ch.WallTimerSet(key, None))
+        for timer in (AcceptDue(goal_id), CancelDue(goal_id), GraceDue(goal_id)):
+            self.set_wall(timer, None)
 
     def keep_memory(self, task_id: str, fresh: Mapping[str, Mem | None]) -> None:
         """Record what nodes of a task remember now, as far as it differs: as `emit` does, for very many."""
@@ -372,18 +371,3 @@ class Core:
 def clock_stands(task: TaskRecord) -> bool:
     """Return whether a task's deadlines stand still: it is held for another cause than clearance."""
     return bool(task.held) and any(not cause.startswith("clearance:") for cause in task.held)
-
-
-def node_deadline(task_id: str, key: str) -> str:
-    """Return the deadline key of a node."""
-    return f"node|{task_id}|{key}"
-
-
-def task_deadline(task_id: str, what: str) -> str:
-    """Return the key of a task's own deadline (`timeout`, `cleanup`, `wait`, `expires`)."""
-    return f"task|{task_id}|{what}"
-
-
-def _task_of(key: str) -> str:
-    parts = key.split("|", 2)
-    return parts[1] if len(parts) == 3 and parts[0] in ("node", "task") else ""

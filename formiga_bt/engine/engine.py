@@ -7,10 +7,12 @@ then carries out its effects. The same engine runs in production, dry runs, test
 """
 
 from collections.abc import Callable, Collection, Mapping
+from typing import assert_never
 
 from formiga_bt.clock import Micros
 from formiga_bt.engine import changes as ch
 from formiga_bt.engine import inputs as inp
+from formiga_bt.engine import timers as tm
 from formiga_bt.engine.allocation import Allocation
 from formiga_bt.engine.allocator.policy import Policy, closest_charged
 from formiga_bt.engine.authority import Authority
@@ -110,18 +112,19 @@ class Engine:
         """Return the tasks that have not ended, in the order of their admission."""
         return tuple(self.core.open)
 
-    def next_deadline(self) -> tuple[Micros, str] | None:
-        """Return when the next TimerDue must be given, and its key; None = nothing is waited for."""
+    def next_deadline(self) -> tuple[Micros, tm.Timer] | None:
+        """Return when the next TimerDue must be given, and its timer; None = nothing is waited for."""
         return self.core.next_deadline()
 
-    def put_off(self, key: str, wall: Micros, heard: Micros = 0) -> Micros | None:
+    def put_off(self, due: tm.WallTimer, wall: Micros, heard: Micros = 0) -> Micros | None:
         """Return by how much a wall-time deadline that has come up at `wall` is put off; None = WallDue must be given.
 
         The look whether an agent is still heard of is put off while it is: nothing happens, so there is no step. `heard` is
         when its wire last heard it, if that says more than its statuses.
         """
-        word, _, agent = key.partition("|")
-        return self.fleet.heard_for(agent, wall, heard) if word == "live" and not self.core.stands_by else None
+        if not isinstance(due, tm.LiveDue) or self.core.stands_by:
+            return None
+        return self.fleet.heard_for(due.agent, wall, heard)
 
     def statuses(self, task_id: str) -> dict[str, str]:
         """Return the running nodes of a task, by key."""
@@ -164,10 +167,10 @@ class Engine:
             case inp.GoalEventInput(event, wall, clock):
                 self.core.clock = max(self.core.now, clock)
                 self._goal_event(event, wall)
-            case inp.TimerDue(key):
-                self._timer(key)
-            case inp.WallDue(key, at):
-                self._wall(key, at)
+            case inp.TimerDue(timer):
+                self._timer(timer)
+            case inp.WallDue(wall_timer, at):
+                self._wall(wall_timer, at)
             case inp.Submit():
                 refuse_if_full(self.core, given)
                 self.authority.admit(given)
@@ -219,6 +222,8 @@ class Engine:
                 self.reconcile.stood_still(given)
             case inp.JournalState():
                 note_journal(self.core, given)
+            case _:
+                assert_never(given)
         return ""
 
     def _goal_event(self, event: GoalEvent, wall: Micros) -> None:
@@ -226,57 +231,54 @@ class Engine:
             self.people.late(event.agent, event.goal_id)
         self.goals.on_event(event, wall)
 
-    def _timer(self, key: str) -> None:
+    def _timer(self, due: tm.Timer) -> None:
         core = self.core
-        due = core.next_deadline()
-        assert due is not None, f"no deadline is set, but {key} was given"
-        assert due[1] == key, f"the next deadline is {due}, not {key}"
-        assert due[0] <= core.now, f"the deadline {due} is not due at {core.now}"
-        core.emit(ch.DeadlineSet(key, None))
-        word, _, rest = key.partition("|")
-        match word:
-            case "node":
-                task, _, node = rest.partition("|")
+        first = core.next_deadline()
+        assert first is not None, f"no deadline is set, but {due} was given"
+        assert first[1] == due, f"the next deadline is {first}, not {due}"
+        assert first[0] <= core.now, f"the deadline {first} is not due at {core.now}"
+        core.emit(ch.DeadlineSet(due, None))
+        match due:
+            case tm.NodeDue(task, node):
                 core.due.add((task, node))
                 core.wake(task, node)
-            case "alloc":
+            case tm.AllocationDue():
                 self.allocation.look()
-            case "rest":
+            case tm.TurnDue():
                 self.turns.go_on()
-            case "task":
-                task, _, what = rest.partition("|")
-                self.tasks.on_deadline(task, what)
-            case "recover":
-                task, _, agent = rest.partition("|")
+            case tm.TaskDue() | tm.HopelessDue():
+                self.tasks.on_deadline(due)
+            case tm.HomeOverdue(task, agent):
                 self.tasks.recovery.overdue(task, agent)
-            case "tryagain":
-                task, _, agent = rest.partition("|")
+            case tm.HomeAgain(task, agent):
                 self.tasks.recovery.try_again(task, agent)
-            case "busy":
-                self.gatekeeper.waited_enough(rest)
-            case "aside":
-                self.gatekeeper.step_aside(rest)
-            case "port":
-                self.gatekeeper.port_waited(rest)
-            case "escalate":
-                self.people.escalate(rest)
-            case "stray":
-                self.fleet.on_stray_due(rest)
-            case "order":
-                self.orders.on_deadline(rest)
-            case "clear" | "clearwait":
-                self.clearances.on_deadline(word, rest)
+            case tm.WayDue(goal):
+                self.gatekeeper.room.waited_enough(goal)
+            case tm.AsideDue(goal):
+                self.gatekeeper.room.step_aside(goal)
+            case tm.PortDue(goal):
+                self.gatekeeper.room.port_waited(goal)
+            case tm.EscalationDue(question):
+                self.people.escalate(question)
+            case tm.StrayDue(agent):
+                self.fleet.on_stray_due(agent)
+            case tm.OrderDue(agent):
+                self.orders.on_deadline(agent)
+            case tm.ClearanceDue() | tm.ClearanceAgain():
+                self.clearances.on_deadline(due)
             case _:
-                raise AssertionError(f"unknown deadline {key}")
+                assert_never(due)
 
-    def _wall(self, key: str, at: Micros) -> None:
-        word, _, rest = key.partition("|")
-        if word == "live":
-            self.fleet.on_live_due(rest, at)
-        elif word in ("resume", "ask"):
-            self.reconcile.on_wall(word, rest)
-        else:
-            self.goals.on_wall(word, rest)
+    def _wall(self, due: tm.WallTimer, at: Micros) -> None:
+        match due:
+            case tm.LiveDue(agent):
+                self.fleet.on_live_due(agent, at)
+            case tm.AcceptDue() | tm.CancelDue() | tm.GraceDue():
+                self.goals.on_wall(due)
+            case tm.ResumeDue() | tm.AskDue():
+                self.reconcile.on_wall(due)
+            case _:
+                assert_never(due)
 
     def _settle(self) -> None:
         """Go on until nothing is woken, no answer is waiting, and no goal may leave that could not before."""

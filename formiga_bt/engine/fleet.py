@@ -23,6 +23,7 @@ from formiga_bt.engine.holds import hold
 from formiga_bt.engine.inputs import Alarm, CancelGoal, Notify, QueryGoal
 from formiga_bt.engine.ports import BreachPort, ClearancePort, GoalPort, OrderPort, PeoplePort, TaskPort
 from formiga_bt.engine.records import AgentRecord, GoalRecord
+from formiga_bt.engine.timers import CancelDue, GraceDue, LiveDue, StrayDue
 from formiga_bt.geo import distance_m, horizontal_m
 from formiga_bt.safety.gate import AT_PORT_M
 from formiga_bt.transport.messages import AgentCard, AgentStatus, GoalEvent
@@ -178,12 +179,12 @@ class Fleet:
         many do not know for a moment whether they stand.
         """
         core = self._core
-        key = f"stray|{agent_id}"
+        due = StrayDue(agent_id)
         if self._is_stray(core.state.agents[agent_id]):
-            if key not in core.state.deadlines:
-                core.set_deadline(key, core.now + STRAY_US)
-        elif key in core.state.deadlines:
-            core.clear_deadline(key)
+            if due not in core.state.deadlines:
+                core.set_deadline(due, core.now + STRAY_US)
+        else:
+            core.clear_deadline(due)
 
     def on_stray_due(self, agent_id: str) -> None:
         """A machine has flown for nobody, or may have, for long enough: people are told, and it comes home."""
@@ -273,8 +274,8 @@ class Fleet:
         if kind is None or not wall:
             return
         # After a silence it is set up to `lost_after`: the next one is looked for as soon as the first.
-        if core.state.wall.get(f"live|{agent_id}", math.inf) > kind.suspect_after_us:
-            core.set_wall(f"live|{agent_id}", kind.suspect_after_us)
+        if core.state.wall.get(LiveDue(agent_id), math.inf) > kind.suspect_after_us:
+            core.set_wall(LiveDue(agent_id), kind.suspect_after_us)
 
     def _take_back(self, agent_id: str, wall: int) -> None:
         # On a status, not on a card: what it says of itself must be fresh before it is decided whether it may be airborne.
@@ -320,21 +321,21 @@ class Fleet:
     def on_live_due(self, agent_id: str, wall: int) -> None:
         """Judge by the age of the newest status, then look again when it would next be too old."""
         core = self._core
-        core.set_wall(f"live|{agent_id}", None)
+        core.set_wall(LiveDue(agent_id), None)
         agent = core.state.agents.get(agent_id)
         if agent is None or agent.type not in core.catalogue.types:
             return
         kind = core.agent_type(agent)
         silent = wall - agent.heard_wall
         if silent < kind.suspect_after_us and agent.present:
-            core.set_wall(f"live|{agent_id}", kind.suspect_after_us - silent)
+            core.set_wall(LiveDue(agent_id), kind.suspect_after_us - silent)
             return
         if agent.liveness == "ALIVE":
             core.put_agent(agent_id, liveness="SUSPECT")
         if agent.human:
             return  # people are only unreachable; the next sign of life sets the timer again
         if silent < kind.lost_after_us:
-            core.set_wall(f"live|{agent_id}", kind.lost_after_us - silent)
+            core.set_wall(LiveDue(agent_id), kind.lost_after_us - silent)
         else:
             self._lost(agent_id)
 
@@ -445,8 +446,8 @@ class Fleet:
         )  # fmt: skip
         core.put_agent(agent_id, goal=goal_id)
         core.effect(CancelGoal(goal_id, agent_id))
-        core.set_wall(f"cancel|{goal_id}", 2 * SECOND)
-        core.set_wall(f"grace|{goal_id}", 30 * SECOND)
+        core.set_wall(CancelDue(goal_id), 2 * SECOND)
+        core.set_wall(GraceDue(goal_id), 30 * SECOND)
 
     def _returned(self, agent_id: str) -> None:
         agent = self._core.state.agents[agent_id]

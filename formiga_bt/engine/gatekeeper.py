@@ -12,6 +12,7 @@ from formiga_bt.engine.inputs import Alarm, SendGoal
 from formiga_bt.engine.ports import ClearancePort
 from formiga_bt.engine.records import BUSY, GoalRecord
 from formiga_bt.engine.room import Room
+from formiga_bt.engine.timers import AcceptDue
 from formiga_bt.safety.gate import Go, Hold, Refuse, Verdict, judge, may_go_again
 from formiga_bt.transport.messages import to_wire
 
@@ -116,7 +117,7 @@ class Gatekeeper:
         if not goal.repeatable and goal.section == "steps" and goal.task in core.state.tasks:
             core.put_task(goal.task, spent=True)
         core.effect(self._effect(goal))
-        core.set_wall(f"accept|{goal.id}", core.action(goal.action).accept_timeout_us)
+        core.set_wall(AcceptDue(goal.id), core.action(goal.action).accept_timeout_us)
 
     def _effect(self, goal: GoalRecord) -> SendGoal:
         agent = self._core.state.agents[goal.agent]
@@ -168,15 +169,3 @@ class Gatekeeper:
         self.clearances.withdraw(goal)
         self.room.forget(goal.id)
         self._core.stale.add(EVERYTHING)
-
-    def step_aside(self, goal_id: str) -> None:
-        """Timer `aside`."""
-        self.room.step_aside(goal_id)
-
-    def waited_enough(self, goal_id: str) -> None:
-        """Timer `busy`."""
-        self.room.waited_enough(goal_id)
-
-    def port_waited(self, goal_id: str) -> None:
-        """Timer `port`."""
-        self.room.port_waited(goal_id)

@@ -31,6 +31,7 @@ from formiga_bt.engine.gatekeeper import TTL_BEATS, Gatekeeper
 from formiga_bt.engine.inputs import Alarm, CancelGoal, EffectFailed, QueryGoal
 from formiga_bt.engine.people import TTL_BEATS as QUESTION_BEATS
 from formiga_bt.engine.records import BUSY, GO_ON, STOPPED, AgentRecord, GoalRecord
+from formiga_bt.engine.timers import AcceptDue, CancelDue, GoalTimer, GraceDue
 from formiga_bt.geo import Place, Position
 from formiga_bt.lang.types import Type
 from formiga_bt.nodes.run import Failure, GoalOrder
@@ -129,9 +130,9 @@ class Goals:
         core, goal_id = self._core, goal.id
         core.put_goal(goal_id, state="canceling", cancel_asked=True, cancel_why=why)
         core.effect(CancelGoal(goal_id, goal.agent, goal.action))
-        core.set_wall(f"accept|{goal_id}", None)
-        core.set_wall(f"cancel|{goal_id}", RESEND_US)
-        core.set_wall(f"grace|{goal_id}", core.action(goal.action).cancel_grace_us)
+        core.set_wall(AcceptDue(goal_id), None)
+        core.set_wall(CancelDue(goal_id), RESEND_US)
+        core.set_wall(GraceDue(goal_id), core.action(goal.action).cancel_grace_us)
 
     # -- interrupted, and sent again -----------------------------------------------------------------------------
     def interrupt_all(self, agent_id: str) -> None:
@@ -214,7 +215,7 @@ class Goals:
             state = "running" if event.state in ("running", "canceling") else "accepted"
             if state != goal.state or (event.phase and event.phase != goal.phase):  # mostly it just goes on
                 core.put_goal(goal.id, state=state, phase=event.phase or goal.phase)
-            core.set_wall(f"accept|{goal.id}", None)
+            core.set_wall(AcceptDue(goal.id), None)
 
     def _on_end(self, goal: GoalRecord, event: GoalEvent) -> None:
         core = self._core
@@ -299,7 +300,7 @@ class Goals:
     def _back_to_the_gate(self, goal: GoalRecord) -> None:
         core = self._core
         self._free_agent(goal)
-        core.set_wall(f"accept|{goal.id}", None)
+        core.set_wall(AcceptDue(goal.id), None)
         core.put_goal(goal.id, state="gated", code="unreachable", leg=None, area=None)
 
     def end(
@@ -341,20 +342,20 @@ class Goals:
             core.put_agent(agent.id, goal="", action="", pool=pool)
 
     # -- from wall time and wires ----------------------------------------------------------------------------
-    def on_wall(self, word: str, goal_id: str) -> None:
-        """Handle `accept`, `cancel` and `grace` timers."""
-        core = self._core
-        core.set_wall(f"{word}|{goal_id}", None)
+    def on_wall(self, timer: GoalTimer) -> None:
+        """Handle what waits for an agent's word on a goal."""
+        core, goal_id = self._core, timer.goal
+        core.set_wall(timer, None)
         goal = core.state.goals.get(goal_id)
         if goal is None or goal.ended:
             return
-        if word == "accept" and goal.state == "sent":
+        if isinstance(timer, AcceptDue) and goal.state == "sent":
             core.effect(QueryGoal(goal.agent, (goal.id,)))
-            core.set_wall(f"accept|{goal_id}", core.action(goal.action).accept_timeout_us)
-        elif word == "cancel" and goal.state == "canceling":
+            core.set_wall(timer, core.action(goal.action).accept_timeout_us)
+        elif isinstance(timer, CancelDue) and goal.state == "canceling":
             core.effect(CancelGoal(goal_id, goal.agent, goal.action))
-            core.set_wall(f"cancel|{goal_id}", RESEND_US)
-        elif word == "grace" and goal.state == "canceling":
+            core.set_wall(timer, RESEND_US)
+        elif isinstance(timer, GraceDue) and goal.state == "canceling":
             agent = core.state.agents[goal.agent]
             if agent.goal == goal_id and (agent.landed != "grounded" or agent.liveness != "ALIVE"):
                 self._keep_way(goal)

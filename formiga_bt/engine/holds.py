@@ -6,6 +6,7 @@ task's deadlines stand still.
 
 from formiga_bt.engine.core import EVERYTHING, Core, clock_stands
 from formiga_bt.engine.records import Request
+from formiga_bt.engine.timers import AllocationDue
 
 
 def hold(core: Core, task_id: str, cause: str) -> None:
@@ -33,8 +34,12 @@ def unhold(core: Core, task_id: str, cause: str) -> None:
         core.put_task(task_id, stood_us=task.stood_us + core.now - since, stood_since=None)
         core.resume_deadlines(task_id)
     core.stale.add(EVERYTHING)
-    if "alloc" not in core.state.deadlines and any(_concerns(core, r, task_id) for r in core.state.requests.values()):
-        core.set_deadline("alloc", core.now)  # its blocks, and the tasks that it requested, may have agents again
+    if AllocationDue() not in core.state.deadlines and any(
+        _concerns(core, r, task_id) for r in core.state.requests.values()
+    ):
+        core.set_deadline(
+            AllocationDue(), core.now
+        )  # its blocks, and the tasks that it requested, may have agents again
 
 
 def _concerns(core: Core, request: Request, task_id: str) -> bool:

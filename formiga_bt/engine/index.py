@@ -6,12 +6,15 @@ itself has its entries.
 
 import heapq
 from collections.abc import Iterator
-from typing import Final
+from typing import Final, Generic, TypeVar
 
 from formiga_bt.clock import Micros
 from formiga_bt.engine.changes import DeadlineSet
 from formiga_bt.engine.records import BUSY, GoalRecord, Question
 from formiga_bt.engine.state import EngineState
+from formiga_bt.engine.timers import Timer
+
+Member = TypeVar("Member")
 
 Names = dict[str, None]
 """An ordered set."""
@@ -20,15 +23,15 @@ SPARE: Final = 64
 """So many dead entries of a heap are never too many."""
 
 
-class Groups:
+class Groups(Generic[Member]):
     """Ordered sets by name; an empty one does not exist."""
 
     __slots__ = ("_sets",)
 
     def __init__(self) -> None:
-        self._sets: dict[str, Names] = {}
+        self._sets: dict[str, dict[Member, None]] = {}
 
-    def add(self, name: str, member: str) -> None:
+    def add(self, name: str, member: Member) -> None:
         """Put a member into a set, at its end if it is new there."""
         found = self._sets.get(name)
         if found is None:
@@ -36,7 +39,7 @@ class Groups:
         else:
             found[member] = None
 
-    def discard(self, name: str, member: str) -> None:
+    def discard(self, name: str, member: Member) -> None:
         """Take a member out, if it is there."""
         found = self._sets.get(name)
         if found is not None:
@@ -44,7 +47,7 @@ class Groups:
             if not found:
                 del self._sets[name]
 
-    def of(self, name: str) -> tuple[str, ...]:
+    def of(self, name: str) -> tuple[Member, ...]:
         """Return the members of a set, in order."""
         found = self._sets.get(name)
         return tuple(found) if found else ()
@@ -64,12 +67,12 @@ class Index:
 
     def __init__(self, state: EngineState) -> None:
         self._state = state
-        self._goals = Groups()
-        self._deadlines = Groups()
-        self._shown = Groups()
-        self._asked = Groups()
-        self._questions = Groups()
-        self._held_up = Groups()
+        self._goals = Groups[str]()
+        self._deadlines = Groups[Timer]()
+        self._shown = Groups[str]()
+        self._asked = Groups[str]()
+        self._questions = Groups[str]()
+        self._held_up = Groups[str]()
         self.gated: Names = {}
         """Goals that wait at the gate,"""
         self.busy: Names = {}
@@ -84,8 +87,8 @@ class Index:
             self.ended[task.id] = None
         for goal in state.goals.values():
             self.goal(goal)
-        for key, deadline in state.deadlines.items():
-            self._deadlines.add(deadline.task, key)
+        for timer, deadline in state.deadlines.items():
+            self._deadlines.add(deadline.task, timer)
         for question in state.questions.values():
             self.question(question)
 
@@ -152,15 +155,15 @@ class Index:
     # -- deadlines ---------------------------------------------------------------------------------------------------
     def deadline(self, change: DeadlineSet) -> None:
         """A deadline is about to be set, or forgotten."""
-        key, deadline = change.key, change.deadline
-        old = self._state.deadlines.get(key)
+        timer, deadline = change.timer, change.deadline
+        old = self._state.deadlines.get(timer)
         if old is not None and (deadline is None or deadline.task != old.task):
-            self._deadlines.discard(old.task, key)
+            self._deadlines.discard(old.task, timer)
         if deadline is not None:
-            self._deadlines.add(deadline.task, key)
+            self._deadlines.add(deadline.task, timer)
 
-    def deadlines_of(self, task: str) -> tuple[str, ...]:
-        """Return the keys of a task's deadlines, in the order of setting."""
+    def deadlines_of(self, task: str) -> tuple[Timer, ...]:
+        """Return the deadlines of a task, in the order of setting."""
         return self._deadlines.of(task)
 
     def deadline_count(self, task: str) -> int:
@@ -203,27 +206,27 @@ class DeadlineHeap:
 
     def __init__(self, state: EngineState) -> None:
         self._state = state
-        self._heap: list[tuple[Micros, int, str]] = []
+        self._heap: list[tuple[Micros, int, Timer]] = []
         self._rebuild()
 
     def _rebuild(self) -> None:
-        self._heap = [(d.at, d.seq, key) for key, d in self._state.deadlines.items()]
+        self._heap = [(d.at, d.seq, timer) for timer, d in self._state.deadlines.items()]
         heapq.heapify(self._heap)
 
-    def push(self, at: Micros, seq: int, key: str) -> None:
+    def push(self, at: Micros, seq: int, timer: Timer) -> None:
         """Add a deadline that the state has."""
-        heapq.heappush(self._heap, (at, seq, key))
+        heapq.heappush(self._heap, (at, seq, timer))
         if len(self._heap) > 2 * len(self._state.deadlines) + SPARE:
             self._rebuild()  # far-off ones that are set and cleared again and again must not pile up
 
-    def first(self) -> tuple[Micros, str] | None:
+    def first(self) -> tuple[Micros, Timer] | None:
         """Return the earliest deadline that stands, ties in the order of setting."""
         heap, deadlines = self._heap, self._state.deadlines
         while heap:
-            at, seq, key = heap[0]
-            live = deadlines.get(key)
+            at, seq, timer = heap[0]
+            live = deadlines.get(timer)
             if live is not None and live.seq == seq:
-                return at, key
+                return at, timer
             heapq.heappop(heap)
         return None
 

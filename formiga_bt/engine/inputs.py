@@ -10,6 +10,7 @@ from msgspec import Struct
 from formiga_bt.clock import Micros
 from formiga_bt.engine.changes import Change
 from formiga_bt.engine.records import Priority
+from formiga_bt.engine.timers import Timer, WallTimer
 from formiga_bt.nodes.memory import NODE_STATE_VERSION
 from formiga_bt.safety.drafted import Drafted
 from formiga_bt.transport.messages import AgentCard, AgentEvent, AgentStatus, Clearance, GoalEvent
@@ -152,15 +153,15 @@ class BadStatusInput(Struct, frozen=True, tag="BadStatus"):
 
 
 class TimerDue(Struct, frozen=True, tag=True):
-    """The engine-time deadline `key` is due."""
+    """An engine-time deadline is due."""
 
-    key: str
+    timer: Timer
 
 
 class WallDue(Struct, frozen=True, tag=True):
-    """The wall-time deadline `key` fired at wall time `at`."""
+    """A wall-time deadline fired at wall time `at`."""
 
-    key: str
+    timer: WallTimer
     at: Micros = 0
 
 

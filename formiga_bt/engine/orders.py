@@ -29,6 +29,7 @@ from formiga_bt.engine.ports import ClearancePort
 from formiga_bt.engine.records import AgentRecord, GoalRecord, StandingOrder, Stop, TaskRecord
 from formiga_bt.engine.recovery import NO_PORT
 from formiga_bt.engine.tasks import Tasks
+from formiga_bt.engine.timers import OrderDue
 from formiga_bt.errors import TaskError
 from formiga_bt.geo import horizontal_m
 from formiga_bt.safety.gate import AT_PORT_M
@@ -88,7 +89,7 @@ class Orders:
             self._goals.interrupt_all(agent.id)
         if stop == "hold":
             patience = BREACH_HOLD_US if why else self._clearances.patience_us(agent)
-            core.set_deadline(f"order|{agent.id}", core.now + patience)
+            core.set_deadline(OrderDue(agent.id), core.now + patience)
         self.advance(agent.id)
 
     def refusal(self, agent: AgentRecord, stop: str) -> tuple[str, str] | None:
@@ -134,7 +135,7 @@ class Orders:
     def withdraw(self, order: StandingOrder, *, replaced: bool = False) -> None:
         """An order stands no more: what carries it out ends; its machine hovers until the next word."""
         core = self._core
-        core.clear_deadline(f"order|{order.agent}")
+        core.clear_deadline(OrderDue(order.agent))
         core.emit(ch.OrderPut(order.agent, None))
         core.stale.add(order.agent)
         task = core.state.tasks.get(order.task)

@@ -10,6 +10,7 @@ from formiga_bt.engine.core import Core
 from formiga_bt.engine.gateview import reachable
 from formiga_bt.engine.inputs import CancelGoal, Notify, SendGoal
 from formiga_bt.engine.records import PRIORITIES, Answer, GoalRecord, Question
+from formiga_bt.engine.timers import AcceptDue, EscalationDue
 from formiga_bt.nodes.run import AskOrder
 
 TTL_BEATS = 30
@@ -58,7 +59,7 @@ class People:
         )
         core.emit(ch.QuestionPut(question))
         if order.escalate_us is not None and len(order.tiers) > 1:
-            core.set_deadline(f"escalate|{order.id}", core.now + order.escalate_us)
+            core.set_deadline(EscalationDue(order.id), core.now + order.escalate_us)
 
     def escalate(self, question_id: str) -> None:
         """Open a question to the next group as well."""
@@ -68,7 +69,7 @@ class People:
             return
         core.emit(ch.QuestionPut(replace(question, tier=question.tier + 1)))
         if question.tier + 2 < len(question.tiers) and question.escalate_us is not None:
-            core.set_deadline(f"escalate|{question_id}", core.now + question.escalate_us)
+            core.set_deadline(EscalationDue(question_id), core.now + question.escalate_us)
 
     def close(self, question_id: str) -> None:
         """Withdraw a question from everybody, or forget an answered one."""
@@ -76,7 +77,7 @@ class People:
         question = core.state.questions.get(question_id)
         if question is None:
             return
-        core.clear_deadline(f"escalate|{question_id}")
+        core.clear_deadline(EscalationDue(question_id))
         for person in question.asked:
             self._take_back(question.showing(person))
         core.emit(ch.QuestionDrop(question_id))
@@ -86,7 +87,7 @@ class People:
         goal = core.state.goals.get(goal_id)
         if goal is None:
             return
-        core.set_wall(f"accept|{goal_id}", None)
+        core.set_wall(AcceptDue(goal_id), None)
         if goal.in_flight and not core.withdraw_send(goal_id):
             core.effect(CancelGoal(goal_id, goal.agent, goal.action))
         core.emit(ch.GoalDrop(goal_id))
@@ -139,7 +140,7 @@ class People:
         )  # fmt: skip
         core.emit(ch.GoalPut(goal))
         core.effect(SendGoal(goal_id, person, "Confirm", fields, core.state.epoch, TTL_BEATS, task=question.task))
-        core.set_wall(f"accept|{goal_id}", core.action("Confirm").accept_timeout_us)
+        core.set_wall(AcceptDue(goal_id), core.action("Confirm").accept_timeout_us)
 
     # -- answers -------------------------------------------------------------------------------------------------
     def on_goal_ended(self, goal_id: str) -> Question | None:
@@ -169,7 +170,7 @@ class People:
         core.emit(ch.QuestionPut(question))
         if question.reply is None:
             return None
-        core.clear_deadline(f"escalate|{question.id}")
+        core.clear_deadline(EscalationDue(question.id))
         for person in question.asked:
             if person != goal.agent and question.showing(person) in core.state.goals:
                 self._take_back(question.showing(person))

@@ -36,6 +36,7 @@ from formiga_bt.engine.keeping import JOURNAL, LEVELS
 from formiga_bt.engine.overload import LATE
 from formiga_bt.engine.records import AgentRecord, Before, Found, Resuming, TaskRecord
 from formiga_bt.engine.rescue import Rescue
+from formiga_bt.engine.timers import AskDue, CancelDue, LiveDue, ResumeDue
 from formiga_bt.geo import horizontal_m
 from formiga_bt.nodes.memory import NODE_STATE_VERSION
 from formiga_bt.safety.gate import AT_PORT_M
@@ -82,7 +83,7 @@ class Reconcile:
         self._give_up(given)
         if self._is_long:
             self._hold_all()
-        core.set_wall(MARKS, ASK_US)
+        core.set_wall(ResumeDue(), ASK_US)
 
     def stood_still(self, given: inp.Outage) -> None:
         """The engine's process stood still, and goes on."""
@@ -93,7 +94,7 @@ class Reconcile:
         self._authority.came_back(long=self._is_long)
         if self._is_long:
             self._hold_all()
-        core.set_wall(MARKS, ASK_US)
+        core.set_wall(ResumeDue(), ASK_US)
         for agent_id in self._resume.waits:
             if core.state.agents[agent_id].present:  # who is not is asked when it is back
                 self._fleet.ask_about_goals(agent_id)
@@ -189,13 +190,13 @@ class Reconcile:
 
     def _set_walls_anew(self) -> None:
         core = self._core
-        for key, after in list(core.state.wall.items()):
-            if not key.startswith("live|"):
-                core.set_wall(key, min(after, RESEND_US) if key.startswith("cancel|") else after)
+        for timer, after in list(core.state.wall.items()):
+            if not isinstance(timer, LiveDue):
+                core.set_wall(timer, min(after, RESEND_US) if isinstance(timer, CancelDue) else after)
         for agent in core.state.agents.values():
             kind = core.catalogue.types.get(agent.type)
             if kind is not None and not agent.human and not agent.refused and agent.liveness != "LOST":
-                core.set_wall(f"live|{agent.id}", kind.suspect_after_us)
+                core.set_wall(LiveDue(agent.id), kind.suspect_after_us)
 
     def _give_up(self, given: inp.Resumed) -> None:
         core = self._core
@@ -265,7 +266,7 @@ class Reconcile:
             self._compare(core.state.agents[agent_id], was)
         self._put(waits=tuple(one for one in self._resume.waits if not self._has_told(one, given)))
         if isinstance(given, inp.EffectFailed) and given.what == "query" and given.agent in self._resume.waits:
-            core.set_wall(f"ask|{given.agent}", ASK_AGAIN_US)
+            core.set_wall(AskDue(given.agent), ASK_AGAIN_US)
         if self._resume.phase == "asking" and not self._resume.waits:
             self._asked_enough()
 
@@ -342,21 +343,22 @@ class Reconcile:
         return way_on(core.state, task.id, machines, core.action)
 
     # -- from phase to phase -----------------------------------------------------------------------------------------
-    def on_wall(self, word: str, agent_id: str) -> None:
-        """Handle `resume`: nobody is waited for any longer; and `ask`: a question did not get through."""
+    def on_wall(self, due: ResumeDue | AskDue) -> None:
+        """Wait for nobody any longer, or ask anew what did not get through."""
         core = self._core
-        core.set_wall(f"{word}|{agent_id}" if agent_id else word, None)
+        core.set_wall(due, None)
         resume = core.state.resume
         if resume is None:
             return
-        if word == MARKS and resume.phase == "asking":
-            self._asked_enough()
-        elif word == "ask" and agent_id in resume.waits:
-            goals = tuple(goal.id for goal in core.index.goals_of(agent_id) if goal.in_flight)
-            core.effect(inp.QueryGoal(agent_id, goals))
+        if isinstance(due, ResumeDue):
+            if resume.phase == "asking":
+                self._asked_enough()
+        elif due.agent in resume.waits:
+            goals = tuple(goal.id for goal in core.index.goals_of(due.agent) if goal.in_flight)
+            core.effect(inp.QueryGoal(due.agent, goals))
 
     def _asked_enough(self) -> None:
-        self._core.set_wall(MARKS, None)
+        self._core.set_wall(ResumeDue(), None)
         self._put(phase="overdue", until=self._core.now)
 
     def proceed(self) -> bool:

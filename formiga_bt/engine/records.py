@@ -9,6 +9,7 @@ from typing import Any, Final, Literal
 from msgspec import Struct
 
 from formiga_bt.clock import Micros
+from formiga_bt.engine.timers import Timer
 from formiga_bt.geo import Place, Position
 from formiga_bt.nodes.run import Failure, Served
 from formiga_bt.safety.traffic import Area
@@ -186,6 +187,13 @@ class Found(Struct, frozen=True):
     """It was in the air, and did nothing that lands."""
 
 
+class Paused(Struct, frozen=True, array_like=True):
+    """A deadline that stands still: what is left of it."""
+
+    timer: Timer
+    left_us: Micros
+
+
 class TaskRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
     """A task. `section` is the part that runs; `outcome` is decided when the steps end and never changes after."""
 
@@ -238,8 +246,8 @@ class TaskRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
     stood_us: Micros = 0
     """For how long its clock has stood still by now, without the present stand."""
     stood_since: Micros | None = None
-    paused: dict[str, Micros] = {}
-    """Deadlines that stand still while held: what is left of each."""
+    paused: tuple[Paused, ...] = ()
+    """Deadlines that stand still while held."""
     roles: dict[str, tuple[str, ...]] = {}
     """Role -> agents that it holds now."""
     served: dict[str, Served] = {}
@@ -278,6 +286,14 @@ class TaskRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
     def ended(self) -> bool:
         """Return whether it has its terminal status."""
         return self.section == "done"
+
+    def left_of(self, timer: Timer) -> Micros | None:
+        """Return what is left of a deadline that stands still, or None."""
+        return next((one.left_us for one in self.paused if one.timer == timer), None) if self.paused else None
+
+    def without(self, timer: Timer) -> tuple[Paused, ...]:
+        """Return what stands still but this."""
+        return tuple(one for one in self.paused if one.timer != timer)
 
     @property
     def attached(self) -> bool:

@@ -15,6 +15,7 @@ from formiga_bt.engine.core import Core
 from formiga_bt.engine.fleet import Fleet
 from formiga_bt.engine.ports import TaskPort
 from formiga_bt.engine.records import AgentRecord, Recovering, TaskRecord
+from formiga_bt.engine.timers import HomeAgain, HomeOverdue
 from formiga_bt.engine.treerun import Ended, TaskTrees
 from formiga_bt.geo import Place
 from formiga_bt.lang.model import Subtree
@@ -151,7 +152,7 @@ class Recovery:
         for name, param in subtree.params.items():
             values[name] = AgentRef(agent_id) if param.type.name == "agent" else self.spot(agent)
         core.emit(ch.ScopePut(task_id, section, values))
-        core.set_deadline(f"recover|{task_id}|{agent_id}", core.now + ESTIMATE_US, task_id)
+        core.set_deadline(HomeOverdue(task_id, agent_id), core.now + ESTIMATE_US, task_id)
         self._tasks.start_section(task_id, section, subtree.steps, section)
 
     def restore(self, recovering: Recovering, trees: TaskTrees) -> None:
@@ -168,7 +169,7 @@ class Recovery:
         now = next((r for r in task.recovering if r.agent == agent_id and r.attempt == int(number)), None)
         if now is None or now.state != "running":
             return
-        core.clear_deadline(f"recover|{task_id}|{agent_id}")
+        core.clear_deadline(HomeOverdue(task_id, agent_id))
         core.emit(ch.ScopePut(task_id, ended.section, None))
         agent = core.state.agents[agent_id]
         code = ended.failure.code if ended.failure is not None else ""
@@ -187,7 +188,7 @@ class Recovery:
         elif now.tries < TRIES:
             self._set(task_id, replace(now, state="waiting"))
             at = core.now + PAUSES_US[now.tries - 1]
-            core.set_deadline(f"tryagain|{task_id}|{agent_id}", at, task_id)
+            core.set_deadline(HomeAgain(task_id, agent_id), at, task_id)
         else:
             self._set(task_id, replace(now, state="failed"))
             self._give_up(task_id, agent_id, ended.failure.code)
@@ -252,8 +253,8 @@ class Recovery:
     def abandon(self, task_id: str, one: Recovering) -> None:
         """A way home was stopped by another order."""
         core = self._core
-        core.clear_deadline(f"recover|{task_id}|{one.agent}")
-        core.clear_deadline(f"tryagain|{task_id}|{one.agent}")
+        core.clear_deadline(HomeOverdue(task_id, one.agent))
+        core.clear_deadline(HomeAgain(task_id, one.agent))
         if one.state == "running":
             core.emit(ch.ScopePut(task_id, f"recover:{one.agent}#{one.attempt}", None))
         self._set(task_id, replace(one, state="failed"))
@@ -261,8 +262,8 @@ class Recovery:
     def agent_left(self, task_id: str, agent_id: str) -> None:
         """A machine was lost or abandoned on its way home: its section stops, the others' go on."""
         core = self._core
-        core.clear_deadline(f"recover|{task_id}|{agent_id}")
-        core.clear_deadline(f"tryagain|{task_id}|{agent_id}")
+        core.clear_deadline(HomeOverdue(task_id, agent_id))
+        core.clear_deadline(HomeAgain(task_id, agent_id))
         for one in core.task(task_id).recovering:
             if one.agent == agent_id and one.state == "waiting":
                 self._set(task_id, replace(one, state="failed"))
@@ -301,7 +302,7 @@ class Recovery:
                 if goal.task == task_id and goal.state == "gated" and goal.code == "spot_busy":
                     core.put_goal(goal.id, state="gate_refused")
                     core.wake(task_id, goal.owner)
-        core.set_deadline(f"recover|{task_id}|{agent_id}", core.now + ALARM_EVERY_US, task_id)
+        core.set_deadline(HomeOverdue(task_id, agent_id), core.now + ALARM_EVERY_US, task_id)
 
     def _set(self, task_id: str, recovering: Recovering) -> None:
         core = self._core

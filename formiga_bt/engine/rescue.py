@@ -48,7 +48,7 @@ class Rescue:
             releasing={},
             release_after={},
             served={},
-            paused={},
+            paused=(),
             again="",
             abort_now=True,
             recovering=tuple(replace(r, state="failed") if r.state in UNDER_WAY else r for r in task.recovering),
@@ -70,8 +70,8 @@ class Rescue:
                 drain.append(goal.id)
         for question in core.index.questions_of(task_id):
             self._people.close(question)
-        for key in core.index.deadlines_of(task_id):
-            core.clear_deadline(key)
+        for timer in core.index.deadlines_of(task_id):
+            core.clear_deadline(timer)
         for key, request in list(core.state.requests.items()):
             if request.holder == task_id:
                 core.emit(ch.RequestPut(key, None))

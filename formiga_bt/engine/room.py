@@ -19,6 +19,7 @@ from formiga_bt.engine.gateview import GateView
 from formiga_bt.engine.inputs import Alarm
 from formiga_bt.engine.ports import ClearancePort
 from formiga_bt.engine.records import BUSY, PRIORITIES, AgentRecord, GoalRecord
+from formiga_bt.engine.timers import AsideDue, PortDue, WayDue
 from formiga_bt.geo import Place, Position, distance_m, horizontal_m
 from formiga_bt.lang.model import Port
 from formiga_bt.safety.gate import Go, Verdict
@@ -59,9 +60,9 @@ class Room:
         agent = core.state.agents[goal.agent]
         if agent.landed != "airborne":
             return
-        key = f"busy|{goal.id}"
-        if goal.section != "recover" and key not in core.state.deadlines:
-            core.set_deadline(key, core.now + self.clearances.patience_us(agent), goal.task)
+        due = WayDue(goal.id)
+        if goal.section != "recover" and due not in core.state.deadlines:
+            core.set_deadline(due, core.now + self.clearances.patience_us(agent), goal.task)
         if goal.code == "port_busy":
             self._port_busy(goal, agent)
         elif goal.code == "leg_busy":
@@ -69,8 +70,8 @@ class Room:
 
     def forget(self, goal_id: str) -> None:
         """A goal waits no more."""
-        for word in ("busy", "aside", "port"):
-            self._core.clear_deadline(f"{word}|{goal_id}")
+        for due in (WayDue(goal_id), AsideDue(goal_id), PortDue(goal_id)):
+            self._core.clear_deadline(due)
 
     def waited_enough(self, goal_id: str) -> None:
         """A goal that waits for a spot, a way or its port may wait no longer."""
@@ -133,7 +134,7 @@ class Room:
     # -- ways --------------------------------------------------------------------------------------------------------
     def _leg_busy(self, goal: GoalRecord) -> None:
         core = self._core
-        aside = f"aside|{goal.id}"
+        aside = AsideDue(goal.id)
         if aside in core.state.deadlines:
             return
         core.set_deadline(aside, core.now + ASIDE_US, goal.task)
@@ -161,7 +162,7 @@ class Room:
         """
         goal = self._waiting(goal_id, "leg_busy")
         if goal is not None:
-            self._core.set_deadline(f"aside|{goal_id}", self._core.now + ASIDE_US, goal.task)
+            self._core.set_deadline(AsideDue(goal_id), self._core.now + ASIDE_US, goal.task)
             self._step_aside(goal)
 
     def _step_aside(self, goal: GoalRecord) -> bool:
@@ -181,9 +182,9 @@ class Room:
     # -- ports -------------------------------------------------------------------------------------------------------
     def _port_busy(self, goal: GoalRecord, agent: AgentRecord) -> None:
         core = self._core
-        key = f"port|{goal.id}"
-        if key not in core.state.deadlines:
-            core.set_deadline(key, core.now + min(PORT_US, self.clearances.patience_us(agent)), goal.task)
+        due = PortDue(goal.id)
+        if due not in core.state.deadlines:
+            core.set_deadline(due, core.now + min(PORT_US, self.clearances.patience_us(agent)), goal.task)
         port = core.site.ports.get(agent.home)
         if port is None or not isinstance(port.waiting, Position) or agent.position is None:
             return
@@ -195,14 +196,14 @@ class Room:
         core = self._core
         # On its way, not heard of just now, or held up on its way.
         if self._waiting(goal_id, "draining", "suspect", "leg_busy") is not None:
-            core.set_deadline(f"port|{goal_id}", core.now + SOON_US, core.state.goals[goal_id].task)
+            core.set_deadline(PortDue(goal_id), core.now + SOON_US, core.state.goals[goal_id].task)
             return
         goal = self._waiting(goal_id, "port_busy")
         if goal is None or self._other_port(goal):
             return
         text = f"{goal.agent} has no free port to land at: {goal.text} is on its own"
         core.effect(Alarm("no_free_port", text, goal.task, goal.agent))
-        core.set_deadline(f"port|{goal_id}", core.now + NO_PORT_US, goal.task)
+        core.set_deadline(PortDue(goal_id), core.now + NO_PORT_US, goal.task)
 
     def _other_port(self, goal: GoalRecord) -> bool:
         """Bind `home` to the nearest free port and let the goal's step send its next attempt; return whether there is one."""
@@ -244,7 +245,7 @@ class Room:
         agent = core.state.agents[goal.agent]
         spec = core.action(goal.action)
         target, here = goal.fields.get(spec.moves_to), agent.position
-        if f"port|{goal.id}" not in core.state.deadlines or here is None or not isinstance(target, Place):
+        if PortDue(goal.id) not in core.state.deadlines or here is None or not isinstance(target, Place):
             return None
         if horizontal_m(here, target) <= VERTICAL_M:
             return None

@@ -29,6 +29,7 @@ from formiga_bt.engine.records import (
     Version,
     Wakes,
 )
+from formiga_bt.engine.timers import Timer, WallTimer
 from formiga_bt.geo import Place, Position, Region
 from formiga_bt.lang.types import AgentRef
 from formiga_bt.nodes.memory import Mem
@@ -54,8 +55,8 @@ class EngineState(Struct):
     goals: dict[str, GoalRecord] = field(default_factory=dict)
     questions: dict[str, Question] = field(default_factory=dict)
     clearances: dict[str, ClearanceRecord] = field(default_factory=dict)
-    deadlines: dict[str, Deadline] = field(default_factory=dict)
-    wall: dict[str, Micros] = field(default_factory=dict)
+    deadlines: dict[Timer, Deadline] = field(default_factory=dict)
+    wall: dict[WallTimer, Micros] = field(default_factory=dict)
     orders: dict[str, StandingOrder] = field(default_factory=dict)
     """agent -> the order that stands on it"""
     lockdown: Lockdown | None = None
@@ -184,14 +185,14 @@ def _ended(_: EngineState, __: Blackboard, ___: ch.NodesEnded) -> None:
 def _deadline(state: EngineState, _: Blackboard, change: ch.DeadlineSet) -> None:
     deadline = change.deadline
     if deadline is None:
-        state.deadlines.pop(change.key, None)
+        state.deadlines.pop(change.timer, None)
     else:
-        state.deadlines[change.key] = deadline
+        state.deadlines[change.timer] = deadline
         state.counters["deadline"] = deadline.seq
 
 
 def _wall(state: EngineState, _: Blackboard, change: ch.WallTimerSet) -> None:
-    _set_or_drop(state.wall, change.key, change.after_us)
+    _set_or_drop(state.wall, change.timer, change.after_us)
 
 
 def _request(state: EngineState, board: Blackboard, change: ch.RequestPut) -> None:
@@ -304,7 +305,7 @@ def members_key(agent_type: str) -> str:
     return f"/fleet/{agent_type}/members"
 
 
-def _set_or_drop(table: dict[str, Any], key: str, value: Any) -> None:
+def _set_or_drop(table: dict[Any, Any], key: Any, value: Any) -> None:
     if value is None:
         table.pop(key, None)
     else:
@@ -351,12 +352,12 @@ def _show_agent(board: Blackboard, agent: AgentRecord, old: AgentRecord | None =
 
 
 # -- snapshots ---------------------------------------------------------------------------------------------------------
-# Values inside `Any` fields come back from JSON as plain mappings; their tag says what they were.
+# Values inside `Any` fields come back as plain mappings; their tag says what they were.
 _TAGGED: dict[str, type[Struct]] = {"place": Place, "position": Position, "region": Region, "agent": AgentRef}
 
 
 def revive(value: Any) -> Any:
-    """Return a runtime value from its JSON form: tagged mappings become points, regions, agents; lists become tuples."""
+    """Return a runtime value from its plain form: tagged mappings become points, regions, agents; lists become tuples."""
     if isinstance(value, dict):
         kind = _TAGGED.get(value.get("is", ""))
         if kind is not None:
@@ -368,13 +369,13 @@ def revive(value: Any) -> Any:
 
 
 def snapshot(state: EngineState) -> bytes:
-    """Return the whole state as JSON."""
-    return msgspec.json.encode(state)
+    """Return the whole state as msgpack (JSON has no keys but text)."""
+    return msgspec.msgpack.encode(state)
 
 
 def load_snapshot(data: bytes) -> EngineState:
     """Return the state that `snapshot` wrote."""
-    state = msgspec.json.decode(data, type=EngineState)
+    state = msgspec.msgpack.decode(data, type=EngineState)
     state.scopes = {
         task: {scope: {name: revive(v) for name, v in values.items()} for scope, values in scopes.items()}
         for task, scopes in state.scopes.items()

@@ -7,7 +7,7 @@ from typing import Any, Final, NamedTuple
 from formiga_bt.clock import Micros
 from formiga_bt.engine import changes as ch
 from formiga_bt.engine.children import ENDING, Children
-from formiga_bt.engine.core import Core, node_deadline
+from formiga_bt.engine.core import Core
 from formiga_bt.engine.env import TaskEnv
 from formiga_bt.engine.inputs import Notify
 from formiga_bt.engine.pace import Pace
@@ -16,6 +16,7 @@ from formiga_bt.engine.ports import AllocationPort, GoalPort
 from formiga_bt.engine.records import RELEASE, Ending, GoalRecord, Leaving, Question, TaskRecord, Tidy
 from formiga_bt.engine.state import event_key
 from formiga_bt.engine.tidying import WORD, Tidies
+from formiga_bt.engine.timers import NodeDue
 from formiga_bt.engine.treerun import CompiledTrees, TaskTrees, TreesFactory
 from formiga_bt.engine.watching import watch_keys
 from formiga_bt.lang.model import MOST_VISITS, Env, Expr, Role
@@ -151,22 +152,22 @@ class TaskRun:
     def set_deadline(self, path: str, at: Micros) -> None:
         """Wake a node at an instant, or later if the task's clocks woke it too often."""
         at = self._pace.round_up(path, at)
-        self._core.set_deadline(node_deadline(self.task_id, path), at, self.task_id, pausable=True)
+        self._core.set_deadline(NodeDue(self.task_id, path), at, self.task_id, pausable=True)
 
     def clear_deadline(self, path: str) -> None:
         """Forget a node's deadline."""
         core = self._core
         if core.due:
             core.due.discard((self.task_id, path))
-        core.clear_deadline(node_deadline(self.task_id, path), self.task_id)
+        core.clear_deadline(NodeDue(self.task_id, path))
 
     def deadline(self, path: str) -> Micros | None:
         """Return a node's deadline; of one that stands still, as if it ran from now."""
-        key = node_deadline(self.task_id, path)
-        left = self._core.task(self.task_id).paused.get(key)
+        timer = NodeDue(self.task_id, path)
+        left = self._core.task(self.task_id).left_of(timer)
         if left is not None:
             return self.now + left
-        found = self._core.state.deadlines.get(key)
+        found = self._core.state.deadlines.get(timer)
         return found.at if found else None
 
     def is_due(self, path: str) -> bool:
@@ -197,7 +198,7 @@ class TaskRun:
         if coming is not None:
             self._core.instants.set(self.task_id, path, coming)
             if self.deadline(path) != coming:  # what depends on `now` never stands still
-                self._core.set_deadline(node_deadline(self.task_id, path), coming, self.task_id)
+                self._core.set_deadline(NodeDue(self.task_id, path), coming, self.task_id)
 
     def wake_watchers(self) -> None:
         """Have each live condition looked at."""

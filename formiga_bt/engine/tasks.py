@@ -20,7 +20,7 @@ from msgspec.structs import replace
 from formiga_bt.clock import SECOND, Micros
 from formiga_bt.engine import changes as ch
 from formiga_bt.engine.children import Children
-from formiga_bt.engine.core import Core, task_deadline
+from formiga_bt.engine.core import Core
 from formiga_bt.engine.errands import Errands
 from formiga_bt.engine.fleet import Fleet
 from formiga_bt.engine.goals import Goals
@@ -34,6 +34,7 @@ from formiga_bt.engine.recovery import Recovery
 from formiga_bt.engine.taskmodel import duration_us, root_values, section_steps
 from formiga_bt.engine.taskrun import TaskRun
 from formiga_bt.engine.tidying import WORD
+from formiga_bt.engine.timers import HopelessDue, TaskDue
 from formiga_bt.engine.treerun import Ended, TreesFactory
 from formiga_bt.errors import TaskError
 from formiga_bt.lang.model import Step, Task
@@ -122,7 +123,7 @@ class Tasks:
         machines = tuple(dict.fromkeys(a for group in roles.values() for a in group))
         for agent in machines:
             self._fleet.trust_again(agent)
-        core.clear_deadline(task_deadline(task_id, "wait"))
+        core.clear_deadline(TaskDue(task_id, "wait"))
         core.put_task(task_id, status="ASSIGNED", roles=roles, granted=machines, assigned_at=core.now)
         core.put_task(task_id, status="ACTIVE", section="steps", active_at=core.now)
         self.run_of(task_id).trees.start("steps", model.steps, "")
@@ -132,7 +133,7 @@ class Tasks:
             if isinstance(after, str):
                 self.fail(task_id, "cannot_compute", f"timeout: {after}")
             else:
-                core.set_deadline(task_deadline(task_id, "timeout"), core.now + after, task_id, pausable=True)
+                core.set_deadline(TaskDue(task_id, "timeout"), core.now + after, task_id, pausable=True)
 
     def granted_more(self, request: Request, roles: dict[str, tuple[str, ...]]) -> None:
         """The allocator gave the agents that a block of a running task asked for: its node takes them."""
@@ -446,14 +447,14 @@ class Tasks:
         task = core.task(task_id)
         model = core.library.of(task)
         if task.status != "ENDING":
-            core.clear_deadline(task_deadline(task_id, "timeout"))
+            core.clear_deadline(TaskDue(task_id, "timeout"))
             task = core.put_task(task_id, status="ENDING")
             if model is not None and any((model.on_failure, model.on_abort, model.finally_)):
                 after = self._cleanup_us(task_id, model)
-                core.set_deadline(task_deadline(task_id, "cleanup"), core.now + after, task_id, pausable=True)
+                core.set_deadline(TaskDue(task_id, "cleanup"), core.now + after, task_id, pausable=True)
         core.put_task(task_id, section=section)
         if section == "recover":
-            core.clear_deadline(task_deadline(task_id, "cleanup"))
+            core.clear_deadline(TaskDue(task_id, "cleanup"))
             self.recovery.begin(task_id)
             return
         steps = section_steps(model, section)
@@ -472,22 +473,23 @@ class Tasks:
             return CLEANUP_US
         return after
 
-    def on_deadline(self, task_id: str, what: str) -> None:
-        """Handle a task's own deadlines: timeout, cleanup, wait."""
-        core = self._core
+    def on_deadline(self, due: TaskDue | HopelessDue) -> None:
+        """Handle a task's own deadlines."""
+        core, task_id = self._core, due.task
         task = core.task(task_id)
-        if what == "timeout":
+        if isinstance(due, HopelessDue):
+            if task.status == "PENDING" or due.node:
+                self.allocation.look()
+        elif due.what == "timeout":
             self.fail(task_id, "timeout", "the task's timeout is over")
-        elif what == "cleanup" and task.section in AFTER:
+        elif due.what == "cleanup" and task.section in AFTER:
             self._note(task_id, f"{task.section}: cleanup_timeout is over")
             core.put_task(task_id, abort_now=True)
             self.run_of(task_id).tidies.cut()
             if not task.stopping:
                 self.stop(task_id, task.section)
-        elif what.endswith("hopeless") and (task.status == "PENDING" or "|" in what):
-            self.allocation.look()
-        elif what in ("wait", "expires") and task.status == "PENDING":
-            code = "no_agent" if what == "wait" else "task_expired"
+        elif due.what in ("wait", "expires") and task.status == "PENDING":
+            code = "no_agent" if due.what == "wait" else "task_expired"
             self._decide(task_id, "FAILED", code, "no fitting agents in time; see the explanation")
             self._done(task_id)
 
@@ -515,8 +517,8 @@ class Tasks:
         for agent_id in task.granted:
             if core.state.agents[agent_id].task == task_id:
                 self._fleet.release(agent_id)
-        for key in core.index.deadlines_of(task_id):
-            core.clear_deadline(key)
+        for timer in core.index.deadlines_of(task_id):
+            core.clear_deadline(timer)
         for question in core.index.questions_of(task_id):
             self._people.close(question)
         core.emit(ch.RequestPut(task_id, None))
@@ -526,7 +528,7 @@ class Tasks:
             return
         core.put_task(
             task_id,
-            status=task.outcome, section="done", ended_at=core.now, held=(), found={}, paused={}, roles={}, drain=(),
+            status=task.outcome, section="done", ended_at=core.now, held=(), found={}, paused=(), roles={}, drain=(),
         )  # fmt: skip
         self.children.ended(core.task(task_id))
         core.emit(ch.TaskForget(task_id))

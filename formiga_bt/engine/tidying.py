@@ -24,6 +24,7 @@ from formiga_bt.engine import changes as ch
 from formiga_bt.engine.children import ENDING
 from formiga_bt.engine.core import Core
 from formiga_bt.engine.records import RELEASE, GoalRecord, TaskRecord, Tidy
+from formiga_bt.engine.timers import NodeDue
 from formiga_bt.engine.treerun import Ended, TaskTrees
 from formiga_bt.lang.model import Call, For, Sequence, Step, WithAgents
 from formiga_bt.lang.places import steps_around
@@ -216,5 +217,5 @@ class Tidies:
         text = f"finally of {tidy.path}: {code} {reason}".strip()
         self._core.put_task(self._task_id, notes=(*self._task.notes, text))
 
-    def _deadline(self, token: str) -> str:
-        return f"node|{self._task_id}|{token}"
+    def _deadline(self, token: str) -> NodeDue:
+        return NodeDue(self._task_id, token)

@@ -12,11 +12,12 @@ from typing import Final
 
 from formiga_bt.engine.core import Core
 from formiga_bt.engine.tasks import Tasks
+from formiga_bt.engine.timers import TurnDue
 
 AT_ONCE: Final = 256
 """So many tasks that may wait are looked at in one step: some milliseconds."""
 
-REST: Final = "rest"
+REST: Final = TurnDue()
 """The key of the deadline that goes on with the others."""
 
 

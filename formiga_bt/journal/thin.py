@@ -27,6 +27,7 @@ from formiga_bt.engine import changes as ch
 from formiga_bt.engine.inputs import AgentStatusInput, GoalEventInput, Step, WallDue
 from formiga_bt.engine.records import AgentRecord, GoalRecord
 from formiga_bt.engine.state import EngineState
+from formiga_bt.engine.timers import LiveDue, WallTimer
 from formiga_bt.geo import Position
 
 THINNED: Final = ("position", "stood_at", "battery", "wind", "seq", "stamp", "heard_at", "heard_wall")
@@ -35,8 +36,6 @@ THINNED_OF_GOAL: Final = ("n", "progress")
 """Fields of a goal that its news may change without its step being kept."""
 PROGRESS: Final = 0.1
 """News of so much progress is kept."""
-LIVE: Final = "live|"
-"""Of the keys of wall-time deadlines that look whether an agent is still heard of."""
 HEARD_EVERY_US: Final[Micros] = 30 * SECOND
 BLOCK_US: Final[Micros] = 10 * SECOND
 """Way points of an agent are written together, after so long."""
@@ -123,7 +122,7 @@ class Thinner:
         self._live: dict[str, AgentRecord] = dict(state.agents)
         self._kept: dict[str, AgentRecord] = dict(state.agents)
         """As the fold of what is kept has them."""
-        self._wall: dict[str, Micros] = dict(state.wall)
+        self._wall: dict[WallTimer, Micros] = dict(state.wall)
         self._goals: dict[str, GoalRecord] = dict(state.goals)
         self.on_point: Callable[[str, Point], None] | None = None
         """Told of each way point."""
@@ -151,9 +150,9 @@ class Thinner:
                 self._goals.pop(change.goal, None)
             elif type(change) is ch.WallTimerSet:
                 if change.after_us is None:
-                    self._wall.pop(change.key, None)
+                    self._wall.pop(change.timer, None)
                 else:
-                    self._wall[change.key] = change.after_us
+                    self._wall[change.timer] = change.after_us
         self.seq, self.at = step.seq, step.at
         return True
 
@@ -164,7 +163,7 @@ class Thinner:
         kind = type(given)
         if kind is not AgentStatusInput:
             if kind is WallDue:
-                return self._is_look(given.key, step.changes)
+                return self._is_look(given.timer, step.changes)
             return kind is GoalEventInput and given.event.status is None and self._still_runs(step.changes)
         agent: str = given.status.id
         new = self._live.get(agent)
@@ -193,14 +192,14 @@ class Thinner:
         return True
 
     @staticmethod
-    def _is_look(key: str, changes: Sequence[ch.Change]) -> bool:
+    def _is_look(timer: WallTimer, changes: Sequence[ch.Change]) -> bool:
         """Return whether somebody was looked at, was heard of lately, and will be looked at again."""
-        if not key.startswith(LIVE) or len(changes) != 2:
+        if not isinstance(timer, LiveDue) or len(changes) != 2:
             return False
         first, then = changes
         return (
             type(first) is ch.WallTimerSet and type(then) is ch.WallTimerSet
-            and first.key == then.key == key and first.after_us is None and then.after_us is not None
+            and first.timer == then.timer == timer and first.after_us is None and then.after_us is not None
         )  # fmt: skip
 
     def _note(self, seq: int, agent: AgentRecord) -> None:

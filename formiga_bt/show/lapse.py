@@ -3,6 +3,7 @@
 from formiga_bt.clock import Micros
 from formiga_bt.engine.records import Question
 from formiga_bt.engine.state import EngineState
+from formiga_bt.engine.timers import ClearanceDue
 
 
 def cleared_machine(question: Question) -> str:
@@ -17,7 +18,7 @@ def lapses_at(state: EngineState, question: Question) -> Micros | None:
     """
     machine = cleared_machine(question)
     if machine:
-        patience = state.deadlines.get(f"clear|{machine}")
+        patience = state.deadlines.get(ClearanceDue(machine))
         if patience is not None:
             return patience.at
     return question.expires_at

@@ -17,6 +17,7 @@ from formiga_bt.engine import changes as ch
 from formiga_bt.engine.inputs import Step
 from formiga_bt.engine.records import AgentRecord, GoalRecord, Question, TaskRecord
 from formiga_bt.engine.state import EngineState, apply
+from formiga_bt.engine.timers import WallTimer
 from formiga_bt.show.facts import LineFact, Mark, Point
 from formiga_bt.show.lines import Lines, of_question, of_refusal
 from formiga_bt.show.notes import gate_words, hold_words
@@ -112,7 +113,7 @@ class Ledger:
         """(kind, of what) -> the wait that lasts."""
         self.stuck: dict[str, Micros] = {}
         """Machine that a person must look at or hand back -> since when."""
-        self.wall_set: dict[str, Micros] = {}
+        self.wall_set: dict[WallTimer, Micros] = {}
         """Key of a wall-time deadline -> when it was set."""
         self.started_at: Micros | None = None
         self.before: list[Before] = []
@@ -369,9 +370,9 @@ class Ledger:
     def _wall(self, at: Micros, change: ch.WallTimerSet) -> None:
         apply(self.state, self._board, change)
         if change.after_us is None:
-            self.wall_set.pop(change.key, None)
+            self.wall_set.pop(change.timer, None)
         else:
-            self.wall_set[change.key] = at
+            self.wall_set[change.timer] = at
 
     # -- waits -------------------------------------------------------------------------------------------------------
     def _wait(self, at: Micros, kind: WaitKind, of: str, task: str, *, agent: str = "", text: str = "") -> None:

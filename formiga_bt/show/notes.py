@@ -4,9 +4,9 @@ from collections.abc import Mapping
 from typing import Final, NamedTuple
 
 from formiga_bt.clock import Micros
-from formiga_bt.engine.core import node_deadline
 from formiga_bt.engine.records import GoalRecord, TaskRecord
 from formiga_bt.engine.state import EngineState
+from formiga_bt.engine.timers import NodeDue
 from formiga_bt.lang.places import static_path
 from formiga_bt.nodes import memory as m
 from formiga_bt.show.amounts import percent
@@ -95,15 +95,16 @@ def _attempt(scene: _Scene, key: str, mem: m.RetryMem) -> str:
 
 
 def _stands(task: TaskRecord, key: str) -> bool:
-    return node_deadline(task.id, key) in task.paused
+    return task.left_of(NodeDue(task.id, key)) is not None
 
 
 def left_of(state: EngineState, task: TaskRecord, key: str, now: Micros) -> Micros | None:
     """Return the time until the deadline of a node, also of one that stands still; None: it has none."""
-    name = node_deadline(task.id, key)
-    if name in task.paused:
-        return task.paused[name]
-    found = state.deadlines.get(name)
+    due = NodeDue(task.id, key)
+    left = task.left_of(due)
+    if left is not None:
+        return left
+    found = state.deadlines.get(due)
     return None if found is None else max(0, found.at - now)
 
 

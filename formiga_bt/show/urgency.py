@@ -7,8 +7,8 @@ from collections.abc import Iterator
 from typing import Final
 
 from formiga_bt.clock import Micros
-from formiga_bt.engine.core import task_deadline
 from formiga_bt.engine.records import PRIORITIES, AgentRecord, GoalRecord, Question, Request, TaskRecord
+from formiga_bt.engine.timers import ClearanceDue, LiveDue, OrderDue, TaskDue, TaskTime
 from formiga_bt.show.lapse import lapses_at
 from formiga_bt.show.ledger import Ledger
 from formiga_bt.show.notes import goal_words, hold_words
@@ -17,7 +17,7 @@ from formiga_bt.show.why.words import REASONS, say, span
 NEVER: Final = 1 << 62
 RANK: Final = {"ENDING": 0, "ACTIVE": 1, "ASSIGNED": 2, "PENDING": 3}
 """Of tasks to which nothing is about to happen: what flies first."""
-LIMITS: Final = (
+LIMITS: Final[tuple[tuple[TaskTime, str], ...]] = (
     ("timeout", "timeout"),
     ("cleanup", "its cleanup is cut off"),
     ("wait", "it has waited for agents long enough"),
@@ -56,7 +56,7 @@ class Index:
     def _coming(self, task: TaskRecord) -> Iterator[tuple[Micros, str]]:
         deadlines = self.state.deadlines
         for what, words in LIMITS:
-            found = deadlines.get(task_deadline(task.id, what))
+            found = deadlines.get(TaskDue(task.id, what))
             if found is not None:
                 yield found.at, words
         for question in self.questions.get(task.id, ()):
@@ -68,14 +68,14 @@ class Index:
 
     def _coming_of(self, agent: AgentRecord) -> Iterator[tuple[Micros, str]]:
         deadlines, wall = self.state.deadlines, self.state.wall
-        hold = deadlines.get(f"order|{agent.id}")
+        hold = deadlines.get(OrderDue(agent.id))
         if hold is not None:
             yield hold.at, f"{agent.id} returns by itself"
-        word = deadlines.get(f"clear|{agent.id}")
+        word = deadlines.get(ClearanceDue(agent.id))
         if word is not None:
             yield word.at, f"nobody said that people stand clear of {agent.id}"
         if agent.liveness == "SUSPECT" and not agent.human:
-            key = f"live|{agent.id}"
+            key = LiveDue(agent.id)
             after, since = wall.get(key), self.ledger.wall_set.get(key)
             if after is not None and since is not None:
                 yield since + round(after * self.speed), f"{agent.id} counts as lost"

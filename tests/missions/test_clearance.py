@@ -6,6 +6,7 @@ import pytest
 
 from agents_sim.planning import Leg, way_down
 from formiga_bt.engine.inputs import Operator, SendGoal
+from formiga_bt.engine.timers import ClearanceDue
 from formiga_bt.geo import Place, Position
 from formiga_bt.lang.types import AgentRef
 from formiga_bt.rehearsal import Rehearsal
@@ -77,7 +78,8 @@ def test_in_the_air_it_waits_until_its_reserve_is_near_then_fails_and_recovers(f
     assert rehearsal.task(task).status == "ACTIVE"
     assert rehearsal.task(task).held == ("clearance:hwd_1",)
     asked = next(q for q in rehearsal.engine.state.questions.values() if q.kind == "clearance")
-    assert asked.expires_at == rehearsal.engine.state.deadlines["clear|hwd_1"].at  # what people's apps count down to
+    patience = rehearsal.engine.state.deadlines[ClearanceDue("hwd_1")]
+    assert asked.expires_at == patience.at  # what people's apps count down to
 
     assert rehearsal.run_until_ended(task)
     assert (rehearsal.task(task).status, rehearsal.task(task).code) == ("FAILED", "no_clearance")

@@ -6,6 +6,7 @@ import pytest
 
 from formiga_bt.clock import SECOND
 from formiga_bt.engine.inputs import Operator
+from formiga_bt.engine.timers import OrderDue
 from formiga_bt.safety.charge import way_home
 from formiga_bt.testing import Bench, ScriptedAgent, alarms, packaged_world, task_of
 from formiga_bt.transport.messages import AgentCard
@@ -65,7 +66,7 @@ def test_it_hovers_until_its_reserve_the_way_home_and_three_minutes_are_near(
 
     bench.ask(Operator("hold", "hwd_1", "eve"))
     began = bench.now
-    assert abs(bench.engine.state.deadlines["order|hwd_1"].at - began - lasts_s * SECOND) <= 1
+    assert abs(bench.engine.state.deadlines[OrderDue("hwd_1")].at - began - lasts_s * SECOND) <= 1
 
     assert bench.run_until(lambda: bench.engine.state.orders["hwd_1"].stop == "return", 1000)
     assert bench.now - began == pytest.approx(lasts_s * SECOND, abs=1)

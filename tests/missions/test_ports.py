@@ -4,6 +4,7 @@ from dataclasses import replace
 
 from agents_sim.world import AgentSpec
 from formiga_bt.engine.inputs import SendGoal
+from formiga_bt.engine.timers import PortDue
 from formiga_bt.geo import Place, horizontal_m
 from formiga_bt.lang.model import Port
 from formiga_bt.lang.types import AgentRef
@@ -56,7 +57,7 @@ def test_it_waits_at_the_waiting_point_and_says_for_whom() -> None:
 
 def test_after_two_minutes_another_port_is_its_home_and_the_step_is_sent_anew() -> None:
     rehearsal, task = on_the_port()
-    rehearsal.run_until(lambda: any(key.startswith("port|") for key in rehearsal.engine.state.deadlines), 300)
+    rehearsal.run_until(lambda: any(isinstance(due, PortDue) for due in rehearsal.engine.state.deadlines), 300)
     since = rehearsal.now
 
     assert rehearsal.run_until(lambda: rehearsal.engine.state.agents["hwd_1"].home != "p5", 300)

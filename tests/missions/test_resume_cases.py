@@ -7,6 +7,7 @@ import pytest
 
 from formiga_bt.engine import inputs as inp
 from formiga_bt.engine.records import GoalRecord, TaskRecord
+from formiga_bt.engine.timers import NodeDue
 from formiga_bt.errors import TaskError
 from formiga_bt.lang.model import Catalogue, Site
 from formiga_bt.rehearsal import Rehearsal, fleet_of
@@ -158,7 +159,11 @@ def test_a_result_that_came_meanwhile_counts_before_a_deadline_that_passed() -> 
     in_flight(flown)
     goal = leg(flown)
     assert goal is not None
-    deadline = min(d.at for key, d in flown.flight.engine.state.deadlines.items() if "steps[1]" in key)
+    deadline = min(
+        d.at
+        for due, d in flown.flight.engine.state.deadlines.items()
+        if isinstance(due, NodeDue) and "steps[1]" in due.node
+    )
     flown.die()
     side = flown.flight.sim["lwd_1"].side
     assert side is not None

@@ -8,6 +8,7 @@ import pytest
 from formiga_bt.engine import inputs as inp
 from formiga_bt.engine.engine import Engine
 from formiga_bt.engine.state import load_snapshot, snapshot
+from formiga_bt.engine.timers import GoalTimer
 from formiga_bt.lang.model import Task
 from tests.property.strategies import load, missions
 from tests.property.test_differential import fly
@@ -90,13 +91,13 @@ def assert_nothing_left(world: World) -> None:
     assert not state.questions
     assert not state.requests
     assert not [goal for goal in state.goals.values() if goal.task and goal.ended]
-    assert not [key for key, deadline in state.deadlines.items() if deadline.task]
+    assert not [due for due, deadline in state.deadlines.items() if deadline.task]
     assert not world.engine.tasks.runs
     for agent in state.agents.values():
         assert not agent.task, agent
         assert agent.pool not in ("ASSIGNED", "EXECUTING ACTION"), agent
     open_goals = {goal.id for goal in state.goals.values() if not goal.ended}
-    timers = [key for key in state.wall if not key.startswith("live|") and key.split("|", 1)[1] not in open_goals]
+    timers = [due for due in state.wall if isinstance(due, GoalTimer) and due.goal not in open_goals]
     assert not timers
 
 

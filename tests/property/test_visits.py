@@ -8,6 +8,7 @@ import pytest
 
 from formiga_bt.engine.inputs import TimerDue
 from formiga_bt.engine.taskrun import TaskRun
+from formiga_bt.engine.timers import NodeDue
 from formiga_bt.engine.treerun import CompiledTrees, TreesFactory
 from formiga_bt.lang.model import Loop, Task
 from tests.oracle.naive import NaiveTrees
@@ -47,7 +48,7 @@ def test_a_wake_visits_only_the_way_from_the_root_to_the_leaf(where: str, monkey
 
     def watch(_: World, step: Any) -> None:
         nonlocal visits
-        counts.append((isinstance(step.input, TimerDue) and step.input.key.startswith("node|"), visits))
+        counts.append((isinstance(step.input, TimerDue) and isinstance(step.input.timer, NodeDue), visits))
         visits = 0
 
     world = World([task], {}, [Event(1.0, "submit", "Wide")], watch=watch)

@@ -24,6 +24,7 @@ from formiga_bt.engine import changes as ch
 from formiga_bt.engine import inputs as inp
 from formiga_bt.engine.records import AgentRecord, GoalRecord, Question, StandingOrder, TaskRecord
 from formiga_bt.engine.state import EngineState, fold, snapshot
+from formiga_bt.engine.timers import HomeOverdue
 from formiga_bt.geo import Place, Position, horizontal_m
 from formiga_bt.rehearsal import Rehearsal
 from formiga_bt.transport.messages import TERMINAL, AgentStatus, GoalEvent
@@ -515,7 +516,9 @@ class Monitor:
         ]
         found += [f"question {q.number}" for q in state.questions.values() if q.task == task.id]
         found += [
-            f"time {key}" for key, d in state.deadlines.items() if d.task == task.id and not key.startswith("recover|")
+            f"time {due}"
+            for due, d in state.deadlines.items()
+            if d.task == task.id and not isinstance(due, HomeOverdue)
         ]
         found += [f"order {o.stop} on {o.agent} {o.state}" for o in state.orders.values() if self._is_for(o, task)]
         if task.id in state.requests:

@@ -27,6 +27,7 @@ from formiga_bt.engine.goals import Goals
 from formiga_bt.engine.lockdown import Lockdowns
 from formiga_bt.engine.orders import Orders
 from formiga_bt.engine.recovery import Recovery
+from formiga_bt.engine.timers import AcceptDue, GoalTimer
 from formiga_bt.safety import gate
 from tests.safety.monitor import Violation
 from tests.safety.runs import run
@@ -106,10 +107,10 @@ def _keep_words(patch: Patch) -> None:
     """A word that was given stays, however old it gets."""
     on_deadline = Clearances.on_deadline
 
-    def keeps(self: Clearances, word: str, agent_id: str) -> None:
-        record = self._core.state.clearances.get(agent_id)
+    def keeps(self: Clearances, due: Any) -> None:
+        record = self._core.state.clearances.get(due.agent)
         if record is not None and record.state != "given":
-            on_deadline(self, word, agent_id)
+            on_deadline(self, due)
 
     patch.setattr(Clearances, "on_deadline", keeps)
 
@@ -222,11 +223,11 @@ def goals_are_sent_again_blindly(patch: Patch) -> None:
     """A goal that was not acknowledged in time is sent again, without a question."""
     on_wall = Goals.on_wall
 
-    def resends(self: Goals, word: str, goal_id: str) -> None:
-        goal = self._core.state.goals.get(goal_id)
-        if word == "accept" and goal is not None and goal.state == "sent":
+    def resends(self: Goals, timer: GoalTimer) -> None:
+        goal = self._core.state.goals.get(timer.goal)
+        if isinstance(timer, AcceptDue) and goal is not None and goal.state == "sent":
             self._gate.resend(goal)
-        on_wall(self, word, goal_id)
+        on_wall(self, timer)
 
     patch.setattr(Goals, "on_wall", resends)
 

@@ -52,7 +52,7 @@ class AheadDriver(VirtualDriver):
         self.world.keeper.take(step)
         for change in step.changes:
             if isinstance(change, ch.WallTimerSet):
-                self._set_wall(change.key, change.after_us)
+                self._set_wall(change.timer, change.after_us)
         for listener in self.listeners:
             listener(step)
         self.batch.append(step)

@@ -222,5 +222,6 @@ def bare(state: EngineState) -> bytes:
     )
     assert set(none) == set(THINNED)
     agents = {name: msgspec.structs.replace(agent, **none) for name, agent in state.agents.items()}
-    same = msgspec.structs.replace(state, agents=agents, now=0, explanations={})
-    return msgspec.json.encode(same, order="sorted")
+    same = msgspec.structs.replace(state, agents=agents, now=0, explanations={}, deadlines={}, wall={})
+    timers = sorted(map(repr, (*state.deadlines.items(), *state.wall.items())))
+    return msgspec.json.encode((same, timers), order="sorted")

@@ -32,6 +32,7 @@ from formiga_bt.engine.reconcile import Reconcile
 from formiga_bt.engine.recovery import Recovery
 from formiga_bt.engine.tasks import Tasks
 from formiga_bt.engine.tidying import Tidies
+from formiga_bt.engine.timers import AcceptDue, CancelDue, ClearanceDue, GraceDue, LiveDue, NodeDue, WallTimer
 from formiga_bt.nodes import draining
 from formiga_bt.nodes.decorators import RetryNode
 from formiga_bt.nodes.leaves import WaitNode
@@ -103,9 +104,9 @@ def a_cancel_is_not_repeated(patch: Patch) -> None:
     """A cancel is sent once; nobody looks whether it was heard, or how long it takes."""
     set_wall = Core.set_wall
 
-    def sets(self: Core, key: str, after_us: Any) -> None:
-        if not key.startswith(("cancel|", "grace|")):
-            set_wall(self, key, after_us)
+    def sets(self: Core, timer: WallTimer, after_us: Any) -> None:
+        if not isinstance(timer, CancelDue | GraceDue):
+            set_wall(self, timer, after_us)
 
     patch.setattr(Core, "set_wall", sets)
 
@@ -142,7 +143,7 @@ def deadlines_are_off_by_one(patch: Patch) -> None:
 
     def second(self: DeadlineHeap) -> Any:
         found = first(self)
-        rest = sorted((d.at, d.seq, key) for key, d in self._state.deadlines.items())
+        rest = sorted((d.at, d.seq, timer) for timer, d in self._state.deadlines.items())
         return found if len(rest) < 2 or rest[0][0] == rest[1][0] else (rest[1][0], rest[1][2])
 
     patch.setattr(DeadlineHeap, "first", second)
@@ -154,7 +155,7 @@ def a_timer_is_lost_on_restore(patch: Patch) -> None:
 
     def rebuilds(self: DeadlineHeap) -> None:
         rebuild(self)
-        self._heap = [one for one in self._heap if not one[2].startswith("node|")]
+        self._heap = [one for one in self._heap if not isinstance(one[2], NodeDue)]
 
     patch.setattr(DeadlineHeap, "_rebuild", rebuilds)
 
@@ -188,7 +189,7 @@ def silence_is_not_noticed(patch: Patch) -> None:
 
     def once(self: Fleet, agent_id: str, wall: int) -> None:
         due(self, agent_id, wall)
-        self._core.set_wall(f"live|{agent_id}", None)
+        self._core.set_wall(LiveDue(agent_id), None)
 
     patch.setattr(Fleet, "on_live_due", once)
 
@@ -316,7 +317,7 @@ def a_word_is_waited_for_without_end(patch: Patch) -> None:
 
     def needs(self: Clearances, goal: Any) -> None:
         need(self, goal)
-        self._core.clear_deadline(f"clear|{goal.agent}")
+        self._core.clear_deadline(ClearanceDue(goal.agent))
 
     patch.setattr(Clearances, "need", needs)
 
@@ -356,7 +357,7 @@ def effects_leave_before_the_commit(patch: Patch) -> None:
             self._persist.keep((step,))
         for change in step.changes:
             if isinstance(change, ch.WallTimerSet):
-                self._set_wall(change.key, change.after_us)
+                self._set_wall(change.timer, change.after_us)
         for listener in self.listeners:
             listener(step)
         return step
@@ -415,7 +416,7 @@ def goals_leave_before_results_are_in(patch: Patch) -> None:
 
 def unknown_goals_are_waited_for(patch: Patch) -> None:
     """A goal that its machine never had is neither sent again nor ended."""
-    patch.setattr(Goals, "_on_unknown", lambda self, goal: self._core.set_wall(f"accept|{goal.id}", None))
+    patch.setattr(Goals, "_on_unknown", lambda self, goal: self._core.set_wall(AcceptDue(goal.id), None))
 
 
 def a_hold_of_an_outage_is_left_out(patch: Patch) -> None:
@@ -425,7 +426,7 @@ def a_hold_of_an_outage_is_left_out(patch: Patch) -> None:
     def holding(core: Core, task_id: str, cause: str) -> None:
         hold(core, task_id, cause)
         if cause == "resume" and core.state.tasks[task_id].paused:
-            core.put_task(task_id, paused={})
+            core.put_task(task_id, paused=())
 
     from formiga_bt.engine import reconcile
 

@@ -12,6 +12,7 @@ from formiga_bt.engine.core import clock_stands
 from formiga_bt.engine.engine import Engine
 from formiga_bt.engine.records import TaskRecord
 from formiga_bt.engine.state import EngineState
+from formiga_bt.engine.timers import GoalTimer
 from formiga_bt.engine.treerun import CompiledTrees
 from formiga_bt.nodes.base import RUNNING
 from formiga_bt.nodes.memory import ItemsMem
@@ -47,11 +48,11 @@ def of_step(state: EngineState, step: inp.Step) -> Found:
     yield from _held_back(state, step)
     resume = state.resume
     if isinstance(given, inp.TimerDue) and resume is not None and resume.phase == "asking":
-        yield "reconcile", f"{given.key} fires while machines are asked what they did"
+        yield "reconcile", f"{given.timer} fires while machines are asked what they did"
     if resume is None and step.at > state.now and not isinstance(given, inp.Resumed | inp.Outage):
-        for key, deadline in state.deadlines.items():
+        for timer, deadline in state.deadlines.items():
             if deadline.at < step.at:
-                yield "late", f"{key} was due {(step.at - deadline.at) / 1e6:.3f} s ago"
+                yield "late", f"{timer} was due {(step.at - deadline.at) / 1e6:.3f} s ago"
 
 
 def of_effects(state: EngineState, step: inp.Step) -> Found:
@@ -103,11 +104,11 @@ def _clocks(state: EngineState) -> Found:
         if stands == (task.stood_since is None):
             yield "clock", f"{task.id} is held by {task.held}, and its clock stands since {task.stood_since}"
         if task.paused and not stands:
-            yield "clock", f"{task.id} is not held, and {', '.join(task.paused)} stands still"
-    for key, deadline in state.deadlines.items():
+            yield "clock", f"{task.id} is not held, and {', '.join(str(one.timer) for one in task.paused)} stands still"
+    for timer, deadline in state.deadlines.items():
         owner = state.tasks.get(deadline.task)
         if deadline.pausable and owner is not None and clock_stands(owner):
-            yield "clock", f"{key} runs, and its task is held by {owner.held}"
+            yield "clock", f"{timer} runs, and its task is held by {owner.held}"
 
 
 def _leaks(state: EngineState) -> Found:
@@ -120,19 +121,18 @@ def _leaks(state: EngineState) -> Found:
     for request in state.requests.values():
         if _is_over(state, request.holder):
             yield "leak", f"the request {request.task} of a task that has ended"
-    for key, deadline in state.deadlines.items():
+    for timer, deadline in state.deadlines.items():
         if deadline.task and _is_over(state, deadline.task):
-            yield "leak", f"the deadline {key} of a task that has ended"
+            yield "leak", f"the deadline {timer} of a task that has ended"
     for task_id in (*state.memory, *state.scopes):
         if _is_over(state, task_id):
             yield "leak", f"memory or names of {task_id}, which has ended"
     for agent in state.agents.values():
         if agent.task and _is_over(state, agent.task):
             yield "leak", f"{agent.id} belongs to {agent.task}, which has ended"
-    for key in state.wall:
-        word, _, goal_id = key.partition("|")
-        if word in ("accept", "cancel", "grace") and goal_id not in state.goals:
-            yield "leak", f"the timer {key} of a goal that is over"
+    for timer in state.wall:
+        if isinstance(timer, GoalTimer) and timer.goal not in state.goals:
+            yield "leak", f"the timer {timer} of a goal that is over"
 
 
 def _is_over(state: EngineState, task_id: str) -> bool:

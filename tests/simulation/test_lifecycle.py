@@ -10,6 +10,7 @@ from formiga_bt.engine import records as rec
 from formiga_bt.engine.inputs import Step, TimerDue
 from formiga_bt.engine.keeping import LEVELS
 from formiga_bt.engine.state import EngineState
+from formiga_bt.engine.timers import AllocationDue
 from tests.simulation.lifecycle import LIFE, TABLES, Recorder, unseen
 from tests.simulation.runs import play
 
@@ -95,4 +96,4 @@ def test_a_run_tells_what_it_took() -> None:
 
 def step(*tasks: rec.TaskRecord) -> Step:
     """Return a step that puts these records."""
-    return Step(1, 0, TimerDue("alloc"), tuple(ch.TaskPut(task) for task in tasks), ())
+    return Step(1, 0, TimerDue(AllocationDue()), tuple(ch.TaskPut(task) for task in tasks), ())

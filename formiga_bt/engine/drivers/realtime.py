@@ -31,6 +31,7 @@ from formiga_bt.engine.drivers.waiting import CALLER, Waiter, never_expires, ref
 from formiga_bt.engine.drivers.wiring import Switchboard, to_input
 from formiga_bt.engine.engine import Engine
 from formiga_bt.engine.keeping import LACKS, LEVELS, NOT_KEPT, begins_something
+from formiga_bt.engine.timers import LiveDue, WallTimer
 from formiga_bt.engine.turns import REST
 from formiga_bt.errors import FormigaError, TaskError
 from formiga_bt.lang.model import Catalogue
@@ -150,8 +151,8 @@ class RealtimeDriver:
         self._behind_since: Micros | None = None
         self._worst: Micros = 0
         """How late a deadline was at most since the engine came late; 0: it keeps up."""
-        self._wall: list[tuple[Micros, int, str]] = []
-        self._wall_live: dict[str, int] = {}
+        self._wall: list[tuple[Micros, int, WallTimer]] = []
+        self._wall_live: dict[WallTimer, int] = {}
         self._wall_seq = 0
         self._beat = 0
         self._next_beat: Micros = 0
@@ -423,16 +424,17 @@ class RealtimeDriver:
         for _ in range(TIMERS_A_TURN):
             if not self._wall or self._wall[0][0] > self._turn:
                 break
-            _, seq, key = heapq.heappop(self._wall)
-            if self._wall_live.get(key) == seq:
-                agent = key.partition("|")[2]
-                heard = max(self._inbox.heard(agent), self.switchboard.heard(agent)) if key.startswith("live|") else 0
-                later = self.engine.put_off(key, self._turn, heard)
-                self._set_wall(key, later)
+            _, seq, timer = heapq.heappop(self._wall)
+            if self._wall_live.get(timer) == seq:
+                heard = 0
+                if isinstance(timer, LiveDue):
+                    heard = max(self._inbox.heard(timer.agent), self.switchboard.heard(timer.agent))
+                later = self.engine.put_off(timer, self._turn, heard)
+                self._set_wall(timer, later)
                 if later is not None:
                     continue
                 self._timers(self._turn_at, including=False)
-                self._handle(self._stamp(self._turn_at), inp.WallDue(key, self._turn))
+                self._handle(self._stamp(self._turn_at), inp.WallDue(timer, self._turn))
                 worked = True
         return worked
 
@@ -449,7 +451,7 @@ class RealtimeDriver:
         self._batch.append((step, waiter, self._turn))
         for change in step.changes:
             if isinstance(change, ch.WallTimerSet):
-                self._set_wall(change.key, change.after_us)
+                self._set_wall(change.timer, change.after_us)
 
     def _hand_over(self) -> None:
         """Let a batch that is old enough be persisted while the engine goes on."""
@@ -549,12 +551,12 @@ class RealtimeDriver:
         else:
             waiter.set_result(NOT_KEPT if step.reply == "ok" else step.reply)
 
-    def _set_wall(self, key: str, after_us: Micros | None) -> None:
-        self._wall_live.pop(key, None)
+    def _set_wall(self, timer: WallTimer, after_us: Micros | None) -> None:
+        self._wall_live.pop(timer, None)
         if after_us is not None:
             self._wall_seq += 1
-            self._wall_live[key] = self._wall_seq
-            heapq.heappush(self._wall, (self._wall_now() + after_us, self._wall_seq, key))
+            self._wall_live[timer] = self._wall_seq
+            heapq.heappush(self._wall, (self._wall_now() + after_us, self._wall_seq, timer))
 
     def _publish_clock(self) -> None:
         wall = self._wall_now()

@@ -14,6 +14,7 @@ from formiga_bt.engine import inputs as inp
 from formiga_bt.engine.drivers.persist import Persist
 from formiga_bt.engine.drivers.wiring import Switchboard, to_input
 from formiga_bt.engine.engine import Engine
+from formiga_bt.engine.timers import LiveDue, WallTimer
 from formiga_bt.transport.base import AgentTransport
 from formiga_bt.transport.messages import ClockBeat
 
@@ -37,8 +38,8 @@ class VirtualDriver:
         self.switchboard = Switchboard(transports)
         self.listeners = list(listeners)
         self._persist = persist
-        self._wall: list[tuple[Micros, int, str]] = []
-        self._wall_live: dict[str, int] = {}
+        self._wall: list[tuple[Micros, int, WallTimer]] = []
+        self._wall_live: dict[WallTimer, int] = {}
         self._wall_seq = 0
         self._beat = 0
         self._waits: list[inp.Input] | None = None
@@ -80,7 +81,7 @@ class VirtualDriver:
                 self.scheduler.call_at(self.scheduler.now() + 1, partial(self._feed, kept.news))
         for change in step.changes:
             if isinstance(change, ch.WallTimerSet):
-                self._set_wall(change.key, change.after_us)
+                self._set_wall(change.timer, change.after_us)
         for listener in self.listeners:
             listener(step)
         failed = [self.switchboard.carry_out(effect, self._beat) for effect in step.effects]
@@ -89,12 +90,12 @@ class VirtualDriver:
                 self.scheduler.call_at(self.scheduler.now() + 1, partial(self._feed, failure))
         return step
 
-    def _set_wall(self, key: str, after_us: Micros | None) -> None:
-        self._wall_live.pop(key, None)
+    def _set_wall(self, timer: WallTimer, after_us: Micros | None) -> None:
+        self._wall_live.pop(timer, None)
         if after_us is not None:
             self._wall_seq += 1
-            self._wall_live[key] = self._wall_seq
-            heapq.heappush(self._wall, (self.scheduler.now() + after_us, self._wall_seq, key))
+            self._wall_live[timer] = self._wall_seq
+            heapq.heappush(self._wall, (self.scheduler.now() + after_us, self._wall_seq, timer))
 
     def _next_wall(self) -> Micros | None:
         while self._wall and self._wall_live.get(self._wall[0][2]) != self._wall[0][1]:
@@ -154,11 +155,12 @@ class VirtualDriver:
             self.scheduler.run_next()
         elif at == wall:
             self.scheduler.advance_to(wall)
-            _, _, key = heapq.heappop(self._wall)
-            later = self.engine.put_off(key, wall, self.switchboard.heard(key.partition("|")[2]))
-            self._set_wall(key, later)
+            _, _, timer = heapq.heappop(self._wall)
+            heard = self.switchboard.heard(timer.agent) if isinstance(timer, LiveDue) else 0
+            later = self.engine.put_off(timer, wall, heard)
+            self._set_wall(timer, later)
             if later is None:
-                self.feed(inp.WallDue(key, wall))
+                self.feed(inp.WallDue(timer, wall))
         else:
             assert due is not None
             self.scheduler.advance_to(max(due[0], self.scheduler.now()))

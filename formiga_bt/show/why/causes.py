@@ -11,10 +11,22 @@ from typing import Final
 from msgspec import Struct
 
 from formiga_bt.engine.children import ENDING
-from formiga_bt.engine.core import node_deadline
 from formiga_bt.engine.records import RELEASE, GoalRecord, Question, Recovering, Request, TaskRecord, Tidy
 from formiga_bt.engine.state import EngineState
 from formiga_bt.engine.tidying import WORD
+from formiga_bt.engine.timers import (
+    AcceptDue,
+    AllocationDue,
+    CancelDue,
+    ClearanceAgain,
+    ClearanceDue,
+    EscalationDue,
+    GraceDue,
+    HomeAgain,
+    LiveDue,
+    NodeDue,
+    Timer,
+)
 from formiga_bt.nodes.memory import (
     AskMem,
     DoMem,
@@ -165,7 +177,7 @@ class _Waits:
                 yield Cause("release" if names else "", key, ", ".join(names))
             case TimeoutMem() | LiveMem() | GatherMem() if mem.halting:
                 yield from self._drain(mem.drain, key)
-            case TimeoutMem() if not self._is_set(node_deadline(self.task.id, key)):
+            case TimeoutMem() if not self._is_set(NodeDue(self.task.id, key)):
                 yield Cause("", key, "the deadline of a timeout")
 
     def _covered(self, section: str, found: list[Cause]) -> Iterator[Cause]:
@@ -187,18 +199,15 @@ class _Waits:
         return Cause("" if goal is None else self.goal(goal), key, goal_id)
 
     def _time(self, key: str) -> Cause:
-        name = node_deadline(self.task.id, key)
-        return Cause("time" if self._is_set(name) else "", key, name)
+        return Cause("time" if self._is_set(NodeDue(self.task.id, key)) else "", key, "its deadline")
 
-    def _is_set(self, name: str) -> bool:
-        return name in self.state.deadlines or name in self.task.paused
+    def _is_set(self, due: Timer) -> bool:
+        return due in self.state.deadlines or self.task.left_of(due) is not None
 
     def _block(self, key: str) -> Cause:
         name = f"{self.task.id}|{key}"
         request = self.state.requests.get(name)
-        bound = self._is_set(node_deadline(self.task.id, key)) or (
-            request is not None and request.wait_left is not None
-        )
+        bound = self._is_set(NodeDue(self.task.id, key)) or (request is not None and request.wait_left is not None)
         return self._request(request, key) if bound else Cause("", key, "the end of its wait")
 
     def _request(self, request: Request | None, at: str) -> Cause:
@@ -207,7 +216,7 @@ class _Waits:
         for verdict in self.state.explanations.get(request.task, ()):
             if not verdict.role:
                 return Cause(f"agents.{verdict.code}", at, request.task)
-        looked = request.task in self.state.explanations or "alloc" in self.state.deadlines
+        looked = request.task in self.state.explanations or AllocationDue() in self.state.deadlines
         return Cause("agents" if looked else "", at, request.task)
 
     # -- goals and questions -------------------------------------------------------------------------------------------
@@ -220,11 +229,11 @@ class _Waits:
             case "gated":
                 return f"gate.{goal.code}" if self._gated(goal) else ""
             case "sent":
-                stands = f"accept|{goal.id}" in wall
+                stands = AcceptDue(goal.id) in wall
             case "accepted" | "running":
-                stands = agent.human or (agent.liveness != "LOST" and f"live|{agent.id}" in wall)
+                stands = agent.human or (agent.liveness != "LOST" and LiveDue(agent.id) in wall)
             case "canceling":
-                stands = f"cancel|{goal.id}" in wall and f"grace|{goal.id}" in wall
+                stands = CancelDue(goal.id) in wall and GraceDue(goal.id) in wall
             case "interrupted":
                 ordered = agent.id in state.orders or agent.taken or agent.control != "engine"
                 stands = bool(self.task.held) or ordered
@@ -262,10 +271,10 @@ class _Waits:
 
     def _clearance(self, goal: GoalRecord) -> bool:
         record = self.state.clearances.get(goal.agent)
-        if record is None or record.goal != goal.id or f"clear|{goal.agent}" not in self.state.deadlines:
+        if record is None or record.goal != goal.id or ClearanceDue(goal.agent) not in self.state.deadlines:
             return False
         if record.state == "waiting":
-            return f"clearwait|{goal.agent}" in self.state.deadlines
+            return ClearanceAgain(goal.agent) in self.state.deadlines
         question = self.state.questions.get(f"clear/{goal.agent}/{record.n}")
         return record.state == "asked" and question is not None and question.reply is None
 
@@ -273,8 +282,8 @@ class _Waits:
         if question is None or question.reply is not None:
             return Cause("", at, of)
         more = question.escalate_us is not None and question.tier + 1 < len(question.tiers)
-        if more and f"escalate|{of}" not in self.state.deadlines:
-            return Cause("", at, f"escalate|{of}")
+        if more and EscalationDue(of) not in self.state.deadlines:
+            return Cause("", at, "its escalation")
         return Cause("question", at, of)
 
     # -- stops, releases, the way home ---------------------------------------------------------------------------------
@@ -301,9 +310,7 @@ class _Waits:
         if tidy.state == "running":
             bare = _bare(tidy.path)
             runs = any(_bare(key).startswith(bare) for key in self.memory)
-            return Cause(
-                "finally" if runs and self._is_set(f"node|{self.task.id}|{tidy.id}") else "", tidy.path, tidy.id
-            )
+            return Cause("finally" if runs and self._is_set(NodeDue(self.task.id, tidy.id)) else "", tidy.path, tidy.id)
         left = [one for one in tidy.after if self._member(one, tidy.path) is not None]
         return Cause("finally" if left else "", tidy.path, tidy.id)
 
@@ -319,8 +326,8 @@ class _Waits:
     def _recovering(self) -> Iterator[Cause]:
         for one in self.task.recovering:
             if one.state == "waiting":
-                name = f"tryagain|{self.task.id}|{one.agent}"
-                yield Cause("recover.pause" if name in self.state.deadlines else "", one.agent, name)
+                is_set = HomeAgain(self.task.id, one.agent) in self.state.deadlines
+                yield Cause("recover.pause" if is_set else "", one.agent, "the end of its pause")
             elif one.state == "running" and not self._flies(one):
                 yield Cause("", one.agent, "its way home")
 

@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 
 from formiga_bt.engine.records import AgentRecord, GoalRecord, Question, TaskRecord
+from formiga_bt.engine.timers import EscalationDue
 from formiga_bt.show.facts import Because
 from formiga_bt.show.lapse import lapses_at
 from formiga_bt.show.why.scene import Scene
@@ -69,7 +70,7 @@ def question_line(scene: Scene, question: Question, *, name_task: bool = False) 
     text += "".join(f"; {answer.by} said {answer.answer}" for answer in question.answers)
     if not shown:
         text += f"; it is not shown to anyone yet{_unseen(scene, question)}"
-    escalates = scene.state.deadlines.get(f"escalate|{question.id}")
+    escalates = scene.state.deadlines.get(EscalationDue(question.id))
     if escalates is not None and question.tier + 1 < len(question.tiers):
         text += f"; in {span(escalates.at - scene.now)} {', '.join(question.tiers[question.tier + 1])} is asked too"
     lapse = lapses_at(scene.state, question)

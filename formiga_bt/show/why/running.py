@@ -4,6 +4,7 @@ from collections.abc import Iterator
 
 from formiga_bt.engine.pace import throttled
 from formiga_bt.engine.records import GoalRecord, TaskRecord
+from formiga_bt.engine.timers import TaskTime
 from formiga_bt.lang.model import WAKES_A_SECOND
 from formiga_bt.show.facts import Because
 from formiga_bt.show.why.follow import behind_gate, behind_task
@@ -69,7 +70,8 @@ def _throttled(scene: Scene, task: TaskRecord) -> Iterator[Because]:
 
 def _limits(scene: Scene, task: TaskRecord) -> Iterator[Because]:
     """Tell when the task's own time is over."""
-    for what, words in (("timeout", "its timeout"), ("cleanup", "the time of its cleanup")):
+    limits: tuple[tuple[TaskTime, str], ...] = (("timeout", "its timeout"), ("cleanup", "the time of its cleanup"))
+    for what, words in limits:
         ends = scene.task_ends(task, what)
         if ends is not None:
             yield Because("limit", f"{words} comes in {span(ends - scene.now)}")

@@ -6,10 +6,10 @@ from dataclasses import dataclass, field
 from msgspec.structs import replace
 
 from formiga_bt.clock import Micros
-from formiga_bt.engine.core import node_deadline, task_deadline
 from formiga_bt.engine.library import model_of
 from formiga_bt.engine.records import AgentRecord, TaskRecord
 from formiga_bt.engine.state import EngineState
+from formiga_bt.engine.timers import NodeDue, TaskDue, TaskTime
 from formiga_bt.lang.model import Catalogue, Step, Task
 from formiga_bt.show.facts import ActionFact, Because
 from formiga_bt.show.why.places import StepPlaces
@@ -53,12 +53,12 @@ class Scene:
 
     def node_ends(self, task: TaskRecord, key: str) -> Micros | None:
         """Return when the deadline of a node comes, or None: it has none, or it stands still."""
-        found = self.state.deadlines.get(node_deadline(task.id, key))
+        found = self.state.deadlines.get(NodeDue(task.id, key))
         return None if found is None else found.at
 
-    def task_ends(self, task: TaskRecord, what: str) -> Micros | None:
+    def task_ends(self, task: TaskRecord, what: TaskTime) -> Micros | None:
         """Return when a deadline of the task comes (`timeout`, `cleanup`, `wait`, `expires`), or None."""
-        found = self.state.deadlines.get(task_deadline(task.id, what))
+        found = self.state.deadlines.get(TaskDue(task.id, what))
         return None if found is None else found.at
 
     def silence(self, agent: AgentRecord) -> Micros | None:

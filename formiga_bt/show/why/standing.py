@@ -9,6 +9,7 @@ from typing import Final
 from formiga_bt.clock import Micros
 from formiga_bt.engine.records import AgentRecord, Lockdown, StandingOrder
 from formiga_bt.engine.state import EngineState
+from formiga_bt.engine.timers import OrderDue
 from formiga_bt.show.why.words import span
 
 STOPPED: Final = ("hold", "return", "land", "cut")
@@ -97,7 +98,7 @@ def _how_long(state: EngineState, agent: AgentRecord, now: Micros) -> str:
 
 def hold_ends(state: EngineState, agent: str) -> Micros | None:
     """Return when a machine that hovers by an order flies home by itself, or None: that is not known."""
-    deadline = state.deadlines.get(f"order|{agent}")
+    deadline = state.deadlines.get(OrderDue(agent))
     return None if deadline is None else deadline.at
 
 

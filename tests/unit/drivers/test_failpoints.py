@@ -11,6 +11,7 @@ from formiga_bt.engine.drivers import failpoints
 from formiga_bt.engine.drivers.failpoints import POINTS, Failpoint, named
 from formiga_bt.engine.drivers.persist import DURABLE, Outcome, PersistAhead
 from formiga_bt.engine.state import EngineState
+from formiga_bt.engine.timers import TurnDue
 from formiga_bt.errors import SiteError
 from formiga_bt.journal.store import Journal
 from formiga_bt.lang.types import AgentRef
@@ -117,7 +118,7 @@ def test_what_is_kept_in_parts_has_the_same_points(point: str, done: list[str]) 
     failing = Failpoint(point, 1, die).persist(parts, EngineState)
     assert isinstance(failing, PersistAhead)
     with pytest.raises(Died):
-        keep_in_parts(failing, inp.Step(1, 0, inp.TimerDue("t"), (), (order,)))
+        keep_in_parts(failing, inp.Step(1, 0, inp.TimerDue(TurnDue()), (), (order,)))
     assert parts.done == done
 
 

@@ -12,6 +12,7 @@ from formiga_bt.engine import inputs as inp
 from formiga_bt.engine.drivers.persist import DURABLE, Outcome
 from formiga_bt.engine.drivers.realtime import TIMERS_A_TURN, EngineStopped, RealtimeDriver, standstill_us
 from formiga_bt.engine.engine import Engine
+from formiga_bt.engine.timers import LiveDue, NodeDue, OrderDue
 from formiga_bt.errors import TaskError, TransportError
 from formiga_bt.geo import Position
 from formiga_bt.lang.types import AgentRef
@@ -146,8 +147,8 @@ def test_the_engines_changes_arm_wall_timers(
 ) -> None:
     driver.start()
     wire.put(AgentSeen(card()), StatusArrived(status()))
-    until(lambda: "live|lwd_1" in engine.state.wall)
-    until(lambda: "live|lwd_1" in driver._wall_live)
+    until(lambda: LiveDue("lwd_1") in engine.state.wall)
+    until(lambda: LiveDue("lwd_1") in driver._wall_live)
     assert engine.state.agents["lwd_1"].liveness == "ALIVE"
     wire.put(AgentGone("lwd_1"))
     until(lambda: engine.state.agents["lwd_1"].liveness == "SUSPECT")
@@ -300,7 +301,7 @@ def test_a_flood_of_deadlines_keeps_no_order_waiting(
 ) -> None:
     due = driver.now()
     for number in range(1000):
-        engine.core.set_deadline(f"order|nobody_{number}", due)
+        engine.core.set_deadline(OrderDue(f"nobody_{number}"), due)
     answer = driver.post(inp.LockdownOrder("release"))
     driver.start()
     assert answer.result(5.0) == "ok"
@@ -361,7 +362,7 @@ def test_after_a_standstill_of_the_process_agents_are_asked_and_none_is_lost(
     driver = Stopped(engine, [wire])
     driver.start()
     wire.put(AgentSeen(card()), StatusArrived(replace(status(), position=Position(0.0, 0.0, 0.0))))
-    until(lambda: "live|lwd_1" in engine.state.wall and engine.state.agents["lwd_1"].position)
+    until(lambda: LiveDue("lwd_1") in engine.state.wall and engine.state.agents["lwd_1"].position)
     beat = wire.beats[-1].beat
     before = len(engine.inputs)
 
@@ -374,7 +375,7 @@ def test_after_a_standstill_of_the_process_agents_are_asked_and_none_is_lost(
     (_, first), *rest = engine.inputs[before:]
     assert isinstance(first, inp.Outage)
     assert 119e6 < first.wall - first.since < 125e6
-    assert not [given for _, given in rest if isinstance(given, inp.WallDue) and given.key == "live|lwd_1"]
+    assert not [given for _, given in rest if isinstance(given, inp.WallDue) and given.timer == LiveDue("lwd_1")]
     assert engine.state.agents["lwd_1"].liveness == "ALIVE"
 
 
@@ -433,7 +434,7 @@ def test_an_engine_that_comes_late_tells_it_once_and_when_it_has_caught_up(
     driver = RealtimeDriver(engine, [wire])
     late = [0]
     now = driver.now()
-    monkeypatch.setattr(engine, "next_deadline", lambda: (now - late[0], "node|x|y"))
+    monkeypatch.setattr(engine, "next_deadline", lambda: (now - late[0], NodeDue("x", "y")))
     monkeypatch.setattr(driver, "_handle", lambda at, given: engine.inputs.append((at, given)))
 
     for second, behind_s in enumerate((0.0, 1.9, 2.5, 2.5, 9.0, 3.0, 1.0, 0.4, 0.0, 2.5)):
@@ -449,7 +450,7 @@ def test_a_status_that_waits_for_its_turn_counts_as_heard(engine: WatchedEngine,
     driver = Stopped(engine, [wire])
     driver.start()
     wire.put(AgentSeen(card()), StatusArrived(status()))
-    until(lambda: "live|lwd_1" in engine.state.wall)
+    until(lambda: LiveDue("lwd_1") in engine.state.wall)
     driver.stop()
     driver._turn = driver._wall_now() + 20_000_000
     driver._inbox.put(inp.AgentStatusInput(replace(status(), seq=9), driver._turn - 1_000))

@@ -5,6 +5,7 @@ import pytest
 from formiga_bt.clock import SECOND, VirtualScheduler
 from formiga_bt.engine import inputs as inp
 from formiga_bt.engine.drivers.virtual import VirtualDriver
+from formiga_bt.engine.timers import AllocationDue, LiveDue
 from formiga_bt.lang.types import AgentRef
 from formiga_bt.transport.messages import AgentSeen, SendFailed, StatusArrived
 from tests.unit.drivers.conftest import FakeTransport, WatchedEngine, card, status
@@ -30,14 +31,14 @@ def test_at_one_instant_the_world_comes_first_then_wall_timers_then_deadlines(
 ) -> None:
     at = START + 50_000
     order: list[str] = []
-    engine._wall = lambda key, at: order.append(f"wall {key}")  # type: ignore[method-assign]
-    engine._timer = lambda key: (order.append(f"timer {key}"), engine.core.clear_deadline(key))[0]  # type: ignore[method-assign, func-returns-value]
-    engine.core.set_deadline("alloc|", at)
-    driver._set_wall("w2", 50_000)
-    driver._set_wall("w1", 50_000)
+    engine._wall = lambda due, at: order.append(due.agent)  # type: ignore[method-assign]
+    engine._timer = lambda due: (order.append("timer"), engine.core.clear_deadline(due))[0]  # type: ignore[method-assign, func-returns-value]
+    engine.core.set_deadline(AllocationDue(), at)
+    driver._set_wall(LiveDue("w2"), 50_000)
+    driver._set_wall(LiveDue("w1"), 50_000)
     driver.scheduler.call_at(at, lambda: order.append("world"))
     assert driver.run_until(lambda: len(order) == 4, at)
-    assert order == ["world", "wall w2", "wall w1", "timer alloc|"]
+    assert order == ["world", "w2", "w1", "timer"]
     assert driver.scheduler.now() == at
 
 
@@ -58,11 +59,11 @@ def test_a_deadline_before_an_input_is_given_first_one_at_it_after(
 
 def test_wall_timers_are_armed_anew_and_cleared(engine: WatchedEngine, driver: VirtualDriver) -> None:
     given: list[tuple[str, int]] = []
-    engine._wall = lambda key, at: given.append((key, at))  # type: ignore[method-assign]
-    driver._set_wall("a", 10_000)
-    driver._set_wall("b", 20_000)
-    driver._set_wall("a", 30_000)
-    driver._set_wall("b", None)
+    engine._wall = lambda due, at: given.append((due.agent, at))  # type: ignore[method-assign]
+    driver._set_wall(LiveDue("a"), 10_000)
+    driver._set_wall(LiveDue("b"), 20_000)
+    driver._set_wall(LiveDue("a"), 30_000)
+    driver._set_wall(LiveDue("b"), None)
     driver.run_until(lambda: False, START + SECOND)
     assert given == [("a", START + 30_000)]
 
@@ -130,6 +131,6 @@ def test_the_look_whether_an_agent_is_heard_of_is_no_step_while_it_is_and_on_tim
     assert driver.run_until(lambda: engine.state.agents["lwd_1"].liveness == "SUSPECT", silent + 10 * SECOND)
 
     assert driver.scheduler.now() == silent + 3 * SECOND
-    assert engine.seen(inp.WallDue) == [inp.WallDue("live|lwd_1", silent + 3 * SECOND)]
+    assert engine.seen(inp.WallDue) == [inp.WallDue(LiveDue("lwd_1"), silent + 3 * SECOND)]
     assert driver.run_until(lambda: engine.state.agents["lwd_1"].liveness == "LOST", silent + 60 * SECOND)
     assert driver.scheduler.now() == silent + 30 * SECOND

@@ -7,6 +7,7 @@ from formiga_bt.engine.climbing import THERE_M, climb
 from formiga_bt.engine.continuing import cannot, climbs_to_m, is_done
 from formiga_bt.engine.records import GO_ON, STOPPED, AgentRecord, Deadline, GoalRecord
 from formiga_bt.engine.state import EngineState
+from formiga_bt.engine.timers import PortDue
 from formiga_bt.geo import Place, Position
 from formiga_bt.safety.traffic import first_in_the_way, traffic_of
 from formiga_bt.testing import packaged_world
@@ -85,7 +86,7 @@ def test_a_landing_goes_on_only_where_it_was(east_m: float, text: str) -> None:
 
 def test_a_landing_that_waited_for_its_port_is_brought_back_above_it() -> None:
     state = EngineState()
-    state.deadlines[f"port|{LAND.id}"] = Deadline(1, 1)
+    state.deadlines[PortDue(LAND.id)] = Deadline(1, 1)
     assert cannot(state, LAND, replace(AGENT, position=Position(105.0, 6.0, 60.0)), ACTION) == ""
 
 

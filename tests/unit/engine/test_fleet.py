@@ -7,6 +7,7 @@ import pytest
 
 from formiga_bt.clock import SECOND
 from formiga_bt.engine.inputs import CancelGoal, Operator, QueryGoal, SendGoal, WallDue
+from formiga_bt.engine.timers import AcceptDue, CancelDue, GraceDue, LiveDue
 from formiga_bt.errors import TaskError
 from formiga_bt.geo import Position
 from formiga_bt.testing import alarms, effects
@@ -362,8 +363,8 @@ def test_a_timeout_whose_cancel_is_never_confirmed_fails_so(make: Make) -> None:
 def test_a_wall_timer_for_what_is_gone_changes_nothing(make: Make) -> None:
     yard = make(MOVE)
 
-    for key in ("accept|x", "cancel|x", "grace|x", "live|x"):
-        step = yard.driver.feed(WallDue(key, yard.now))
+    for timer in (AcceptDue("x"), CancelDue("x"), GraceDue("x"), LiveDue("x")):
+        step = yard.driver.feed(WallDue(timer, yard.now))
         assert (step.changes, step.effects) == ((), ())
 
 

@@ -6,6 +6,7 @@ import pytest
 from formiga_bt.engine.engine import Engine
 from formiga_bt.engine.inputs import Abort, GoalEventInput, SendGoal, Started, Step, Submit, TimerDue
 from formiga_bt.engine.state import EngineState, load_snapshot, snapshot
+from formiga_bt.engine.timers import AllocationDue, TaskDue, Timer, TurnDue
 from formiga_bt.testing import effects, folded
 from formiga_bt.transport.messages import GoalEvent
 from tests.unit.engine.conftest import Make
@@ -37,19 +38,19 @@ def test_a_deadline_that_was_passed_over_is_refused() -> None:
         one.handle(due[0] + 1, Started(1))
 
 
-@pytest.mark.parametrize("key", ["alloc|no", "task|Try-1|wait"])
-def test_a_timer_that_is_not_the_next_is_refused(key: str) -> None:
+@pytest.mark.parametrize("timer", [TurnDue(), TaskDue("Try-1", "wait")])
+def test_a_timer_that_is_not_the_next_is_refused(timer: Timer) -> None:
     one = engine()
     one.handle(10, Submit("Try"))
 
     with pytest.raises(AssertionError, match="next deadline"):
-        one.handle(10, TimerDue(key))
+        one.handle(10, TimerDue(timer))
 
 
 def test_a_timer_before_its_time_is_refused() -> None:
     one = engine()
     one.handle(10, Submit("Try"))
-    one.handle(10, TimerDue("alloc"))
+    one.handle(10, TimerDue(AllocationDue()))
     due = one.next_deadline()
     assert due is not None
 

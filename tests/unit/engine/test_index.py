@@ -8,6 +8,7 @@ from formiga_bt.engine.engine import Engine
 from formiga_bt.engine.index import SPARE, DeadlineHeap, Index, Instants
 from formiga_bt.engine.records import BUSY, Deadline
 from formiga_bt.engine.state import EngineState
+from formiga_bt.engine.timers import OrderDue
 from tests.property.strategies import missions
 from tests.property.world import World
 from tests.unit.engine.conftest import Make
@@ -50,15 +51,18 @@ def test_indexes_agree_with_the_state_at_every_step() -> None:
         assert set(anew.ended) == set(world.engine.core.index.ended)
 
 
+FAR = OrderDue("far")
+
+
 def test_deadlines_that_are_set_again_and_again_do_not_pile_up() -> None:
     state = EngineState()
     heap = DeadlineHeap(state)
     for seq in range(1, 10_001):
-        state.deadlines["far"] = Deadline(10**12 + seq, seq)
-        heap.push(10**12 + seq, seq, "far")
-    assert heap.first() == (10**12 + 10_000, "far")
+        state.deadlines[FAR] = Deadline(10**12 + seq, seq)
+        heap.push(10**12 + seq, seq, FAR)
+    assert heap.first() == (10**12 + 10_000, FAR)
     assert len(heap._heap) <= 2 + SPARE
-    del state.deadlines["far"]
+    del state.deadlines[FAR]
     assert heap.first() is None
 
 

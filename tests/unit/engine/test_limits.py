@@ -4,6 +4,7 @@ import pytest
 
 from formiga_bt.engine import allocation, tasks
 from formiga_bt.engine.inputs import TimerDue
+from formiga_bt.engine.timers import AllocationDue
 from formiga_bt.errors import TaskError
 from tests.unit.engine.conftest import Make
 
@@ -31,9 +32,9 @@ def test_the_more_requests_wait_the_rarer_they_are_looked_at(make: Make, monkeyp
     yard = make("agents: {cart: {type: cart}}\nsteps: [{wait: 10 s}]", carts=1)
     for _ in range(5):
         yard.start()
-    looks = [s.at for s in yard.steps if s.input == TimerDue("alloc")]
+    looks = [s.at for s in yard.steps if s.input == TimerDue(AllocationDue())]
     yard.run_for(9.5)
-    later = [s.at for s in yard.steps if s.input == TimerDue("alloc")][len(looks) :]
+    later = [s.at for s in yard.steps if s.input == TimerDue(AllocationDue())][len(looks) :]
     assert 1 <= len(later) <= 3
     yard.run_for(70)
     assert all(task.status == "SUCCEEDED" for task in yard.engine.state.tasks.values())

@@ -7,6 +7,7 @@ from formiga_bt.engine.changes import WakesPut
 from formiga_bt.engine.inputs import Abort, TimerDue
 from formiga_bt.engine.pace import throttled
 from formiga_bt.engine.state import load_snapshot, snapshot
+from formiga_bt.engine.timers import NodeDue
 from formiga_bt.lang.model import WAKES_A_SECOND
 from formiga_bt.services.shown import task_out
 from formiga_bt.show.ledger import Ledger
@@ -29,8 +30,8 @@ steps:
 
 def wakes(yard: Yard, task: str, since: int) -> int:
     """Return how often a node of a task was woken by a deadline since an instant."""
-    due = (step for step in yard.steps if isinstance(step.input, TimerDue) and step.at > since)
-    return sum(step.input.key.startswith(f"node|{task}|") for step in due if isinstance(step.input, TimerDue))
+    due = [step.input.timer for step in yard.steps if isinstance(step.input, TimerDue) and step.at > since]
+    return sum(isinstance(timer, NodeDue) and timer.task == task for timer in due)
 
 
 def test_a_task_in_haste_has_its_budget_and_no_more(make: Make) -> None:

@@ -6,6 +6,7 @@ import msgspec
 import pytest
 
 from formiga_bt.engine.inputs import CancelGoal, GoalEventInput, Notify, PublishState, SendGoal
+from formiga_bt.engine.timers import NodeDue
 from formiga_bt.testing import effects
 from formiga_bt.transport.messages import GoalEvent
 from tests.unit.engine.conftest import Make
@@ -288,7 +289,7 @@ def test_around_more_than_a_do_the_timeout_keeps_its_decision(make: Make) -> Non
 def test_a_goal_that_ends_at_the_deadline_beats_it(make: Make) -> None:
     yard = make(CART + "steps: [{do: cart.Home, timeout: 5 s}]")
     task = yard.start()
-    deadline = next(iter(d.at for k, d in yard.engine.state.deadlines.items() if k.startswith("node")))
+    deadline = next(iter(d.at for due, d in yard.engine.state.deadlines.items() if isinstance(due, NodeDue)))
     yard.scheduler.call_at(deadline - 20_000, yard.cart.succeed)
 
     assert yard.end(task) == ("SUCCEEDED", "")

@@ -6,6 +6,7 @@ from formiga_bt.engine import turns
 from formiga_bt.engine.engine import Engine
 from formiga_bt.engine.inputs import Abort, AgentStatusInput, PublishState, Step, TimerDue
 from formiga_bt.engine.state import load_snapshot, snapshot
+from formiga_bt.engine.timers import TurnDue
 from formiga_bt.lang.types import AgentRef
 from formiga_bt.transport.messages import AgentStatus
 from tests.unit.engine.conftest import Make
@@ -17,7 +18,7 @@ steps:
   - wait_until: who.battery < 20 %
     timeout: 1 h
 """
-REST = TimerDue("rest")
+REST = TimerDue(TurnDue())
 
 
 def report(yard: Yard, battery: float) -> AgentStatusInput:

@@ -13,8 +13,9 @@ from formiga_bt.engine import changes as ch
 from formiga_bt.engine.inputs import AgentStatusInput, GoalEventInput, Step, WallDue
 from formiga_bt.engine.records import AgentRecord, GoalRecord
 from formiga_bt.engine.state import EngineState, fold, snapshot
+from formiga_bt.engine.timers import AcceptDue, CancelDue, LiveDue
 from formiga_bt.geo import Position, distance_m
-from formiga_bt.journal.thin import LIVE, THINNED, Point, Thinner, lay_over, pack, point_of, unpack
+from formiga_bt.journal.thin import THINNED, Point, Thinner, lay_over, pack, point_of, unpack
 from formiga_bt.transport.messages import AgentStatus, GoalEvent
 from tests.replay.missions import MISSIONS
 from tests.unit.journal.conftest import steps_of
@@ -28,7 +29,7 @@ def without_thinned(state: EngineState) -> bytes:
         for name, agent in state.agents.items()
     }
     goals = {name: replace(goal, n=-1, progress=None) for name, goal in state.goals.items()}
-    wall = {key: 0 if key.startswith(LIVE) else us for key, us in sorted(state.wall.items())}
+    wall = {due: 0 if isinstance(due, LiveDue) else us for due, us in sorted(state.wall.items(), key=repr)}
     return snapshot(replace(state, agents=agents, goals=goals, wall=wall))
 
 
@@ -110,9 +111,15 @@ def thinner(agent: AgentRecord = AGENT, **options: bool) -> Thinner:
         status(2, moved(2), ch.CounterSet("deadline", 4)),
         status(2, moved(2), reply="ok"),
         status(2, ch.AgentPut(replace(AGENT, id="other"))),
-        Step(2, 2, WallDue("live|lwd_1"), (ch.WallTimerSet("live|lwd_1", None),), ()),
-        Step(2, 2, WallDue("live|x"), (ch.WallTimerSet("live|x", None), moved(2)), ()),
-        Step(2, 2, WallDue("cancel|g"), (ch.WallTimerSet("cancel|g", None), ch.WallTimerSet("cancel|g", 2)), ()),
+        Step(2, 2, WallDue(LiveDue("lwd_1")), (ch.WallTimerSet(LiveDue("lwd_1"), None),), ()),
+        Step(2, 2, WallDue(LiveDue("x")), (ch.WallTimerSet(LiveDue("x"), None), moved(2)), ()),
+        Step(
+            2,
+            2,
+            WallDue(CancelDue("g")),
+            (ch.WallTimerSet(CancelDue("g"), None), ch.WallTimerSet(CancelDue("g"), 2)),
+            (),
+        ),
     ],
     ids=str,
 )
@@ -125,7 +132,7 @@ def test_a_step_that_anything_may_depend_on_is_kept(step: Step) -> None:
     [
         status(2, moved(2, position=Position(5, 5, 5), battery=80.0, wind=(1.0, 2.0))),
         status(2),
-        Step(2, 2, WallDue("live|x"), (ch.WallTimerSet("live|x", None), ch.WallTimerSet("live|x", 2)), ()),
+        Step(2, 2, WallDue(LiveDue("x")), (ch.WallTimerSet(LiveDue("x"), None), ch.WallTimerSet(LiveDue("x"), 2)), ()),
     ],
     ids=str,
 )
@@ -150,7 +157,7 @@ def news(*changes: ch.Change, **event: object) -> Step:
         (news(ch.GoalPut(replace(GOAL, n=4, progress=0.55))), False),
         (news(ch.GoalPut(replace(GOAL, n=4, progress=0.61))), True),
         (news(ch.GoalPut(replace(GOAL, n=4, phase="descending"))), True),
-        (news(ch.GoalPut(replace(GOAL, n=4)), ch.WallTimerSet("accept|g", None)), True),
+        (news(ch.GoalPut(replace(GOAL, n=4)), ch.WallTimerSet(AcceptDue("g"), None)), True),
         (news(ch.GoalPut(replace(GOAL, id="other"))), True),
         (
             news(

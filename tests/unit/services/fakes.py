@@ -7,6 +7,7 @@ from formiga_bt.clock import SECOND
 from formiga_bt.engine.changes import Change
 from formiga_bt.engine.inputs import Input, Step, TimerDue
 from formiga_bt.engine.records import AgentRecord, StandingOrder, TaskRecord
+from formiga_bt.engine.timers import TurnDue
 from formiga_bt.errors import TaskError
 from formiga_bt.lang.model import Site
 from formiga_bt.services.refused import Refused
@@ -56,7 +57,7 @@ class Paper:
     def put(self, *changes: Change) -> None:
         """Change the state."""
         self._seq += 1
-        self.view.feed_step(Step(self._seq, NOW, TimerDue("x"), changes, ()))
+        self.view.feed_step(Step(self._seq, NOW, TimerDue(TurnDue()), changes, ()))
         self.view.catch_up()
 
     def then(self, *changes: Change) -> None:

@@ -13,6 +13,7 @@ import pytest
 from formiga_bt.clock import SECOND
 from formiga_bt.engine import tasks as engine_tasks
 from formiga_bt.engine.inputs import WallDue
+from formiga_bt.engine.timers import LiveDue
 from formiga_bt.geo import Place
 from formiga_bt.services import api
 from tests.unit.services.conftest import Service, Start
@@ -274,7 +275,7 @@ def test_a_machine_that_was_removed_must_be_lost_and_named_twice(start: Start) -
 
         service.wire.gone("lwd_1")
         service.wait(lambda: service.get("/v1/agents")["agents"][0]["liveness"] == "SUSPECT")
-        service.host.driver.ask(WallDue("live|lwd_1", time.monotonic_ns() // 1000 + 3600 * SECOND))
+        service.host.driver.ask(WallDue(LiveDue("lwd_1"), time.monotonic_ns() // 1000 + 3600 * SECOND))
         assert service.get("/v1/agents")["agents"][0]["liveness"] == "LOST"
 
         assert service.post(path, word)["text"] == (

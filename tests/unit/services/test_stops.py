@@ -9,6 +9,7 @@ from formiga_bt.clock import SECOND
 from formiga_bt.engine.changes import AgentPut, DeadlineSet, GoalPut, LockdownPut, OrderPut, TaskPut
 from formiga_bt.engine.inputs import LockdownOrder, Operator
 from formiga_bt.engine.records import Deadline, GoalRecord, Lockdown
+from formiga_bt.engine.timers import OrderDue
 from formiga_bt.testing import packaged_world
 from formiga_bt.transport.messages import PreflightCheck
 from tests.unit.services.fakes import NOW, Paper, machine, order, raised, task
@@ -33,7 +34,7 @@ def held(*causes: str) -> TaskPut:
 
 # -- stops -----------------------------------------------------------------------------------------------------------------
 def test_a_hold_tells_how_long_the_machine_hovers_and_what_to_say_then(paper: Paper) -> None:
-    deadline = DeadlineSet("order|hwd_1", Deadline(NOW + 660 * SECOND, 1))
+    deadline = DeadlineSet(OrderDue("hwd_1"), Deadline(NOW + 660 * SECOND, 1))
     paper.then(OrderPut("hwd_1", order("hwd_1", "hold")), held("operator:hwd_1"), deadline)
 
     reply = paper.stops.agent("hwd_1", "hold", "eve")

@@ -9,6 +9,7 @@ from msgspec.structs import replace
 from formiga_bt.engine.changes import LockdownPut, TaskPut
 from formiga_bt.engine.inputs import Alarm, Operator, Step, TimerDue
 from formiga_bt.engine.records import Lockdown, TaskRecord
+from formiga_bt.engine.timers import TurnDue
 from formiga_bt.services.feed import Feed
 from formiga_bt.services.shown import task_out
 from formiga_bt.services.view import View
@@ -22,7 +23,7 @@ ROOT = Path(__file__).parents[3]
 
 
 def step(seq: int, *changes: object, effects: tuple[object, ...] = ()) -> Step:
-    return Step(seq, seq * 1000, TimerDue("x"), tuple(changes), effects)  # type: ignore[arg-type]
+    return Step(seq, seq * 1000, TimerDue(TurnDue()), tuple(changes), effects)  # type: ignore[arg-type]
 
 
 def ended(number: int) -> TaskPut:

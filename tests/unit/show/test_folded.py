@@ -16,6 +16,7 @@ from formiga_bt.engine.records import (
     StandingOrder,
     TaskRecord,
 )
+from formiga_bt.engine.timers import ClearanceDue, LiveDue, OrderDue, TaskDue, Timer
 from formiga_bt.errors import TaskError
 from formiga_bt.lang.types import AgentRef
 from formiga_bt.rehearsal import Rehearsal, fleet_of
@@ -58,8 +59,8 @@ def question(number: int, of: int, lapses_s: int | None, **more: object) -> ch.Q
     return ch.QuestionPut(record)
 
 
-def due(key: str, at_s: int) -> ch.DeadlineSet:
-    return ch.DeadlineSet(key, Deadline(at_s * SECOND, 1))
+def due(timer: Timer, at_s: int) -> ch.DeadlineSet:
+    return ch.DeadlineSet(timer, Deadline(at_s * SECOND, 1))
 
 
 def test_tasks_are_listed_by_who_needs_a_person_then_by_what_comes_then_by_status_and_age() -> None:
@@ -68,9 +69,9 @@ def test_tasks_are_listed_by_who_needs_a_person_then_by_what_comes_then_by_statu
         task(1, "PENDING"),
         task(2),
         task(3),
-        due("task|T-3|timeout", 90),
+        due(TaskDue("T-3", "timeout"), 90),
         task(4),
-        due("task|T-4|timeout", 50),
+        due(TaskDue("T-4", "timeout"), 50),
         task(5),
         question(1, 5, 100),
         task(6),
@@ -98,10 +99,15 @@ def test_who_waits_for_agents_stands_behind_all_who_work_in_the_order_of_the_que
     board = Board()
     for n in range(1, 199):
         board(
-            task(n, "PENDING", priority="high" if n == 150 else "medium", submitted_at=n), due(f"task|T-{n}|wait", 900)
+            task(n, "PENDING", priority="high" if n == 150 else "medium", submitted_at=n),
+            due(TaskDue(f"T-{n}", "wait"), 900),
         )
     board(
-        task(200), due("task|T-200|timeout", 3600), task(201, "ASSIGNED"), task(202, "PENDING"), question(1, 202, None)
+        task(200),
+        due(TaskDue("T-200", "timeout"), 3600),
+        task(201, "ASSIGNED"),
+        task(202, "PENDING"),
+        question(1, 202, None),
     )
 
     now = board.source.now()
@@ -112,7 +118,7 @@ def test_who_waits_for_agents_stands_behind_all_who_work_in_the_order_of_the_que
 
 def test_a_page_is_a_part_of_the_same_order() -> None:
     board = Board()
-    board(*(task(n) for n in range(1, 30)), *(due(f"task|T-{n}|timeout", n * 7 % 30) for n in range(1, 30)))
+    board(*(task(n) for n in range(1, 30)), *(due(TaskDue(f"T-{n}", "timeout"), n * 7 % 30) for n in range(1, 30)))
     board(task(40, "SUCCEEDED", ended_at=1))
     whole = [one.id for one in board.source.now(over=True).tasks]
 
@@ -125,12 +131,12 @@ def test_a_page_is_a_part_of_the_same_order() -> None:
 @pytest.mark.parametrize(
     ("changes", "urgent", "at_s"),
     [
-        ((ch.OrderPut("c1", StandingOrder(agent="c1", stop="hold", by="eve", scope="agent", at=1)), due("order|c1", 60)),
+        ((ch.OrderPut("c1", StandingOrder(agent="c1", stop="hold", by="eve", scope="agent", at=1)), due(OrderDue("c1"), 60)),
          "c1 returns by itself", 60),
-        ((due("clear|c1", 70),), "nobody said that people stand clear of c1", 70),
-        ((ch.WallTimerSet("live|c1", 27 * SECOND),), "c1 counts as lost", 28),
-        ((due("task|T-1|cleanup", 5),), "its cleanup is cut off", 5),
-        ((due("task|T-1|expires", 5), due("task|T-1|wait", 9)), "it expires", 5),
+        ((due(ClearanceDue("c1"), 70),), "nobody said that people stand clear of c1", 70),
+        ((ch.WallTimerSet(LiveDue("c1"), 27 * SECOND),), "c1 counts as lost", 28),
+        ((due(TaskDue("T-1", "cleanup"), 5),), "its cleanup is cut off", 5),
+        ((due(TaskDue("T-1", "expires"), 5), due(TaskDue("T-1", "wait"), 9)), "it expires", 5),
     ],
 )  # fmt: skip
 def test_what_cannot_be_taken_back(changes: tuple[ch.Change, ...], urgent: str, at_s: int) -> None:
@@ -199,7 +205,7 @@ def test_a_machine_that_waits_for_people_to_stand_clear_gives_up_when_its_own_pa
         id="clear/c1/1", number="Q1", task="T-1", priority="medium", kind="clearance", text="Clear?", options=("clear",),
         tiers=(("eve",),), asked_at=SECOND, expires_at=300 * SECOND,
     )  # fmt: skip
-    board(task(1, held=("clearance:c1",)), ch.QuestionPut(asked), due("clear|c1", 45))
+    board(task(1, held=("clearance:c1",)), ch.QuestionPut(asked), due(ClearanceDue("c1"), 45))
 
     now = board.source.now()
     assert [(one.lapses_at, one.clears) for one in now.questions] == [(45 * SECOND, "c1")]
@@ -340,7 +346,7 @@ def test_a_silence_of_wall_time_ends_sooner_on_a_fast_clock() -> None:
     board = Board()
     board.source = FoldedSource(board.ledger, SITE, {}, CATALOGUE, speed=20.0)
     silent = AgentRecord(id="c1", type="cart", task="T-1", liveness="SUSPECT")
-    board(task(1, roles={"cart": ("c1",)}), ch.AgentPut(silent), ch.WallTimerSet("live|c1", 27 * SECOND))
+    board(task(1, roles={"cart": ("c1",)}), ch.AgentPut(silent), ch.WallTimerSet(LiveDue("c1"), 27 * SECOND))
 
     assert board.source.now().tasks[0].urgent_at == (1 + 27 * 20) * SECOND
 

@@ -1,6 +1,5 @@
 """The fold itself: it is the engine's state, it is bounded, it goes on from a loaded state, and tells of waits and events."""
 
-from msgspec import json
 from msgspec.structs import replace
 
 from formiga_bt.clock import SECOND
@@ -8,6 +7,7 @@ from formiga_bt.engine import changes as ch
 from formiga_bt.engine.inputs import Alarm, Operator, Started, Step
 from formiga_bt.engine.records import AgentRecord, Deadline, GoalRecord, TaskRecord
 from formiga_bt.engine.state import load_snapshot, snapshot
+from formiga_bt.engine.timers import LiveDue, TaskDue
 from formiga_bt.geo import Position
 from formiga_bt.show.ledger import Bounds, Ledger
 from tests.unit.engine.yard import CART, Yard
@@ -172,11 +172,10 @@ def test_a_refused_order_is_a_line_of_its_task() -> None:
 
 def test_what_is_folded_has_the_deadlines_of_the_engine() -> None:
     feed = Feeder()
-    feed(ch.DeadlineSet("task|T-1|timeout", Deadline(5, 1, "T-1")), ch.WallTimerSet("live|hwd_1", 3 * SECOND))
-    assert feed.ledger.wall_set == {"live|hwd_1": SECOND}
-    feed(ch.WallTimerSet("live|hwd_1", None))
-    assert feed.ledger.wall_set == {}
-    assert (
-        json.encode(feed.ledger.state.deadlines)
-        == b'{"task|T-1|timeout":{"at":5,"seq":1,"task":"T-1","pausable":false}}'
+    feed(
+        ch.DeadlineSet(TaskDue("T-1", "timeout"), Deadline(5, 1, "T-1")), ch.WallTimerSet(LiveDue("hwd_1"), 3 * SECOND)
     )
+    assert feed.ledger.wall_set == {LiveDue("hwd_1"): SECOND}
+    feed(ch.WallTimerSet(LiveDue("hwd_1"), None))
+    assert feed.ledger.wall_set == {}
+    assert feed.ledger.state.deadlines == {TaskDue("T-1", "timeout"): Deadline(5, 1, "T-1")}

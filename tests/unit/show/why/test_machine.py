@@ -7,6 +7,7 @@ import pytest
 from formiga_bt.clock import SECOND
 from formiga_bt.engine.records import Deadline, GoalRecord, Question
 from formiga_bt.engine.state import EngineState
+from formiga_bt.engine.timers import ClearanceDue
 from formiga_bt.show.why.front import explain
 from tests.unit.services.fakes import NOW, machine, order, task
 
@@ -94,7 +95,7 @@ def test_what_waits_for_people_to_stand_clear_tells_its_question_once_with_the_t
         options=("clear", "wait"), tiers=(("eve",),), asked_at=NOW, expires_at=NOW + 300 * SECOND,
         if_no_answer="hwd_1 does not land here",
     )  # fmt: skip
-    state.deadlines["clear|hwd_1"] = Deadline(NOW + 80 * SECOND, 1)
+    state.deadlines[ClearanceDue("hwd_1")] = Deadline(NOW + 80 * SECOND, 1)
 
     lines = told(state)
 
