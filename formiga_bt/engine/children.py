@@ -9,17 +9,17 @@ from contextlib import suppress
 from typing import Final, Literal, Protocol
 
 from formiga_bt.engine.core import Core
+from formiga_bt.engine.drains import adopt
 from formiga_bt.engine.inputs import Abort, Submit
 from formiga_bt.engine.records import TaskRecord
 from formiga_bt.errors import TaskError
+from formiga_bt.nodes.ends import ChildEnd, Drain
 from formiga_bt.nodes.run import Failure, TaskOrder
 
 MOST_DEEP: Final = 3
 """A task that a person requested may request one that requests one that requests one, and no more."""
 MOST_CHILDREN: Final = 20
 """Open at once."""
-ENDING: Final = "task:"
-"""In a drain set, before a task's id: its end."""
 
 
 class Starter(Protocol):
@@ -84,16 +84,12 @@ class Children:
         for child in self._attached(parent_id):
             self.end(child)
 
-    def end_all(self, parent_id: str) -> tuple[str, ...]:
-        """End what a task leaves open behind its steps; return what must be waited for, as ids of a drain set."""
-        waited = [child for child in self._attached(parent_id) if self.end(child)]
-        for child in waited:
-            self.adopt(child, "!task")
-        return tuple(ENDING + child for child in waited)
-
-    def adopt(self, child_id: str, owner: str) -> None:
-        """Change which node of the parent is woken at a child's end."""
-        self._core.put_task(child_id, parent_node=owner)
+    def end_all(self, parent_id: str) -> Drain:
+        """End what a task leaves open behind its steps; return what must be waited for."""
+        waited = tuple(ChildEnd(child) for child in self._attached(parent_id) if self.end(child))
+        for end in waited:
+            adopt(self._core, parent_id, end, "!task")
+        return waited
 
     def _attached(self, parent_id: str) -> list[str]:
         return [child for child in self.open(parent_id) if self._core.task(child).attached]

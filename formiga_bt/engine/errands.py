@@ -73,7 +73,7 @@ class Errands:
         core.put_task(task_id, outcome="CANCELED", code="aborted", reason="another order replaced it")
         for one in task.recovering:
             if one.state == "running":
-                self._tasks.stop(task_id, f"recover:{one.agent}#{one.attempt}")
+                self._tasks.stop(task_id, one.section)
             if one.state in UNDER_WAY:
                 self._tasks.recovery.abandon(task_id, one)
         core.touch(task_id)

@@ -11,6 +11,7 @@ from msgspec import Struct
 from formiga_bt.clock import Micros
 from formiga_bt.engine.timers import Timer
 from formiga_bt.geo import Place, Position
+from formiga_bt.nodes.ends import Drain
 from formiga_bt.nodes.run import Failure, Served
 from formiga_bt.safety.traffic import Area
 from formiga_bt.transport.messages import Clearance, Control, Landed, PreflightCheck
@@ -109,11 +110,15 @@ class Recovering(Struct, frozen=True):
     attempt: int
     state: Literal["running", "waiting", "done", "failed"]
     """`waiting`: the next try comes after a pause."""
-    drain: tuple[str, ...] = ()
     way: Literal["recover", "fetch", "land"] = "recover"
     """Which subtree of its type flies it."""
     first: int = 1
     """The number of the first try since it was last granted: blocks of one task may get a machine more than once."""
+
+    @property
+    def section(self) -> str:
+        """Return the section of its task that it is, which is also the scope of its names."""
+        return f"recover:{self.agent}#{self.attempt}"
 
     @property
     def tries(self) -> int:
@@ -122,7 +127,7 @@ class Recovering(Struct, frozen=True):
 
 
 class Tidy(Struct, frozen=True, kw_only=True, omit_defaults=True):
-    """The `finally` of a stopped sequence. In drain sets it stands for a goal, so it has what is asked of those."""
+    """The `finally` of a stopped sequence."""
 
     id: str
     path: str
@@ -131,22 +136,9 @@ class Tidy(Struct, frozen=True, kw_only=True, omit_defaults=True):
     owner: str = ""
     """Node key to wake at its end; `!task` = the task's drain."""
     state: Literal["waiting", "running", "stopping", "ended"]
-    after: tuple[str, ...] = ()
-    """Goals, and others of its kind: what it begins after, or (stopping) ends after."""
+    after: Drain = ()
+    """What it begins after, or (stopping) ends after."""
     error: Failure | None = None
-    agent: str = ""
-    code: str = ""
-    text: str = ""
-
-    @property
-    def result(self) -> dict[str, Any]:
-        """Return nothing."""
-        return {}
-
-    @property
-    def repeatable(self) -> bool:
-        """Return True: it does not keep what was stopped from being tried again."""
-        return True
 
     @property
     def ended(self) -> bool:
@@ -224,8 +216,8 @@ class TaskRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
     section: Literal["", "steps", "on_failure", "on_abort", "finally", "recover", "done"] = ""
     stopping: bool = False
     """The section was stopped and its goals drain."""
-    drain: tuple[str, ...] = ()
-    """Goals whose end the next part waits for."""
+    drain: Drain = ()
+    """What the next part waits for."""
     tidying: tuple[Tidy, ...] = ()
     """Each `finally` of a stopped sequence that is not over."""
     outcome: Literal["", "SUCCEEDED", "FAILED", "CANCELED"] = ""
@@ -256,8 +248,8 @@ class TaskRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
     """Agents that blocks got in roles with `if_lost: rebind`."""
     releasing: dict[str, str] = {}
     """Agents on their way back to the pool before the task ends -> the node that waits for it."""
-    release_after: dict[str, tuple[str, ...]] = {}
-    """Of those: what must end before one may go home: each `finally` inside the block that held it."""
+    release_after: dict[str, Drain] = {}
+    """Of those: what must end before one may go home, such as each `finally` inside the block that held it."""
     granted: tuple[str, ...] = ()
     """Every agent the task was granted, in order of grant."""
     recovering: tuple[Recovering, ...] = ()
@@ -286,6 +278,10 @@ class TaskRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
     def ended(self) -> bool:
         """Return whether it has its terminal status."""
         return self.section == "done"
+
+    def tidy(self, tidy_id: str) -> Tidy | None:
+        """Return the `finally` with this id that is not forgotten."""
+        return next((tidy for tidy in self.tidying if tidy.id == tidy_id), None)
 
     def left_of(self, timer: Timer) -> Micros | None:
         """Return what is left of a deadline that stands still, or None."""
@@ -453,53 +449,6 @@ class GoalRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
     def stopping(self) -> bool:
         """Return whether an order cancels it now: it will be interrupted."""
         return self.state == "canceling" and self.cancel_why == STOPPED
-
-
-RELEASE: Final = "release:"
-"""In a drain set, before an agent's id: its release."""
-
-
-class Leaving(Struct, frozen=True):
-    """A machine on its way back to the pool, with the shape of a goal: what a drain set waits for besides goals."""
-
-    agent: str
-    under_way: bool
-    code: str = ""
-    text: str = ""
-    repeatable: bool = True
-
-    @property
-    def id(self) -> str:
-        """Return its id in a drain set."""
-        return RELEASE + self.agent
-
-    @property
-    def state(self) -> str:
-        """Return the state of a goal that it is like."""
-        return "running" if self.under_way else "canceled"
-
-    @property
-    def result(self) -> dict[str, Any]:
-        """Return nothing."""
-        return {}
-
-    @property
-    def ended(self) -> bool:
-        """Return whether the task no longer holds the machine."""
-        return not self.under_way
-
-
-class Ending(Struct, frozen=True):
-    """A requested task that is being ended, with the shape of a goal, for drain sets."""
-
-    id: str
-    ended: bool
-    agent: str = ""
-    code: str = ""
-    text: str = ""
-    state: str = "canceled"
-    repeatable: bool = True
-    result: dict[str, Any] = {}
 
 
 class Answer(Struct, frozen=True):

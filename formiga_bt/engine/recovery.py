@@ -20,6 +20,7 @@ from formiga_bt.engine.treerun import Ended, TaskTrees
 from formiga_bt.geo import Place
 from formiga_bt.lang.model import Subtree
 from formiga_bt.lang.types import AgentRef
+from formiga_bt.nodes.ends import FinallyEnd
 from formiga_bt.safety.envelope import safe_landing_spot
 
 Way = Literal["recover", "fetch", "land"]
@@ -101,7 +102,7 @@ class Recovery:
                 if any(not goal.ended for goal in core.index.goals_of(agent_id)):
                     continue
                 after = core.task(task_id).release_after.get(agent_id, ())
-                if any(tidy.id in after and not tidy.ended for tidy in core.task(task_id).tidying):
+                if any(FinallyEnd(tidy.id) in after and not tidy.ended for tidy in core.task(task_id).tidying):
                     continue  # a `finally` inside the block that had it may still command it
                 if self.is_under_way(task_id, agent_id):
                     continue
@@ -140,35 +141,32 @@ class Recovery:
         agent = core.state.agents[agent_id]
         way = self._way(core.task(task_id), agent) or "recover"
         subtree = self._subtree(agent_id, way)
-        section = f"recover:{agent_id}#{attempt}"
         first = next((r.first for r in core.task(task_id).recovering if r.agent == agent_id), 1)
         if way == "recover" and self._tasks.orders.has_no_port(agent):
             self._set(task_id, Recovering(agent_id, attempt, "failed", way=way, first=first))
             if not self._ordered(core.task(task_id), agent_id):
                 self._tasks.orders.no_way_home(agent_id, NO_PORT)
             return
-        self._set(task_id, Recovering(agent_id, attempt, "running", way=way, first=first))
+        now = Recovering(agent_id, attempt, "running", way=way, first=first)
+        self._set(task_id, now)
         values: dict[str, Any] = {}
         for name, param in subtree.params.items():
             values[name] = AgentRef(agent_id) if param.type.name == "agent" else self.spot(agent)
-        core.emit(ch.ScopePut(task_id, section, values))
+        core.emit(ch.ScopePut(task_id, now.section, values))
         core.set_deadline(HomeOverdue(task_id, agent_id), core.now + ESTIMATE_US, task_id)
-        self._tasks.start_section(task_id, section, subtree.steps, section)
+        self._tasks.start_section(task_id, now.section, subtree.steps, now.section)
 
     def restore(self, recovering: Recovering, trees: TaskTrees) -> None:
         """Rebuild a way home that was under way."""
         subtree = self._subtree(recovering.agent, recovering.way)
-        section = f"recover:{recovering.agent}#{recovering.attempt}"
-        trees.restore(section, subtree.steps, section)
+        trees.restore(recovering.section, subtree.steps, recovering.section)
 
-    def ended(self, task_id: str, ended: Ended) -> None:
+    def ended(self, task_id: str, now: Recovering, ended: Ended) -> None:
         """A way home ended: done, tried again, or given up."""
-        core = self._core
-        agent_id, _, number = ended.section.removeprefix("recover:").rpartition("#")
-        task = core.task(task_id)
-        now = next((r for r in task.recovering if r.agent == agent_id and r.attempt == int(number)), None)
-        if now is None or now.state != "running":
+        if now.state != "running":
             return
+        core, agent_id = self._core, now.agent
+        task = core.task(task_id)
         core.clear_deadline(HomeOverdue(task_id, agent_id))
         core.emit(ch.ScopePut(task_id, ended.section, None))
         agent = core.state.agents[agent_id]
@@ -246,7 +244,7 @@ class Recovery:
         for task_id in self._core.open:
             for one in state.tasks[task_id].recovering:
                 if one.way == "land" and one.state == "running" and one.agent != but:
-                    scope = state.scopes.get(task_id, {}).get(f"recover:{one.agent}#{one.attempt}", {})
+                    scope = state.scopes.get(task_id, {}).get(one.section, {})
                     found += [value for value in scope.values() if isinstance(value, Place)]
         return found
 
@@ -256,7 +254,7 @@ class Recovery:
         core.clear_deadline(HomeOverdue(task_id, one.agent))
         core.clear_deadline(HomeAgain(task_id, one.agent))
         if one.state == "running":
-            core.emit(ch.ScopePut(task_id, f"recover:{one.agent}#{one.attempt}", None))
+            core.emit(ch.ScopePut(task_id, one.section, None))
         self._set(task_id, replace(one, state="failed"))
 
     def agent_left(self, task_id: str, agent_id: str) -> None:
@@ -268,9 +266,8 @@ class Recovery:
             if one.agent == agent_id and one.state == "waiting":
                 self._set(task_id, replace(one, state="failed"))
             elif one.agent == agent_id and one.state == "running":
-                section = f"recover:{agent_id}#{one.attempt}"
-                self._tasks.stop(task_id, section)
-                core.emit(ch.ScopePut(task_id, section, None))
+                self._tasks.stop(task_id, one.section)
+                core.emit(ch.ScopePut(task_id, one.section, None))
                 self._set(task_id, replace(one, state="failed"))
         self.proceed(task_id)
 

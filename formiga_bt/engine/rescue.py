@@ -13,6 +13,7 @@ from formiga_bt.engine.inputs import Alarm
 from formiga_bt.engine.people import People
 from formiga_bt.engine.recovery import UNDER_WAY
 from formiga_bt.engine.tasks import Tasks
+from formiga_bt.nodes.ends import Drain, End, GoalEnd
 
 
 class Rescue:
@@ -57,17 +58,17 @@ class Rescue:
         core.effect(Alarm("not_resumed", f"{task_id} is not resumed, its machines come home: {reason}", task_id))
         core.touch(task_id)
 
-    def _forget_tree(self, task_id: str) -> tuple[str, ...]:
+    def _forget_tree(self, task_id: str) -> Drain:
         """Drop all that a task's tree stood for; return the goals whose end must be waited for."""
         core = self._core
-        drain = []
+        drain: list[End] = []
         self._tasks.runs.pop(task_id, None)
         for goal in [g for g in core.state.goals.values() if g.task == task_id and g.owner != "!question"]:
             if goal.ended:
                 core.emit(ch.GoalDrop(goal.id))
             elif self._goals.cancel(goal.id):
                 core.put_goal(goal.id, owner="!task")
-                drain.append(goal.id)
+                drain.append(GoalEnd(goal.id))
         for question in core.index.questions_of(task_id):
             self._people.close(question)
         for timer in core.index.deadlines_of(task_id):

@@ -54,7 +54,7 @@ def _restore(core: Core, tasks: Tasks, task: TaskRecord) -> None:
     if task.tidying:
         tasks.run_of(task.id).tidies.restore()
     for recovering in task.recovering:
-        if f"recover:{recovering.agent}#{recovering.attempt}" in memory:
+        if recovering.section in memory:
             tasks.recovery.restore(recovering, tasks.run_of(task.id).trees)
 
 

@@ -6,20 +6,22 @@ from typing import Any, Final, NamedTuple
 
 from formiga_bt.clock import Micros
 from formiga_bt.engine import changes as ch
-from formiga_bt.engine.children import ENDING, Children
+from formiga_bt.engine import drains
+from formiga_bt.engine.children import Children
 from formiga_bt.engine.core import Core
 from formiga_bt.engine.env import TaskEnv
 from formiga_bt.engine.inputs import Notify
 from formiga_bt.engine.pace import Pace
 from formiga_bt.engine.people import People
 from formiga_bt.engine.ports import AllocationPort, GoalPort
-from formiga_bt.engine.records import RELEASE, Ending, GoalRecord, Leaving, Question, TaskRecord, Tidy
+from formiga_bt.engine.records import Question, TaskRecord
 from formiga_bt.engine.state import event_key
-from formiga_bt.engine.tidying import WORD, Tidies
+from formiga_bt.engine.tidying import Tidies
 from formiga_bt.engine.timers import NodeDue
 from formiga_bt.engine.treerun import CompiledTrees, TaskTrees, TreesFactory
 from formiga_bt.engine.watching import watch_keys
 from formiga_bt.lang.model import MOST_VISITS, Env, Expr, Role
+from formiga_bt.nodes.ends import Drain, End, FinallyEnd
 from formiga_bt.nodes.memory import Mem
 from formiga_bt.nodes.run import (
     AROUND,
@@ -237,7 +239,7 @@ class TaskRun:
         for key in watched.keys if watched else ():
             self._core.board.unwatch(key, f"{self.task_id}|{path}")
 
-    def release(self, agent: str, path: str, after: tuple[str, ...] = ()) -> None:
+    def release(self, agent: str, path: str, after: Drain = ()) -> None:
         """Give an agent back."""
         task = self._core.task(self.task_id)
         first = {**task.release_after, agent: after} if after else task.release_after
@@ -258,33 +260,14 @@ class TaskRun:
         return self._goals.order(self.task_id, order)
 
     def goal(self, goal_id: str) -> GoalView:
-        """Return what stands in a drain set: a goal's record, that of a `finally`, or a machine on its way to the pool."""
-        found = self.find(goal_id)
-        assert found is not None, f"no {goal_id}"
-        return found
-
-    def find(self, goal_id: str) -> GoalRecord | Tidy | Leaving | Ending | None:
-        """Return what stands in a drain set, or None if it was dropped."""
-        goal = self._core.state.goals.get(goal_id)
-        if goal is not None:
-            return goal
-        if goal_id.startswith(ENDING):
-            return Ending(goal_id, self._core.task(goal_id.removeprefix(ENDING)).ended)
-        if goal_id.startswith(RELEASE):
-            agent = goal_id.removeprefix(RELEASE)
-            return Leaving(agent, agent in self._core.task(self.task_id).releasing)
-        return self.tidies.find(goal_id) if goal_id.startswith(WORD) else None
+        """Return a goal's record."""
+        return self._core.state.goals[goal_id]
 
     def drop_goal(self, goal_id: str) -> None:
-        """Forget an ended goal, or an ended `finally`."""
-        if goal_id in self._core.state.goals:
-            self._core.emit(ch.GoalDrop(goal_id))
-        elif goal_id.startswith(WORD):
-            self.tidies.drop(goal_id)
-        elif not goal_id.startswith((RELEASE, ENDING)):
-            self._core.emit(ch.GoalDrop(goal_id))
+        """Forget an ended goal."""
+        self._core.emit(ch.GoalDrop(goal_id))
 
-    def tidy(self, order: TidyOrder, tree: Any = None) -> str:
+    def tidy(self, order: TidyOrder, tree: Any = None) -> FinallyEnd | None:
         """Take over the `finally` of a stopped sequence."""
         return self.tidies.take(order, tree)
 
@@ -292,17 +275,17 @@ class TaskRun:
         """Cancel a goal; return whether to wait for its end."""
         return self._goals.cancel(goal_id)
 
-    def adopt(self, goal_id: str, owner: str) -> None:
-        """Change who is woken for a goal, for a `finally`, or for a release."""
-        if goal_id.startswith(WORD):
-            self.tidies.adopt(goal_id, owner)
-        elif goal_id.startswith(ENDING):
-            self._children.adopt(goal_id.removeprefix(ENDING), owner)
-        elif not goal_id.startswith(RELEASE):
-            self._core.put_goal(goal_id, owner=owner)
-        elif not self.goal(goal_id).ended:
-            releasing = self._core.task(self.task_id).releasing
-            self._core.put_task(self.task_id, releasing={**releasing, goal_id.removeprefix(RELEASE): owner})
+    def is_over(self, end: End) -> bool:
+        """Return whether what a drain set waits for is over."""
+        return drains.is_over(self._core.state, self._core.task(self.task_id), end)
+
+    def adopt(self, end: End, owner: str) -> None:
+        """Change who is woken at an end."""
+        drains.adopt(self._core, self.task_id, end, owner)
+
+    def forget(self, end: End) -> None:
+        """Drop what is over."""
+        drains.forget(self._core, self.task_id, end)
 
     # -- other tasks -----------------------------------------------------------------------------------------------
     def start_task(self, order: TaskOrder) -> str | Failure:
@@ -316,10 +299,6 @@ class TaskRun:
     def end_task(self, task_id: str) -> bool:
         """Abort a started task."""
         return self._children.end(task_id)
-
-    def ending(self, task_id: str) -> str:
-        """Return the id of a task's end in a drain set."""
-        return ENDING + task_id
 
     # -- agents of a block -----------------------------------------------------------------------------------------
     def want_agents(self, path: str, roles: Mapping[str, Role], env: Env, but_not: tuple[str, ...]) -> Micros:
@@ -341,10 +320,6 @@ class TaskRun:
         if key in self._core.state.requests:
             self._core.emit(ch.RequestPut(key, None))
         return tuple(agent for group in served.roles.values() for agent in group) if served is not None else ()
-
-    def leaving(self, agent: str) -> str:
-        """Return the id of a release in a drain set."""
-        return RELEASE + agent
 
     # -- people ----------------------------------------------------------------------------------------------------
     def ask(self, order: AskOrder) -> None:

@@ -33,12 +33,12 @@ from formiga_bt.engine.records import Again, Request, TaskRecord
 from formiga_bt.engine.recovery import Recovery
 from formiga_bt.engine.taskmodel import duration_us, root_values, section_steps
 from formiga_bt.engine.taskrun import TaskRun
-from formiga_bt.engine.tidying import WORD
 from formiga_bt.engine.timers import HopelessDue, TaskDue
 from formiga_bt.engine.treerun import Ended, TreesFactory
 from formiga_bt.errors import TaskError
 from formiga_bt.lang.model import Step, Task
 from formiga_bt.lang.types import AgentRef
+from formiga_bt.nodes.draining import move_on
 from formiga_bt.nodes.run import Failure, Served, TaskOrder
 
 CLEANUP_US = 300 * SECOND
@@ -213,12 +213,12 @@ class Tasks:
     def _section_ended(self, task_id: str, ended: Ended) -> None:
         core = self._core
         task = core.task(task_id)
-        if ended.section.startswith(WORD):
-            self.run_of(task_id).tidies.on_ended(ended)
-        elif ended.section.startswith("recover:"):
+        if (tidy := task.tidy(ended.section)) is not None:
+            self.run_of(task_id).tidies.on_ended(tidy, ended)
+        elif (home := next((one for one in task.recovering if one.section == ended.section), None)) is not None:
             if ended.fatal:
                 self.stop(task_id, ended.section)
-            self.recovery.ended(task_id, ended)
+            self.recovery.ended(task_id, home, ended)
         elif ended.section != task.section or task.stopping:
             return
         elif ended.fatal and ended.failure is not None:
@@ -286,16 +286,16 @@ class Tasks:
 
     # -- stopping --------------------------------------------------------------------------------------------------
     def stop(self, task_id: str, section: str, *, tidy: bool = True) -> None:
-        """Stop a section; its goals join the task's drain set, and (`tidy`) each `finally` of its sequences."""
+        """Stop a section; what ends with it joins the task's drain set, and (`tidy`) each `finally` of its sequences."""
         core = self._core
         run = self.run_of(task_id)
         run.tidies.skip = not tidy
-        goals = run.trees.halt(section)
+        ends = run.trees.halt(section)
         run.tidies.skip = False
-        for goal in goals:
-            run.adopt(goal, "!task")
+        for end in ends:
+            run.adopt(end, "!task")
         task = core.task(task_id)
-        core.put_task(task_id, stopping=True, drain=(*task.drain, *goals))
+        core.put_task(task_id, stopping=True, drain=(*task.drain, *ends))
         core.touch(task_id)
 
     def _drain(self, task_id: str) -> None:
@@ -303,14 +303,7 @@ class Tasks:
         task = core.task(task_id)
         if not task.stopping:
             return
-        left = []
-        run = self.run_of(task_id)
-        for goal_id in task.drain:
-            goal = run.find(goal_id)
-            if goal is not None and not goal.ended:
-                left.append(goal_id)
-            elif goal is not None:
-                run.drop_goal(goal_id)
+        left = move_on(self.run_of(task_id), task.drain)
         if len(left) != len(task.drain):
             core.put_task(task_id, drain=tuple(left))
         if left:
@@ -405,7 +398,7 @@ class Tasks:
 
     def _sections(self, task: TaskRecord) -> list[str]:
         if task.section == "recover":
-            return [f"recover:{r.agent}#{r.attempt}" for r in task.recovering if r.state == "running"]
+            return [r.section for r in task.recovering if r.state == "running"]
         return [task.section] if task.section else []
 
     def on_agent_left(self, task_id: str, agent_id: str) -> None:

@@ -21,19 +21,18 @@ from msgspec.structs import replace
 
 from formiga_bt.clock import SECOND
 from formiga_bt.engine import changes as ch
-from formiga_bt.engine.children import ENDING
 from formiga_bt.engine.core import Core
-from formiga_bt.engine.records import RELEASE, GoalRecord, TaskRecord, Tidy
+from formiga_bt.engine.drains import adopt, forget, is_over
+from formiga_bt.engine.records import TaskRecord, Tidy
 from formiga_bt.engine.timers import NodeDue
 from formiga_bt.engine.treerun import Ended, TaskTrees
 from formiga_bt.lang.model import Call, For, Sequence, Step, WithAgents
 from formiga_bt.lang.places import steps_around
+from formiga_bt.nodes.ends import Drain, FinallyEnd
 from formiga_bt.nodes.run import AROUND, THROUGH, TidyOrder
 
 TIDY_US: Final = 120 * SECOND
 """The longest time of one `finally` after a stop."""
-WORD: Final = "finally:"
-"""How the id of each begins; what follows is like a goal id."""
 TASK_SECTIONS: Final = ("steps", "on_failure", "on_abort", "finally")
 """Of a way home that is replaced by another order nothing is tidied up: the order goes first."""
 
@@ -49,13 +48,13 @@ class Tidies:
         """What is stopped now is not tidied up (abort --now, a breach)."""
 
     # -- for the nodes -----------------------------------------------------------------------------------------------
-    def take(self, order: TidyOrder, tree: Any) -> str:
-        """Take over a `finally`, already running if there is a `tree`; return its id, or "" if it is skipped."""
+    def take(self, order: TidyOrder, tree: Any) -> FinallyEnd | None:
+        """Take over a `finally`, already running if there is a `tree`; return its end, or None if it is skipped."""
         task = self._task
         section = order.path.partition("/")[0]
         if self.skip or task.abort_now or section not in TASK_SECTIONS:
-            return ""
-        token = f"{WORD}{task.id}/{task.run}/{order.path}"
+            return None
+        token = f"finally:{task.id}/{task.run}/{order.path}"
         self._core.emit(ch.ScopePut(task.id, order.alias, self._names(order, tree is not None)))
         tidy = Tidy(
             id=token, path=order.path, scope=order.alias, after=order.after, error=order.error,
@@ -66,7 +65,7 @@ class Tidies:
             self.trees.take_over(token, tree, self._steps(tidy), order.alias, order.path, order.error)
             self._core.set_deadline(self._deadline(token), self._core.now + TIDY_US, task.id, pausable=True)
         self._core.touch(task.id)
-        return token
+        return FinallyEnd(token)
 
     def _names(self, order: TidyOrder, running: bool) -> dict[str, Any]:
         """Return the names that it sees: what is about to be forgotten is copied, the task's own stay the task's."""
@@ -114,50 +113,29 @@ class Tidies:
     def _task(self) -> TaskRecord:
         return self._core.task(self._task_id)
 
-    def find(self, token: str) -> Tidy | None:
-        """Return one by its id."""
-        return next((tidy for tidy in self._task.tidying if tidy.id == token), None)
-
-    def adopt(self, token: str, owner: str) -> None:
-        """Make the node with key `owner` the one that is woken at its end; `!task` = the task itself."""
-        tidy = self.find(token)
-        assert tidy is not None
-        self._put(replace(tidy, owner=owner))
-
-    def drop(self, token: str) -> None:
-        """Forget one that has ended."""
-        self._core.put_task(self._task_id, tidying=tuple(t for t in self._task.tidying if t.id != token))
-
-    def _ended(self, drain: tuple[str, ...]) -> bool:
-        goals = self._core.state.goals
-        if any(g.startswith(RELEASE) and g.removeprefix(RELEASE) in self._task.releasing for g in drain):
-            return False
-        if any(g.startswith(ENDING) and not self._core.task(g.removeprefix(ENDING)).ended for g in drain):
-            return False
-        found: list[GoalRecord | Tidy | None] = [self.find(g) if g.startswith(WORD) else goals.get(g) for g in drain]
-        return all(one is None or one.ended for one in found)
+    def _is_over(self, drain: Drain) -> bool:
+        return all(is_over(self._core.state, self._task, end) for end in drain)
 
     # -- life --------------------------------------------------------------------------------------------------------
     def proceed(self) -> None:
         """Start what may start, stop what has had its time, end what has drained. Called before each run of the trees."""
         for token in [tidy.id for tidy in self._task.tidying]:
-            tidy = self.find(token)
+            tidy = self._task.tidy(token)
             if tidy is None:
                 continue
-            if tidy.state == "waiting" and self._ended(tidy.after):
+            if tidy.state == "waiting" and self._is_over(tidy.after):
                 self._put(replace(tidy, state="running"))
                 self._core.set_deadline(self._deadline(token), self._core.now + TIDY_US, self._task_id, pausable=True)
                 self.trees.start(token, self._steps(tidy), tidy.scope, tidy.path, tidy.error)
             elif tidy.state == "running" and (self._task_id, token) in self._core.due:
                 self._note(tidy, "timeout", "its 2 min are over")
                 self._stop(tidy)
-            elif tidy.state == "stopping" and self._ended(tidy.after):
+            elif tidy.state == "stopping" and self._is_over(tidy.after):
                 self._drained(tidy)
 
-    def on_ended(self, ended: Ended) -> None:
+    def on_ended(self, tidy: Tidy, ended: Ended) -> None:
         """Its steps have ended."""
-        tidy = self.find(ended.section)
-        if tidy is None or tidy.state != "running":
+        if tidy.state != "running":
             return
         if ended.failure is not None:
             self._note(tidy, ended.failure.code, ended.failure.reason)
@@ -170,7 +148,7 @@ class Tidies:
         """Stop all of them (abort --now, a breach): what has not begun does not begin."""
         self.skip = True
         for token in [tidy.id for tidy in self._task.tidying]:
-            tidy = self.find(token)
+            tidy = self._task.tidy(token)
             if tidy is not None and tidy.state == "waiting":
                 self._end(tidy)
             elif tidy is not None and tidy.state == "running":
@@ -186,20 +164,14 @@ class Tidies:
     def _stop(self, tidy: Tidy) -> None:
         drain = tuple(self.trees.halt(tidy.id))
         self._put(replace(tidy, state="stopping", after=drain))
-        for one in drain:
-            if one.startswith(WORD):
-                self.adopt(one, tidy.id)
-            else:
-                self._core.put_goal(one, owner=tidy.id)
-        if self._ended(drain):
+        for end in drain:
+            adopt(self._core, self._task_id, end, tidy.id)
+        if self._is_over(drain):
             self._drained(replace(tidy, state="stopping", after=drain))
 
     def _drained(self, tidy: Tidy) -> None:
-        for one in tidy.after:
-            if one.startswith(WORD):
-                self.drop(one)
-            elif one in self._core.state.goals:
-                self._core.emit(ch.GoalDrop(one))
+        for end in tidy.after:
+            forget(self._core, self._task_id, end)
         self._end(tidy)
 
     def _end(self, tidy: Tidy) -> None:

@@ -13,6 +13,7 @@ from formiga_bt.compile import compile_finally, compile_section
 from formiga_bt.lang import model
 from formiga_bt.nodes.base import FAILURE, RUNNING, LeafError, Node, Status
 from formiga_bt.nodes.composites import SequenceNode
+from formiga_bt.nodes.ends import End
 from formiga_bt.nodes.run import Failure, Run, Runaway
 from formiga_bt.nodes.tidy import FinallyNode
 
@@ -56,8 +57,8 @@ class TaskTrees(Protocol):
         """Run passes until nothing is dirty; return the sections that ended, in order."""
         ...
 
-    def halt(self, section: str) -> list[str]:
-        """Stop a section; return the goals whose end must be waited for."""
+    def halt(self, section: str) -> list[End]:
+        """Stop a section; return what must be waited for."""
         ...
 
     def restore(
@@ -159,15 +160,15 @@ class CompiledTrees:
             if isinstance(root, FinallyNode):
                 del self.roots[section]
 
-    def halt(self, section: str) -> list[str]:
+    def halt(self, section: str) -> list[End]:
         """Stop a section's tree."""
         self._pending = [item for item in self._pending if item[0] != section]
         root = self.roots.get(section)
-        goals = root.halt(self.host) if root is not None else []
+        ends = root.halt(self.host) if root is not None else []
         if isinstance(root, FinallyNode):
             del self.roots[section]
         self.host.flush()
-        return goals
+        return ends
 
     def restore(
         self, section: str, steps: Sequence[model.Step], scope: str, at: str = "", error: Failure | None = None

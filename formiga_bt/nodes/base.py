@@ -19,6 +19,7 @@ from py_trees.common import Status as Status
 
 from formiga_bt.diagnostics import Mark
 from formiga_bt.lang.model import EvalError, Step, UnknownState, Unset, why_not_computed
+from formiga_bt.nodes.ends import End
 from formiga_bt.nodes.memory import Mem
 from formiga_bt.nodes.run import Failure, Run, Runaway
 
@@ -128,7 +129,7 @@ class Node(Behaviour):
             return status
         return self._settle(run, status)
 
-    def halt(self, run: Run) -> list[str]:
+    def halt(self, run: Run) -> list[End]:
         """Stop this node and all below; return the goals whose end the caller must wait for. May be called twice."""
         if self.status is not RUNNING:
             return []
@@ -172,7 +173,7 @@ class Node(Behaviour):
         """Go on after a wake."""
         raise NotImplementedError
 
-    def on_halt(self, run: Run) -> list[str]:  # noqa: ARG002
+    def on_halt(self, run: Run) -> list[End]:  # noqa: ARG002
         """Stop what this node has under way; return the goals to wait for."""
         return []
 

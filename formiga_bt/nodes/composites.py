@@ -15,6 +15,7 @@ from py_trees.common import Status
 from formiga_bt.lang import model
 from formiga_bt.lang.model import EvalError, UnknownState
 from formiga_bt.nodes.base import FAILURE, RUNNING, SUCCESS, Node
+from formiga_bt.nodes.ends import End
 from formiga_bt.nodes.memory import CallMem, FallbackMem, IfMem, Mem, SequenceMem, SwitchMem
 from formiga_bt.nodes.run import Failure, Run
 
@@ -98,7 +99,7 @@ class Chain(Node):
         ended = self._child_ended(child)
         return ended if ended is not None else self._advance(run, self.index + 1)
 
-    def on_halt(self, run: Run) -> list[str]:
+    def on_halt(self, run: Run) -> list[End]:
         """Stop the running child."""
         body = self.body()
         return body[self.index].halt(run) if self.index < len(body) else []
@@ -305,7 +306,7 @@ class CallNode(Chain):
         """Go on with the body."""
         return self._body(run, super().on_proceed)
 
-    def on_halt(self, run: Run) -> list[str]:
+    def on_halt(self, run: Run) -> list[End]:
         """Stop the body and forget its scope."""
         drained = super().on_halt(run)
         run.close_scope(self.path)

@@ -12,7 +12,9 @@ from py_trees.common import Status
 
 from formiga_bt.clock import Micros, micros
 from formiga_bt.lang import model
+from formiga_bt.nodes import draining
 from formiga_bt.nodes.base import FAILURE, RUNNING, SUCCESS, Node
+from formiga_bt.nodes.ends import Drain, End
 from formiga_bt.nodes.leaves import DoNode
 from formiga_bt.nodes.memory import Mem, PassMem, RetryMem, TimeoutMem
 from formiga_bt.nodes.run import Failure, Run
@@ -43,7 +45,7 @@ class Modifier(Node, decorators.Decorator):
         self.child.proceed(run)
         return self.child_ended(run)
 
-    def on_halt(self, run: Run) -> list[str]:
+    def on_halt(self, run: Run) -> list[End]:
         """Stop the child."""
         return self.child.halt(run)
 
@@ -121,7 +123,7 @@ class TimeoutNode(Modifier):
         self.name = word
         self.suffix = f":{word}"
         self.duration = duration
-        self.drain: tuple[str, ...] = ()
+        self.drain: Drain = ()
         self.halting = False
 
     kind: ClassVar[str] = "timeout"
@@ -146,27 +148,23 @@ class TimeoutNode(Modifier):
             return self.child_ended(run)
         if not run.is_due(self.key):
             return RUNNING
-        self.drain, self.halting = tuple(self.child.halt(run)), True
-        for goal in self.drain:
-            run.adopt(goal, self.key)
+        self.drain, self.halting = draining.adopt(run, self.key, self.child.halt(run)), True
         run.clear_deadline(self.key)
         self.remember(run, TimeoutMem(halting=True, drain=self.drain))
         self.feedback_message = "halting"
         return self._drained(run)
 
     def _drained(self, run: Run) -> Status:
-        if not all(run.goal(goal).ended for goal in self.drain):
+        if not draining.is_empty(run, self.drain):
             return RUNNING
         done = self._done_after_all(run)
-        unconfirmed = [goal for goal in self.drain if run.goal(goal).state == "in_doubt"]
-        agent = run.goal(unconfirmed[0]).agent if unconfirmed else ""
-        again = all(run.goal(goal).repeatable for goal in self.drain)
-        for goal in self.drain:
-            run.drop_goal(goal)
+        unconfirmed = draining.unconfirmed(run, self.drain, self.path)
+        again = all(view.repeatable for view in draining.goals(run, self.drain))
+        draining.drop(run, self.drain)
         if done is not None:
             return done
-        if unconfirmed:
-            return self.fail("cancel_unconfirmed", "the agent never confirmed the cancel", agent, retryable=False)
+        if unconfirmed is not None:
+            return self.fail_as(unconfirmed)
         return self.fail("timeout", f"not done within its {self.word.replace('_', ' ')}", retryable=again)
 
     def _done_after_all(self, run: Run) -> Status | None:
@@ -175,10 +173,9 @@ class TimeoutNode(Modifier):
             leaf = leaf.child
         if not isinstance(leaf, DoNode):
             return None
-        for goal in self.drain:
-            view = run.goal(goal)
+        for view in draining.goals(run, self.drain):
             if view.state == "succeeded":
-                place = goal.split("/", 2)[2].partition("+")[0]
+                place = view.id.split("/", 2)[2].partition("+")[0]
                 leaf.run, leaf.path, leaf.key, leaf.scope = (
                     run,
                     place,
@@ -203,12 +200,9 @@ class TimeoutNode(Modifier):
         else:
             run.ended(self.path, "S")
 
-    def on_halt(self, run: Run) -> list[str]:
+    def on_halt(self, run: Run) -> list[End]:
         """Stop the child; goals already draining move to the one that stops us."""
-        moved = [goal for goal in self.drain if not run.goal(goal).ended]
-        for goal in self.drain:
-            if goal not in moved:
-                run.drop_goal(goal)
+        moved = draining.move_on(run, self.drain)
         self.drain = ()
         return [*self.child.halt(run), *moved]
 

@@ -1,43 +1,49 @@
-"""Drain sets: the goals whose end a node that ordered a stop waits for, before it returns what it decided.
+"""Drain sets: the ends that a node which ordered a stop waits for, before it returns what it decided.
 
-A goal in a drain set is woken for its new owner. If the owner is itself stopped, the goals that have not ended move on.
+Whose end it is says `nodes.ends`. The owner of a drain set is woken at each end; if it is itself stopped, what is not over
+moves on.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
-from formiga_bt.nodes.run import Failure, Run
-
-
-def adopt(run: Run, owner: str, goals: Sequence[str]) -> tuple[str, ...]:
-    """Make the node with key `owner` the one that waits for these goals; return them as its drain set."""
-    for goal in goals:
-        run.adopt(goal, owner)
-    return tuple(goals)
+from formiga_bt.nodes.ends import Drain, End, GoalEnd
+from formiga_bt.nodes.run import Failure, GoalView, Run
 
 
-def is_empty(run: Run, drain: Sequence[str]) -> bool:
-    """Return whether all goals of a drain set have ended."""
-    return all(run.goal(goal).ended for goal in drain)
+def adopt(run: Run, owner: str, ends: Sequence[End]) -> Drain:
+    """Make the node with key `owner` the one that waits for these ends; return them as its drain set."""
+    for end in ends:
+        run.adopt(end, owner)
+    return tuple(ends)
 
 
-def unconfirmed(run: Run, drain: Sequence[str], path: str) -> Failure | None:
+def is_empty(run: Run, drain: Drain) -> bool:
+    """Return whether all of a drain set is over."""
+    return all(run.is_over(end) for end in drain)
+
+
+def goals(run: Run, drain: Drain) -> Iterator[GoalView]:
+    """Return the goals of a drain set."""
+    return (run.goal(end.goal) for end in drain if isinstance(end, GoalEnd))
+
+
+def unconfirmed(run: Run, drain: Drain, path: str) -> Failure | None:
     """Return the failure of a drain set whose cancel an agent never confirmed, if there is one."""
-    for goal in drain:
-        view = run.goal(goal)
+    for view in goals(run, drain):
         if view.state == "in_doubt":
             reason = "the agent never confirmed the cancel"
             return Failure("cancel_unconfirmed", reason, path, view.agent, retryable=False)
     return None
 
 
-def drop(run: Run, drain: Sequence[str]) -> None:
-    """Forget the ended goals of a drain set."""
-    for goal in drain:
-        run.drop_goal(goal)
+def drop(run: Run, drain: Sequence[End]) -> None:
+    """Forget what is over of a drain set."""
+    for end in drain:
+        run.forget(end)
 
 
-def move_on(run: Run, drain: Sequence[str]) -> list[str]:
-    """Return the goals that have not ended, for who stopped us; forget the others."""
-    left = [goal for goal in drain if not run.goal(goal).ended]
-    drop(run, [goal for goal in drain if goal not in left])
+def move_on(run: Run, drain: Drain) -> list[End]:
+    """Return what is not over, for who stopped us; forget the rest."""
+    left = [end for end in drain if not run.is_over(end)]
+    drop(run, [end for end in drain if end not in left])
     return left

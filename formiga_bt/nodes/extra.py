@@ -14,6 +14,7 @@ from formiga_bt.lang.types import AgentRef
 from formiga_bt.nodes.base import FAILURE, RUNNING, SUCCESS, Node
 from formiga_bt.nodes.composites import Chain, adopt_children
 from formiga_bt.nodes.decorators import RetryNode
+from formiga_bt.nodes.ends import Drain, End, Release
 from formiga_bt.nodes.memory import Mem, WithMem
 from formiga_bt.nodes.run import Run
 
@@ -81,7 +82,7 @@ class WithAgentsNode(Chain):
         self.feedback_message = "gives its agents back"
         return self._released(run)
 
-    def _give_back(self, run: Run, after: tuple[str, ...] = ()) -> tuple[str, ...]:
+    def _give_back(self, run: Run, after: Drain = ()) -> tuple[str, ...]:
         """Release who is still held, once `after` has ended; return them."""
         held = tuple(agent for agent in self._agents() if not run.is_released(agent))
         for agent in held:
@@ -94,18 +95,18 @@ class WithAgentsNode(Chain):
         self.failure, self.skipped, self.breaking = self.mem.failure, self.mem.skipped, self.mem.breaking
         return SUCCESS if self.failure is None else FAILURE
 
-    def on_halt(self, run: Run) -> list[str]:
+    def on_halt(self, run: Run) -> list[End]:
         """Stop the steps and give the agents back; whoever stops us waits for both."""
-        drained: list[str] = []
+        drained: list[End] = []
         if self.mem.state == "waits":
             granted = run.withdraw_agents(self.key)
             for agent in granted:
                 run.release(agent, self.key)
-            return [run.leaving(agent) for agent in granted]
+            return [Release(agent) for agent in granted]
         if self.mem.state == "runs":
             drained = super().on_halt(run)
             self._unset(run)
-        return [*drained, *(run.leaving(agent) for agent in self._give_back(run, tuple(drained)))]
+        return [*drained, *(Release(agent) for agent in self._give_back(run, tuple(drained)))]
 
     def on_restore(self, run: Run, mem: Mem) -> None:
         """Go on where it was."""

@@ -13,6 +13,7 @@ from formiga_bt.lang import model
 from formiga_bt.lang.model import UnknownState
 from formiga_bt.lang.types import AgentRef
 from formiga_bt.nodes.base import RUNNING, SUCCESS, Node
+from formiga_bt.nodes.ends import End, GoalEnd
 from formiga_bt.nodes.memory import AskMem, DoMem, Mem, WaitMem
 from formiga_bt.nodes.run import AskOrder, Failure, GoalOrder, GoalView, Run
 
@@ -123,9 +124,9 @@ class DoNode(Leaf):
             return self.fail("expect", f"expected {self.step.expect.source}", view.agent)
         return SUCCESS
 
-    def on_halt(self, run: Run) -> list[str]:
+    def on_halt(self, run: Run) -> list[End]:
         """Cancel the goal."""
-        return [self.goal] if self.goal and run.cancel(self.goal) else []
+        return [GoalEnd(self.goal)] if self.goal and run.cancel(self.goal) else []
 
     def on_restore(self, run: Run, mem: Mem) -> None:  # noqa: ARG002
         """Wait for the same goal."""
@@ -198,7 +199,7 @@ class AskNode(Leaf):
         """Return whether there is no answer yet."""
         return bool(self.question) and run.question(self.question).reply is None
 
-    def on_halt(self, run: Run) -> list[str]:
+    def on_halt(self, run: Run) -> list[End]:
         """Withdraw the question: local, nothing to wait for."""
         if self.question:
             run.close_question(self.question)

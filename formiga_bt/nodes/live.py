@@ -15,6 +15,7 @@ from formiga_bt.lang.model import UnknownState
 from formiga_bt.nodes import draining
 from formiga_bt.nodes.base import RUNNING, SUCCESS, Node
 from formiga_bt.nodes.composites import Chain, adopt_children, skipped_before
+from formiga_bt.nodes.ends import Drain, End
 from formiga_bt.nodes.leaves import InstantNode, Leaf, check_failure
 from formiga_bt.nodes.memory import LiveMem, Mem, PassMem, WaitForMem
 from formiga_bt.nodes.run import Failure, Run
@@ -111,7 +112,7 @@ class Watcher(Chain):
 
     watches = True
     halting = False
-    drain: tuple[str, ...] = ()
+    drain: Drain = ()
     decided: Failure | None = None
 
     def live(self) -> tuple[model.Expr, ...]:
@@ -174,7 +175,7 @@ class Watcher(Chain):
         self.drain = ()
         return SUCCESS if self.decided is None else self.fail_as(unconfirmed or self.decided)
 
-    def on_halt(self, run: Run) -> list[str]:
+    def on_halt(self, run: Run) -> list[End]:
         """Stop the child; goals already draining move on."""
         moved = draining.move_on(run, self.drain)
         self.drain = ()

@@ -13,6 +13,7 @@ from formiga_bt.clock import micros
 from formiga_bt.lang import model
 from formiga_bt.nodes.base import FAILURE, RUNNING, SUCCESS, Node
 from formiga_bt.nodes.composites import Chain, adopt_children
+from formiga_bt.nodes.ends import End
 from formiga_bt.nodes.leaves import Leaf
 from formiga_bt.nodes.memory import LoopMem, Mem
 from formiga_bt.nodes.parallel import OverItems, zip_items
@@ -124,7 +125,7 @@ class Rounds(Chain):
         over = self._round_over(run, status)
         return over if over is not None else self.rounds(run)
 
-    def on_halt(self, run: Run) -> list[str]:
+    def on_halt(self, run: Run) -> list[End]:
         """Stop the round."""
         return [] if self.state.waiting else super().on_halt(run)
 
@@ -263,7 +264,7 @@ class ForNode(OverItems, Rounds):
         for name in self.step.lists if self.items else ():
             run.set_var(self.scope, name, None)
 
-    def on_halt(self, run: Run) -> list[str]:
+    def on_halt(self, run: Run) -> list[End]:
         """Stop the round and unset the loop names."""
         goals = super().on_halt(run)
         if self.items:

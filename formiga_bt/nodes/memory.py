@@ -8,6 +8,7 @@ from typing import Any, Final, Literal
 from msgspec import Struct
 
 from formiga_bt.clock import Micros
+from formiga_bt.nodes.ends import Drain
 
 NODE_STATE_VERSION: Final = 1
 """Raised with each change after which a tree cannot be rebuilt from what nodes of the version before remembered."""
@@ -81,10 +82,10 @@ class PassMem(Struct, frozen=True, tag="pass", tag_field="mem"):
 
 
 class TimeoutMem(Struct, frozen=True, tag="timeout", tag_field="mem"):
-    """Running; once expired, the goals whose end it waits for."""
+    """Running; once expired, what it waits for."""
 
     halting: bool = False
-    drain: tuple[str, ...] = ()
+    drain: Drain = ()
 
 
 class RetryMem(Struct, frozen=True, tag="retry", tag_field="mem"):
@@ -116,7 +117,7 @@ class LiveMem(Struct, frozen=True, tag="live", tag_field="mem"):
     index: int = 0
     ran: bool = False
     halting: bool = False
-    drain: tuple[str, ...] = ()
+    drain: Drain = ()
     failure: Any = None
 
 
@@ -126,7 +127,7 @@ class GatherMem(Struct, frozen=True, tag="gather", tag_field="mem"):
     states: str
     failure: Any = None
     halting: bool = False
-    drain: tuple[str, ...] = ()
+    drain: Drain = ()
     collected: tuple[Any, ...] = ()
     """Of a `for` with `collect`: what each item saved, None if nothing."""
 

@@ -15,6 +15,7 @@ from formiga_bt.lang import model
 from formiga_bt.nodes import draining
 from formiga_bt.nodes.base import FAILURE, RUNNING, SUCCESS, Node
 from formiga_bt.nodes.composites import SequenceNode, adopt_children
+from formiga_bt.nodes.ends import Drain, End
 from formiga_bt.nodes.memory import GatherMem, ItemsMem, Mem
 from formiga_bt.nodes.run import Failure, Run
 
@@ -37,7 +38,7 @@ class Gathering(Node, composites.Parallel):
         self.states: list[str] = []
         self.first: Failure | None = None
         self.halting = False
-        self.drain: tuple[str, ...] = ()
+        self.drain: Drain = ()
         self.collected: list[Any] = []
 
     def place(self, index: int) -> str:
@@ -127,7 +128,7 @@ class Gathering(Node, composites.Parallel):
         return RUNNING
 
     def _stop_rest(self, run: Run, failure: Failure | None) -> Status:
-        goals: list[str] = []
+        goals: list[End] = []
         for index, state in enumerate(self.states):
             if state == RUNS:
                 goals += self._child(index).halt(run)
@@ -153,7 +154,7 @@ class Gathering(Node, composites.Parallel):
     def succeeded(self, run: Run) -> None:
         """Everything has ended, with success."""
 
-    def on_halt(self, run: Run) -> list[str]:
+    def on_halt(self, run: Run) -> list[End]:
         """Stop all children; goals already draining move on."""
         goals = draining.move_on(run, self.drain)
         self.drain = ()

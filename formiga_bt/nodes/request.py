@@ -6,6 +6,7 @@ from py_trees.common import Status
 
 from formiga_bt.lang import model
 from formiga_bt.nodes.base import FAILURE, RUNNING, SUCCESS
+from formiga_bt.nodes.ends import ChildEnd, End
 from formiga_bt.nodes.leaves import Leaf
 from formiga_bt.nodes.memory import Mem, RequestMem
 from formiga_bt.nodes.run import Failure, Run, TaskOrder, TaskView
@@ -58,9 +59,9 @@ class RequestNode(Leaf):
         self.failure = request_failure(view, self.path)
         return FAILURE
 
-    def on_halt(self, run: Run) -> list[str]:
+    def on_halt(self, run: Run) -> list[End]:
         """End the task, unless it is detached; whoever stops us waits for that."""
-        return [run.ending(self.child)] if not self.step.detached and run.end_task(self.child) else []
+        return [ChildEnd(self.child)] if not self.step.detached and run.end_task(self.child) else []
 
     def on_restore(self, run: Run, mem: Mem) -> None:  # noqa: ARG002
         """Wait for the same task."""

@@ -11,6 +11,7 @@ from msgspec import Struct
 
 from formiga_bt.clock import Micros
 from formiga_bt.lang.model import Env, Expr, Role
+from formiga_bt.nodes.ends import Drain, End, FinallyEnd
 from formiga_bt.nodes.memory import Mem
 
 EndLetter = Literal["S", "F", "K", "H"]
@@ -178,7 +179,7 @@ class TidyOrder(Struct, frozen=True):
     scope: str
     alias: str
     """The scope of the `finally`: for now another name of `scope`."""
-    after: tuple[str, ...]
+    after: Drain
     """What the sequence itself leaves to wait for; with that the `finally` begins."""
     error: Failure | None
     """What `error` is in it."""
@@ -274,7 +275,7 @@ class Run(Protocol):
         """Take the next event of that name after an order; return its fields with `at`, or None if there is none yet."""
         ...
 
-    def release(self, agent: str, path: str, after: tuple[str, ...] = ()) -> None:
+    def release(self, agent: str, path: str, after: Drain = ()) -> None:
         """Give an agent back: when goal-free, brought home if airborne. The node at `path` is woken when it is done."""
         ...
 
@@ -302,15 +303,20 @@ class Run(Protocol):
         """Cancel a goal; return whether its end must be waited for (False: it never left, or has ended)."""
         ...
 
-    def tidy(self, order: TidyOrder, tree: Any = None) -> str:
-        """Hand over a `finally`, with its tree if it runs already; return what stands for it in drain sets.
-
-        That is an id which `goal`, `adopt` and `drop_goal` know; "" = it is skipped, as after abort --now.
-        """
+    def tidy(self, order: TidyOrder, tree: Any = None) -> FinallyEnd | None:
+        """Hand over a `finally`, with its tree if it runs already; return its end, None = it is skipped (abort --now)."""
         ...
 
-    def adopt(self, goal_id: str, owner: str) -> None:
-        """Make the node at path `owner` the one that is woken for the goal."""
+    def is_over(self, end: End) -> bool:
+        """Return whether what a drain set waits for is over."""
+        ...
+
+    def adopt(self, end: End, owner: str) -> None:
+        """Make the node at path `owner` the one that is woken at an end."""
+        ...
+
+    def forget(self, end: End) -> None:
+        """Drop what is over of a drain set."""
         ...
 
     def ask(self, order: AskOrder) -> None:
@@ -345,10 +351,6 @@ class Run(Protocol):
         """Abort a started task; return whether its end must be waited for."""
         ...
 
-    def ending(self, task_id: str) -> str:
-        """Return the id under which a task that is being ended stands in a drain set."""
-        ...
-
     def want_agents(self, path: str, roles: Mapping[str, Role], env: Env, but_not: tuple[str, ...]) -> Micros:
         """Ask the allocator for the agents of a block, none of `but_not`; return until when to wait for them.
 
@@ -362,10 +364,6 @@ class Run(Protocol):
 
     def withdraw_agents(self, path: str) -> tuple[str, ...]:
         """Ask no more; return the agents that were granted but not yet taken."""
-        ...
-
-    def leaving(self, agent: str) -> str:
-        """Return the id under which an agent that is being released stands in a drain set: its `goal` ends when it is free."""
         ...
 
     def open_scope(self, scope: str, values: Mapping[str, Any]) -> None:

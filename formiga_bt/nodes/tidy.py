@@ -12,6 +12,7 @@ from py_trees.common import Status
 from formiga_bt.lang import model
 from formiga_bt.nodes.base import FAILURE, RUNNING, SUCCESS, LeafError, Node
 from formiga_bt.nodes.composites import SequenceNode, adopt_children
+from formiga_bt.nodes.ends import End
 from formiga_bt.nodes.memory import Mem, TidyMem
 from formiga_bt.nodes.run import AROUND, THROUGH, Failure, Run, Runaway, TidyOrder
 
@@ -87,19 +88,19 @@ class TidyNode(Node):
         run.close_scope(self.key)
         return SUCCESS if self.decided is None else self.fail_as(self.decided)
 
-    def on_halt(self, run: Run) -> list[str]:
+    def on_halt(self, run: Run) -> list[End]:
         """Stop the sequence and hand `finally` over, also one that runs."""
         goals = [] if self.closing else self.main.halt(run)
         error = self.decided if self.closing and self.decided is not None else self.error_here()
         order = TidyOrder(self.path, self.scope, self.key, tuple(goals), error)
-        token = "" if self.broken else run.tidy(order, self.tidy if self.closing else None)
-        if self.closing and token:
+        end = None if self.broken else run.tidy(order, self.tidy if self.closing else None)
+        if self.closing and end is not None:
             self.tidy = self._new_tidy()
             adopt_children(self, [self.main, self.tidy])
         elif self.closing:
             goals = self.tidy.halt(run)
             run.close_scope(self.key)
-        return [*goals, token] if token else goals
+        return goals if end is None else [*goals, end]
 
     def on_restore(self, run: Run, mem: Mem) -> None:
         """Go on with what ran."""

@@ -13,6 +13,7 @@ from formiga_bt.clock import micros
 from formiga_bt.engine.treerun import Ended, TreeHost
 from formiga_bt.lang import model
 from formiga_bt.lang.types import AgentRef
+from formiga_bt.nodes.ends import ChildEnd, End, GoalEnd, Release
 from formiga_bt.nodes.run import AskOrder, Failure, GoalOrder, GoalView, Runaway, TaskOrder, TidyOrder
 
 
@@ -130,7 +131,7 @@ class NaiveTrees:
             if not self.moved:
                 return ended
 
-    def halt(self, section: str) -> list[str]:
+    def halt(self, section: str) -> list[End]:
         self.pending = [item for item in self.pending if item[0] != section]
         if section not in self.live:
             return []
@@ -218,16 +219,16 @@ class NaiveTrees:
         else:
             self.host.ended(path, "K" if done.skipped else "S")
 
-    def halt_at(self, at: At) -> list[str]:
+    def halt_at(self, at: At) -> list[End]:
         mem = self.mem.get(at.key)
         if mem is None:
             return []
-        goals: list[str] = []
-        for goal in mem.get("drain", ()):  # what still drains moves to whoever stops this
-            if self.host.goal(goal).ended:
-                self.host.drop_goal(goal)
+        goals: list[End] = []
+        for end in mem.get("drain", ()):  # what still drains moves to whoever stops this
+            if self.host.is_over(end):
+                self.host.forget(end)
             else:
-                goals.append(goal)
+                goals.append(end)
         if "drain" in mem:
             pass  # what is below was stopped then
         elif at.words[:1] == ("finally",):
@@ -235,7 +236,7 @@ class NaiveTrees:
         elif at.words:
             goals = self.halt_at(at.inner(mem.get("attempt", 0)))
         elif at.step.kind == "do":
-            goals = [mem["goal"]] if "goal" in mem and self.host.cancel(mem["goal"]) else []
+            goals = [GoalEnd(mem["goal"])] if "goal" in mem and self.host.cancel(mem["goal"]) else []
         elif at.step.kind == "ask":
             if "question" in mem:
                 self.host.close_question(mem["question"])
@@ -247,7 +248,7 @@ class NaiveTrees:
             goals = self._stop_block(at, mem)
         elif isinstance(at.step, model.Request):
             if "child" in mem and not at.step.detached and self.host.end_task(mem["child"]):
-                goals = [self.host.ending(mem["child"])]
+                goals = [ChildEnd(mem["child"])]
         elif isinstance(at.step, model.Parallel) or (isinstance(at.step, model.For) and at.step.parallel):
             goals = self._stop_branches(at, mem)
         elif isinstance(at.step, model.Loop | model.For):
@@ -261,7 +262,7 @@ class NaiveTrees:
         self._leave(at)
         return goals
 
-    def _halt_child(self, children: list[At], mem: dict[str, Any]) -> list[str]:
+    def _halt_child(self, children: list[At], mem: dict[str, Any]) -> list[End]:
         index = mem.get("index", 0)
         return self.halt_at(children[index]) if index < len(children) else []
 
@@ -300,16 +301,16 @@ class NaiveTrees:
             if done is not None or not host.is_due(at.key):
                 return done
             self._order_stop(at, mem, self.halt_at(at.inner()))
-        goals = [host.goal(goal) for goal in mem["drain"]]
-        if any(not goal.ended for goal in goals):
+        if not all(host.is_over(end) for end in mem["drain"]):
             return None
+        goals = [host.goal(end.goal) for end in mem["drain"] if isinstance(end, GoalEnd)]
         late = None
         for goal in goals:  # the work was done after all
             if late is None and goal.state == "succeeded" and isinstance(at.step, model.Do):
                 late = self._end_of(replace(at, path="/".join(goal.id.split("/")[2:])), at.step, goal)
         again = all(goal.repeatable for goal in goals)
-        for goal in goals:
-            host.drop_goal(goal.id)
+        for end in mem["drain"]:
+            host.forget(end)
         done = late or self._too_late(at, goals, again)
         self._tell(at.path, done)
         return done
@@ -339,20 +340,20 @@ class NaiveTrees:
         self.host.close_scope(at.key)
         return mem["ended"]  # a failure of `finally` changes nothing
 
-    def _hand_over(self, at: At, mem: dict[str, Any]) -> list[str]:
+    def _hand_over(self, at: At, mem: dict[str, Any]) -> list[End]:
         """Stop a sequence that has a `finally`, which goes on (or begins) on its own."""
         closing = "tidy" in mem
         goals = [] if closing else self.halt_at(at.inner())
         error = (mem["ended"].failure if closing else None) or at.error
-        token = ""
+        end = None
         if not mem.get("broken"):
             order = TidyOrder(at.path, at.scope, at.key, tuple(goals), error)
-            token = self.host.tidy(order, mem["tidy"] if closing else None)
-        if closing and not token:
+            end = self.host.tidy(order, mem["tidy"] if closing else None)
+        if closing and end is None:
             goals = self._halt_child(self._tidy(at, mem), mem["tidy"])
             del self.mem[at.path]
             self.host.close_scope(at.key)
-        return [*goals, token] if token else goals
+        return goals if end is None else [*goals, end]
 
     def _tidy(self, at: At, mem: dict[str, Any]) -> list[At]:
         assert isinstance(at.step, model.Sequence)
@@ -360,7 +361,7 @@ class NaiveTrees:
         return [At(s, modifiers(s), f"{at.path}.{s.seg}", at.key, error, "", at.retries) for s in at.step.finally_]
 
     # -- stops -----------------------------------------------------------------------------------------------------------
-    def _order_stop(self, at: At, mem: dict[str, Any], goals: list[str]) -> None:
+    def _order_stop(self, at: At, mem: dict[str, Any], goals: list[End]) -> None:
         """Wait for the end of these goals from now on."""
         mem["drain"] = goals
         self.moved = True
@@ -371,12 +372,12 @@ class NaiveTrees:
 
     def _drained(self, at: At, mem: dict[str, Any]) -> Done | None:
         """Once all goals have ended, return what was decided when they were stopped."""
-        goals = [self.host.goal(goal) for goal in mem["drain"]]
-        if any(not goal.ended for goal in goals):
+        if not all(self.host.is_over(end) for end in mem["drain"]):
             return None
-        for goal in goals:
-            self.host.drop_goal(goal.id)
+        goals = [self.host.goal(end.goal) for end in mem["drain"] if isinstance(end, GoalEnd)]
         doubt = [goal for goal in goals if goal.state == "in_doubt"]
+        for end in mem["drain"]:
+            self.host.forget(end)
         decided: Done = mem["decided"]
         if decided.failure is not None and doubt:
             reason = "the agent never confirmed the cancel"
@@ -682,8 +683,8 @@ class NaiveTrees:
                 mem["gathered"][index] = env.name(at.step.collect)
             self.host.close_scope(key)
 
-    def _stop_branches(self, at: At, mem: dict[str, Any]) -> list[str]:
-        goals: list[str] = []
+    def _stop_branches(self, at: At, mem: dict[str, Any]) -> list[End]:
+        goals: list[End] = []
         for index, state in enumerate(mem.get("branches", ())):
             if state == "runs":
                 key, steps = self._branch(at, index)
@@ -860,17 +861,17 @@ class NaiveTrees:
             self._give_back(at, mem["agents"])
         return mem["result"] if all(host.is_released(one) for one in mem["agents"]) else None
 
-    def _give_back(self, at: At, agents: Sequence[str], after: Sequence[str] = ()) -> list[str]:
+    def _give_back(self, at: At, agents: Sequence[str], after: Sequence[End] = ()) -> list[End]:
         held = [one for one in agents if not self.host.is_released(one)]
         for one in held:
             self.host.release(one, at.key, tuple(after))
-        return [self.host.leaving(one) for one in held]
+        return [Release(one) for one in held]
 
-    def _stop_block(self, at: At, mem: dict[str, Any]) -> list[str]:
+    def _stop_block(self, at: At, mem: dict[str, Any]) -> list[End]:
         assert isinstance(at.step, model.WithAgents)
         if "agents" not in mem:
             return self._give_back(at, self.host.withdraw_agents(at.key))
-        goals: list[str] = []
+        goals: list[End] = []
         if "result" not in mem:
             goals = self._halt_child(self._children(at, mem), mem)
             self._unset(at, *at.step.roles, always=True)

@@ -30,7 +30,7 @@ def below(key: str, path: str) -> bool:
 
 def only_its_section_runs(world: World, step: inp.Step) -> None:
     for task in world.engine.state.tasks.values():
-        ways_home = {f"recover:{r.agent}#{r.attempt}" for r in task.recovering if r.state == "running"}
+        ways_home = {r.section for r in task.recovering if r.state == "running"}
         may_run = set() if task.section == "recover" or task.stopping else {task.section}
         assert sections(world, task.id) <= may_run | ways_home, (
             task,

@@ -6,14 +6,13 @@ timer is set, the goal in flight, the question open. A wait whose cause has gone
 """
 
 from collections.abc import Iterator, Mapping
-from typing import Final
+from typing import Final, assert_never
 
 from msgspec import Struct
 
-from formiga_bt.engine.children import ENDING
-from formiga_bt.engine.records import RELEASE, GoalRecord, Question, Recovering, Request, TaskRecord, Tidy
+from formiga_bt.engine.drains import is_over
+from formiga_bt.engine.records import GoalRecord, Question, Request, TaskRecord, Tidy
 from formiga_bt.engine.state import EngineState
-from formiga_bt.engine.tidying import WORD
 from formiga_bt.engine.timers import (
     AcceptDue,
     AllocationDue,
@@ -27,6 +26,7 @@ from formiga_bt.engine.timers import (
     NodeDue,
     Timer,
 )
+from formiga_bt.nodes.ends import ChildEnd, Drain, End, FinallyEnd, GoalEnd, Release
 from formiga_bt.nodes.memory import (
     AskMem,
     DoMem,
@@ -287,31 +287,32 @@ class _Waits:
         return Cause("question", at, of)
 
     # -- stops, releases, the way home ---------------------------------------------------------------------------------
-    def _drain(self, drain: tuple[str, ...], at: str) -> Iterator[Cause]:
-        """Tell of each member of a drain set that has not ended; one without any such member should be over."""
-        found = [cause for cause in (self._member(one, at) for one in drain) if cause is not None]
-        yield from found or (Cause("", at, "its drain set"),)
+    def _drain(self, drain: Drain, at: str) -> Iterator[Cause]:
+        """Tell of each member of a drain set that is not over; one without any such member should be over."""
+        left = [end for end in drain if not is_over(self.state, self.task, end)]
+        yield from (self._member(end, at) for end in left)
+        if not left:
+            yield Cause("", at, "its drain set")
 
-    def _member(self, one: str, at: str) -> Cause | None:
-        state, task = self.state, self.task
-        if one.startswith(ENDING):
-            child = state.tasks.get(one.removeprefix(ENDING))
-            return Cause("task", at, child.id) if child is not None and not child.ended else None
-        if one.startswith(RELEASE):
-            agent = one.removeprefix(RELEASE)
-            return Cause("release", at, agent) if agent in task.releasing else None
-        if one.startswith(WORD):
-            tidy = next((tidy for tidy in task.tidying if tidy.id == one), None)
-            return Cause("finally", at, one) if tidy is not None and not tidy.ended else None
-        goal = state.goals.get(one)
-        return None if goal is None or goal.ended else Cause(self.goal(goal), at, one)
+    def _member(self, end: End, at: str) -> Cause:
+        match end:
+            case GoalEnd(goal):
+                return Cause(self.goal(self.state.goals[goal]), at, goal)
+            case FinallyEnd(tidy):
+                return Cause("finally", at, tidy)
+            case Release(agent):
+                return Cause("release", at, agent)
+            case ChildEnd(child):
+                return Cause("task", at, child)
+            case _:
+                assert_never(end)
 
     def _tidy(self, tidy: Tidy) -> Cause:
         if tidy.state == "running":
             bare = _bare(tidy.path)
             runs = any(_bare(key).startswith(bare) for key in self.memory)
             return Cause("finally" if runs and self._is_set(NodeDue(self.task.id, tidy.id)) else "", tidy.path, tidy.id)
-        left = [one for one in tidy.after if self._member(one, tidy.path) is not None]
+        left = [end for end in tidy.after if not is_over(self.state, self.task, end)]
         return Cause("finally" if left else "", tidy.path, tidy.id)
 
     def _leaving(self, agent_id: str) -> Cause:
@@ -319,7 +320,7 @@ class _Waits:
         task = self.task
         busy = any(goal.agent == agent_id and not goal.ended for goal in self.state.goals.values())
         after = task.release_after.get(agent_id, ())
-        kept = any(tidy.id in after and not tidy.ended for tidy in task.tidying)
+        kept = any(FinallyEnd(tidy.id) in after and not tidy.ended for tidy in task.tidying)
         home = any(one.agent == agent_id and one.state in ("running", "waiting") for one in task.recovering)
         return Cause("release" if busy or kept or home else "", agent_id, agent_id)
 
@@ -328,11 +329,8 @@ class _Waits:
             if one.state == "waiting":
                 is_set = HomeAgain(self.task.id, one.agent) in self.state.deadlines
                 yield Cause("recover.pause" if is_set else "", one.agent, "the end of its pause")
-            elif one.state == "running" and not self._flies(one):
+            elif one.state == "running" and one.section not in self.memory:
                 yield Cause("", one.agent, "its way home")
-
-    def _flies(self, one: Recovering) -> bool:
-        return f"recover:{one.agent}#{one.attempt}" in self.memory
 
     def _way_home(self) -> Iterator[Cause]:
         """In `recover`: a machine is on its way, waits for its next try, or comes down by an order of its own."""

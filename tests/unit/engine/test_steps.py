@@ -7,6 +7,7 @@ import pytest
 
 from formiga_bt.engine.inputs import CancelGoal, GoalEventInput, Notify, PublishState, SendGoal
 from formiga_bt.engine.timers import NodeDue
+from formiga_bt.nodes.ends import GoalEnd
 from formiga_bt.testing import effects
 from formiga_bt.transport.messages import GoalEvent
 from tests.unit.engine.conftest import Make
@@ -304,7 +305,7 @@ def test_an_abort_while_a_timeout_drains_moves_the_goals_to_the_task(make: Make)
     yard.run_for(6)
 
     yard.abort(task)
-    assert yard.task(task).drain == ("Try-1/1/steps/steps[0]",)
+    assert yard.task(task).drain == (GoalEnd("Try-1/1/steps/steps[0]"),)
     yard.run_for(0.5)
     yard.cart.side.finish(yard.cart.cancels[0], "canceled")
 

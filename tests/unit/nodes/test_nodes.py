@@ -11,6 +11,7 @@ from formiga_bt.engine.inputs import CancelGoal
 from formiga_bt.engine.treerun import CompiledTrees, TreeHost
 from formiga_bt.nodes.base import Node
 from formiga_bt.nodes.composites import SequenceNode
+from formiga_bt.nodes.ends import GoalEnd
 from formiga_bt.testing import Bench, effects
 from tests.unit.engine.yard import CART, Yard, task, yard
 
@@ -54,9 +55,9 @@ def test_halt_cancels_the_goal_once_and_may_be_called_twice(running: tuple[Yard,
 
     first, second = tree.halt(run), tree.halt(run)
 
-    assert first == [f"{one}/1/steps/steps[0].sequence[0]"]
-    assert second == []
-    assert [e for e in bench.engine.core.effects if isinstance(e, CancelGoal)] == [CancelGoal(first[0], "c1", "Move")]
+    goal = f"{one}/1/steps/steps[0].sequence[0]"
+    assert (first, second) == ([GoalEnd(goal)], [])
+    assert [e for e in bench.engine.core.effects if isinstance(e, CancelGoal)] == [CancelGoal(goal, "c1", "Move")]
     assert tree.status is Status.INVALID
 
 
