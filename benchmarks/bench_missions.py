@@ -30,6 +30,7 @@ from formiga_bt.clock import SECOND, Micros, VirtualScheduler
 from formiga_bt.engine import inputs as inp
 from formiga_bt.engine.drivers.virtual import VirtualDriver
 from formiga_bt.engine.engine import Engine
+from formiga_bt.engine.replies import Accepted
 from formiga_bt.geo import Place, Position
 from formiga_bt.lang.loader import load_catalogue, load_task
 from formiga_bt.lang.types import AgentRef
@@ -204,8 +205,8 @@ class Run:
         assert isinstance(picker.at, Place)
         self.left -= 1
         reply = self.driver.feed(inp.Submit("PickUp", {"target": picker.at, "user": AgentRef(picker.id)})).reply
-        assert not reply.startswith("error"), reply
-        self.of[reply] = picker
+        assert isinstance(reply, Accepted), reply
+        self.of[reply.task] = picker
 
     def _on_step(self, step: inp.Step) -> None:
         self.steps[type(step.input).__name__] += 1

@@ -26,6 +26,7 @@ from formiga_bt.cli.inputs import read_task, read_world
 from formiga_bt.clock import SECOND
 from formiga_bt.engine import inputs as inp
 from formiga_bt.engine.engine import Engine
+from formiga_bt.engine.replies import Accepted
 from formiga_bt.geo import Position
 from formiga_bt.journal.store import Journal
 from formiga_bt.journal.writer import Writer
@@ -72,7 +73,7 @@ def make(beside: Path, tasks: int, away_s: float = 0.0) -> tuple[int, int]:
         n = 0
         while n < tasks:
             for _ in range(min(PORTION, tasks - n)):
-                assert not give(inp.Submit(task.name, {})).reply.startswith("error")
+                assert isinstance(give(inp.Submit(task.name, {})).reply, Accepted)
                 n += 1
             until = now + SECOND
             while (due := engine.next_deadline()) is not None and due[0] <= until:

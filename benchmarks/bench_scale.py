@@ -36,6 +36,7 @@ from formiga_bt.clock import SECOND
 from formiga_bt.engine import inputs as inp
 from formiga_bt.engine.changes import NodesEnded
 from formiga_bt.engine.engine import Engine
+from formiga_bt.engine.replies import Accepted
 from formiga_bt.engine.timers import AllocationDue
 from formiga_bt.engine.turns import REST
 from formiga_bt.geo import Position
@@ -194,7 +195,7 @@ class World:
             else:
                 wish = self._for_goal("WaitsForGoals" if index % 2 else "WaitsForGoal", index)
             reply = self.give(wish).reply
-            assert not reply.startswith("error"), reply
+            assert isinstance(reply, Accepted), reply
             if number % 1000 == 999:
                 self.let(200_000)
         self.let(2 * SECOND)

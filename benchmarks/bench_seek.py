@@ -28,6 +28,7 @@ from benchmarks.bench_journal import site_at_work, writer_of
 from formiga_bt.blackboard import Blackboard
 from formiga_bt.clock import SECOND
 from formiga_bt.engine.inputs import Step, Submit
+from formiga_bt.engine.replies import Accepted
 from formiga_bt.engine.state import EngineState, fold
 from formiga_bt.geo import Place
 from formiga_bt.journal.keep import stats
@@ -156,8 +157,8 @@ def _rows(
         blob = journal.codec.encode(step)
         step = journal.codec.decode(blob)  # what is of any type comes back as it was
         fold(state, board, step)
-        if one.kind == "Submit":
-            ids.append(step.reply)
+        if isinstance(step.reply, Accepted):
+            ids.append(step.reply.task)
         yield Row(step.seq, step.at, step.at, one.kind, tasks_of(step), blob)
 
 

@@ -20,6 +20,7 @@ from formiga_bt.engine.drivers.realtime import RealtimeDriver
 from formiga_bt.engine.engine import Engine
 from formiga_bt.engine.inputs import Abort, Step, Submit
 from formiga_bt.engine.records import TaskRecord
+from formiga_bt.engine.replies import Accepted
 from formiga_bt.errors import FormigaError, TaskError
 from formiga_bt.lang.model import Catalogue, Site, Task
 from formiga_bt.lang.scenario import Scenario, ScenarioFault, ScenarioOrder
@@ -196,7 +197,8 @@ class Demo:
 
     def submit(self, requests: Sequence[Submit]) -> list[str]:
         """Submit tasks; return their ids."""
-        return [self.driver.ask(request) for request in requests]
+        replies = [self.driver.ask(request) for request in requests]
+        return [reply.task for reply in replies if isinstance(reply, Accepted)]
 
     def abort_all(self) -> None:
         """Abort every task not yet aborted and not ending; call it again for those that come in meanwhile."""

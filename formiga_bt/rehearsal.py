@@ -16,8 +16,8 @@ from formiga_bt.engine.drivers.virtual import VirtualDriver
 from formiga_bt.engine.engine import Engine
 from formiga_bt.engine.inputs import Abort, Step, Submit
 from formiga_bt.engine.records import TaskRecord
+from formiga_bt.engine.replies import Accepted, Done, granted
 from formiga_bt.engine.treerun import CompiledTrees, TreesFactory
-from formiga_bt.errors import TaskError
 from formiga_bt.geo import Place
 from formiga_bt.lang.model import Catalogue, Site, Task
 from formiga_bt.transport.memory import MemoryHub
@@ -86,13 +86,15 @@ class Rehearsal:
         Raises:
             TaskError: the engine refused it.
         """
-        return self.ask(Submit(task, dict(params or {}), **options))
+        reply = self.ask(Submit(task, dict(params or {}), **options))
+        assert isinstance(reply, Accepted)
+        return reply.task
 
-    def abort(self, task_id: str, **options: Any) -> str:
+    def abort(self, task_id: str, **options: Any) -> None:
         """Abort a task."""
-        return self.ask(Abort(task_id, **options))
+        self.ask(Abort(task_id, **options))
 
-    def ask(self, given: Any) -> str:
+    def ask(self, given: Any) -> Accepted | Done:
         """Give an input of a person and return the reply.
 
         Raises:
@@ -100,10 +102,7 @@ class Rehearsal:
         """
         reply = self.driver.feed(given).reply
         self.driver.drain()
-        if reply.startswith("error:"):
-            _, code, text = reply.split(":", 2)
-            raise TaskError(code, text)
-        return reply
+        return granted(reply)
 
     def task(self, task_id: str) -> TaskRecord:
         """Return a task's record."""

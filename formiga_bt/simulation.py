@@ -15,6 +15,7 @@ from formiga_bt.clock import Micros
 from formiga_bt.engine.core import clock_stands
 from formiga_bt.engine.inputs import Abort, LockdownOrder, Operator, OperatorOrder, Step, Submit
 from formiga_bt.engine.records import TaskRecord
+from formiga_bt.engine.replies import Accepted, Done
 from formiga_bt.engine.state import EngineState
 from formiga_bt.errors import TaskError
 from formiga_bt.geo import Place, Position
@@ -254,7 +255,7 @@ class Played:
         entry: Entry,
         now: Micros,
         fleet: Fleet,
-        ask: Callable[[Submit | OrderInput], str],
+        ask: Callable[[Submit | OrderInput], Accepted | Done],
         tasks: Mapping[str, TaskRecord],
     ) -> None:
         """Submit the task, play the fault or give the order, and note it; a refusal is noted too.
@@ -279,7 +280,9 @@ class Played:
                 self.orders.append((now, entry, why))
             case ScenarioTask():
                 try:
-                    self.task_ids.append(ask(request_of(entry)))
+                    reply = ask(request_of(entry))
+                    assert isinstance(reply, Accepted)
+                    self.task_ids.append(reply.task)
                 except TaskError as error:
                     self.refused.append((entry.task, str(error)))
 

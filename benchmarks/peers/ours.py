@@ -9,6 +9,7 @@ from benchmarks.peers.trees import Node, task_text
 from formiga_bt.clock import SECOND, Micros
 from formiga_bt.engine import inputs as inp
 from formiga_bt.engine.engine import Engine
+from formiga_bt.engine.replies import Accepted
 from formiga_bt.geo import Position
 from formiga_bt.lang.loader import load_catalogue, load_site, load_task_text
 from formiga_bt.lang.model import Catalogue, Site
@@ -96,8 +97,8 @@ class OurFleet:
         for number in range(len(self.ids), len(self.ids) + count):
             params = {"who": AgentRef(self.carts[number])} if self.carts else {}
             reply = self.give(inp.Submit(self.task, params)).reply
-            assert not reply.startswith("error"), reply
-            new.append(reply)
+            assert isinstance(reply, Accepted), reply
+            new.append(reply.task)
         self.ids += new
         self.let(SECOND)
         return new

@@ -30,6 +30,7 @@ from formiga_bt.engine.orders import Orders
 from formiga_bt.engine.overload import note_behind
 from formiga_bt.engine.people import People
 from formiga_bt.engine.reconcile import Reconcile
+from formiga_bt.engine.replies import Accepted, Done, Refusal, Reply
 from formiga_bt.engine.rescue import Rescue
 from formiga_bt.engine.resume import restore_trees
 from formiga_bt.engine.state import EngineState
@@ -149,9 +150,9 @@ class Engine:
         if core.state.resume is not None:
             self.reconcile.before_input(given)
         try:
-            reply = self._dispatch(given)
+            reply: Reply | None = self._dispatch(given)
         except TaskError as error:
-            reply = f"error:{error.code}:{error}"
+            reply = Refusal(error.code, str(error))
         if core.state.resume is not None:
             self.reconcile.after_input(given)
         self._settle()
@@ -159,7 +160,7 @@ class Engine:
             self._settle()
         return inp.Step(core.state.seq, now, given, tuple(core.changes), tuple(core.effects), reply)
 
-    def _dispatch(self, given: inp.Input) -> str:
+    def _dispatch(self, given: inp.Input) -> Reply | None:
         match given:  # the frequent ones first
             case inp.AgentStatusInput(status, wall, clock):
                 self.core.clock = max(self.core.now, clock)
@@ -174,28 +175,28 @@ class Engine:
             case inp.Submit():
                 refuse_if_full(self.core, given)
                 self.authority.admit(given)
-                return self.tasks.submit(given)
+                return Accepted(self.tasks.submit(given))
             case inp.Approve() | inp.Duty():
                 refuse_if_full(self.core, given)
                 self.authority.take(given)
                 self.tasks.poke_allocator()
-                return "ok"
+                return Done()
             case inp.Serve():
                 refuse_if_full(self.core, given)
                 for change in self.core.library.serve(given, self.core.open):
                     self.core.emit(change)
-                return "ok"
+                return Done()
             case inp.Abort():
                 self.tasks.abort(given)
-                return "ok"
+                return Done()
             case inp.Operator():
                 refuse_if_full(self.core, given)
                 self.command.give(given)
-                return "ok"
+                return Done()
             case inp.LockdownOrder():
                 refuse_if_full(self.core, given)
                 self.lockdowns.order(given)
-                return "ok"
+                return Done()
             case inp.AgentSeenInput(card, wall):
                 self.fleet.on_seen(card, wall)
                 self.tasks.poke_allocator()
@@ -224,7 +225,7 @@ class Engine:
                 note_journal(self.core, given)
             case _:
                 assert_never(given)
-        return ""
+        return None
 
     def _goal_event(self, event: GoalEvent, wall: Micros) -> None:
         if event.state == "succeeded" and "~" in event.goal_id and event.goal_id not in self.state.goals:

@@ -10,6 +10,7 @@ from msgspec import Struct
 from formiga_bt.clock import Micros
 from formiga_bt.engine.changes import Change
 from formiga_bt.engine.records import Priority
+from formiga_bt.engine.replies import Reply
 from formiga_bt.engine.timers import Timer, WallTimer
 from formiga_bt.nodes.memory import NODE_STATE_VERSION
 from formiga_bt.safety.drafted import Drafted
@@ -320,12 +321,11 @@ Effect = SendGoal | CancelGoal | QueryGoal | Notify | Alarm | PublishState
 
 
 class Step(Struct, frozen=True):
-    """One input handled at one instant. `reply` answers the caller of a Submit, Abort or Operator."""
+    """One input handled at one instant. `reply` answers the caller of an order."""
 
     seq: int
     at: Micros
     input: Input
     changes: tuple[Change, ...]
     effects: tuple[Effect, ...]
-    reply: str = ""
-    """Task id of an accepted Submit; "ok"; or "error:<code>:<text>"."""
+    reply: Reply | None = None

@@ -20,8 +20,6 @@ from formiga_bt.errors import TaskError
 
 JOURNAL: Final = "journal"
 """The counter that tells how the journal stands."""
-NOT_KEPT: Final = "ok:not_kept"
-"""The reply to an order that was carried out although it could not be kept: after a crash the engine knows nothing of it."""
 LEVELS: Final = {"ok": 0, "slow": 1, "full": 2, "gone": 3}
 """From `full` on nothing can be kept."""
 LACKS: Final = {

@@ -15,11 +15,12 @@ import csv
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from importlib import import_module
 from pathlib import Path
-from typing import Any, Final, Literal
+from typing import Any, Final, Literal, assert_never
 
 from formiga_bt.clock import Micros
 from formiga_bt.engine import changes as ch
 from formiga_bt.engine.records import GoalRecord, Question
+from formiga_bt.engine.replies import Accepted, Done, Refusal, Reply
 from formiga_bt.errors import JournalError
 from formiga_bt.extras import install
 from formiga_bt.journal.past import Past
@@ -96,6 +97,21 @@ def paths(folder: Path, form: Format = "csv", what: Collection[str] = ()) -> lis
     return [folder / f"{name}.{form}" for name in COLUMNS if not what or name in what]
 
 
+def _reply(reply: Reply | None) -> str:
+    """Return a task's id, `done`, or the code and the text of a refusal."""
+    match reply:
+        case Accepted(task):
+            return task
+        case Done():
+            return "done"
+        case Refusal(code, text):
+            return f"{code}: {text}"
+        case None:
+            return ""
+        case _:
+            assert_never(reply)
+
+
 def _millis(at: Micros | None) -> int | None:
     return None if at is None else at // 1000
 
@@ -105,7 +121,15 @@ def _steps(journal: Readable, since: Micros, until: Micros | None) -> Iterator[R
         if kept.at >= since:
             step = kept.step
             touched = " ".join(tasks_of(step))
-            yield (kept.seq, _millis(kept.at), kept.kind, touched, len(step.changes), len(step.effects), step.reply)
+            yield (
+                kept.seq,
+                _millis(kept.at),
+                kept.kind,
+                touched,
+                len(step.changes),
+                len(step.effects),
+                _reply(step.reply),
+            )
 
 
 def _tasks(journal: Readable, since: Micros, until: Micros | None) -> Iterator[Row]:

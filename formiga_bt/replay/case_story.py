@@ -13,6 +13,7 @@ from formiga_bt.clock import SECOND, Micros
 from formiga_bt.engine import changes as ch
 from formiga_bt.engine.inputs import Abort, LockdownOrder, Notify, Operator, Resumed, SendGoal, Step
 from formiga_bt.engine.records import AgentRecord, GoalRecord, Question, TaskRecord
+from formiga_bt.engine.replies import Refusal
 from formiga_bt.engine.state import EngineState
 from formiga_bt.errors import UnusableFile
 from formiga_bt.journal.writer import tasks_of
@@ -181,7 +182,7 @@ class _Reader:
             story.resumed.append(step.at)
         if self._id not in tasks_of(step):
             return
-        if isinstance(step.input, Abort | Operator | LockdownOrder) and not step.reply.startswith("error:"):
+        if isinstance(step.input, Abort | Operator | LockdownOrder) and not isinstance(step.reply, Refusal):
             story.orders.append((step.at, step.input))
         for change in step.changes:
             match change:

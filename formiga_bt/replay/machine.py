@@ -247,7 +247,7 @@ def _part(step: Step, task_id: str, state: EngineState) -> Step:
     changes = tuple(change for change in step.changes if _is_about(change, task_id, state))
     effects = tuple(one for one in step.effects if getattr(one, "task", "") == task_id)
     mine = getattr(step.input, "target", task_id) == task_id
-    return Step(step.seq, step.at, step.input, changes, effects, step.reply if mine else "")
+    return Step(step.seq, step.at, step.input, changes, effects, step.reply if mine else None)
 
 
 def _is_about(change: ch.Change, task_id: str, state: EngineState) -> bool:

@@ -11,13 +11,12 @@ from typing import Final
 
 from formiga_bt.engine import changes as ch
 from formiga_bt.engine.inputs import GoalEventInput, Step
-from formiga_bt.engine.keeping import NOT_KEPT
+from formiga_bt.engine.replies import Done, Refusal
 from formiga_bt.services.refused import Refused
 from formiga_bt.transport.desk import DeskTransport, OpenQuestion
 
 ANSWER_S: Final = 10.0
 """An answer that the engine has not taken by then is told to be on its way."""
-LATE: Final = "late"
 
 
 class Answering:
@@ -32,18 +31,18 @@ class Answering:
     def __init__(self, desk: DeskTransport, kept: Callable[[], int], within_s: float = ANSWER_S) -> None:
         self._desk, self._kept, self._within_s = desk, kept, within_s
         self._door = threading.RLock()
-        self._waiting: dict[str, Future[str]] = {}
+        self._waiting: dict[str, Future[Done | Refusal]] = {}
         """Goal id -> who waits for the reply."""
         self._closed = False
 
-    def answer(self, question: OpenQuestion, option: str) -> str:
-        """Answer an open question; return the engine's reply: `ok`, or that it is not kept.
+    def answer(self, question: OpenQuestion, option: str) -> Done:
+        """Answer an open question; return the engine's reply.
 
         Raises:
             Refused: no such option, it was closed before, or the engine did not take it in time.
         """
         number, goal_id = question.ask.number, question.goal_id
-        future: Future[str] = Future()
+        future: Future[Done | Refusal] = Future()
         with self._door:
             if self._closed:
                 raise _stopped()
@@ -61,24 +60,23 @@ class Answering:
             raise Refused("no_reply", text, "formiga inbox tells whether it is still open") from None
         finally:
             self._waiting.pop(goal_id, None)
-        if reply == LATE:
-            raise Refused(
-                "answer_late", f"{number} is closed: it was answered, withdrawn or has lapsed", "formiga inbox"
-            )
+        if isinstance(reply, Refusal):
+            raise Refused(reply.code, f"{number} is closed: {reply.text}", "formiga inbox")
         return reply
 
     def feed_step(self, step: Step) -> None:
         """Look at a step that was kept, or could not be; called in the driver's thread."""
         if not self._waiting:
             return
-        kept = "ok" if self._kept() >= step.seq else NOT_KEPT
+        kept = Done(kept=self._kept() >= step.seq)
         for change in step.changes:
             if isinstance(change, ch.QuestionPut):
                 for one in change.question.answers:
                     self._tell(change.question.showing(one.by), kept)
         given = step.input
         if isinstance(given, GoalEventInput) and given.event.state == "succeeded":
-            self._tell(given.event.goal_id, LATE)  # nobody asks any more
+            late = Refusal("answer_late", "it was answered, withdrawn or has lapsed")
+            self._tell(given.event.goal_id, late)  # nobody asks any more
 
     def close(self) -> None:
         """The engine has stopped: nobody waits any longer."""
@@ -88,7 +86,7 @@ class Answering:
             if not future.done():
                 future.set_exception(_stopped())
 
-    def _tell(self, goal_id: str, reply: str) -> None:
+    def _tell(self, goal_id: str, reply: Done | Refusal) -> None:
         future = self._waiting.get(goal_id)
         if future is not None and not future.done():
             future.set_result(reply)

@@ -15,6 +15,7 @@ from formiga_bt.clock import Micros
 from formiga_bt.engine import changes as ch
 from formiga_bt.engine.inputs import Approve, Duty, Input, Step
 from formiga_bt.engine.library import Bundles
+from formiga_bt.engine.replies import Accepted, Done
 from formiga_bt.errors import FormigaError, TaskError
 from formiga_bt.lang.model import Catalogue, Site
 from formiga_bt.lang.site.keys import APPROVERS
@@ -30,7 +31,7 @@ from formiga_bt.site_folder import APPROVALS, append_line, read_lines
 class Driver(Protocol):
     """What is needed of the realtime driver."""
 
-    def ask(self, given: Input, timeout_s: float = 10.0) -> str:
+    def ask(self, given: Input, timeout_s: float = 10.0) -> Accepted | Done:
         """Hand in an order and wait for the reply."""
         ...
 

@@ -47,7 +47,7 @@ class Loading:
 
     def __init__(
         self,
-        ask: Callable[[Input], str],
+        ask: Callable[[Input], object],
         view: View,
         site: Site,
         catalogue: Catalogue,

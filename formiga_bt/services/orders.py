@@ -19,6 +19,7 @@ from formiga_bt.diagnostics import render
 from formiga_bt.engine.inputs import Abort, Input, Operator, Submit
 from formiga_bt.engine.library import Bundles
 from formiga_bt.engine.records import Priority, Question, TaskRecord, TaskStatus
+from formiga_bt.engine.replies import Accepted, Done
 from formiga_bt.engine.state import EngineState
 from formiga_bt.errors import FormigaError, TaskError
 from formiga_bt.geo import Frame
@@ -62,7 +63,7 @@ UNSAID: Final = Waits()
 class Driver(Protocol):
     """What is needed of the realtime driver."""
 
-    def ask(self, given: Input, timeout_s: float = 10.0) -> str:
+    def ask(self, given: Input, timeout_s: float = 10.0) -> Accepted | Done:
         """Hand in an order and wait for the reply."""
         ...
 
@@ -192,9 +193,10 @@ class Orders:
                 first.help or "",
                 [render(problem, sources) for problem in problems],
             )
-        task_id = self.ask(Submit(task.name, values, priority, by, task.bundle, *waits))
+        reply = self.ask(Submit(task.name, values, priority, by, task.bundle, *waits))
+        assert isinstance(reply, Accepted)
         self._view.catch_up()
-        return task_id
+        return reply.task
 
     def _unknown(self, name: str) -> Refused:
         """Return why nothing can be requested under a name."""
@@ -213,7 +215,7 @@ class Orders:
         known = ", ".join(sorted(self._tasks)) or "none"
         return Refused("unknown_task", f"there is no task '{name}'", f"{hint}tasks: {known}")
 
-    def ask(self, given: Input) -> str:
+    def ask(self, given: Input) -> Accepted | Done:
         """Hand an input to the engine and wait for its reply.
 
         Raises:

@@ -10,6 +10,7 @@ from typing import Final
 from formiga_bt.clock import Micros
 from formiga_bt.engine.inputs import Input, LockdownOrder, Operator, OperatorOrder
 from formiga_bt.engine.records import AgentRecord, StandingOrder, TaskRecord
+from formiga_bt.engine.replies import Accepted, Done
 from formiga_bt.engine.state import EngineState
 from formiga_bt.lang.model import Catalogue, Site
 from formiga_bt.services import order_models as out
@@ -51,7 +52,7 @@ class Stops:
 
     def __init__(
         self,
-        ask: Callable[[Input], str],
+        ask: Callable[[Input], Accepted | Done],
         view: View,
         site: Site,
         now: Callable[[], Micros],
@@ -331,6 +332,6 @@ def _ends(task: TaskRecord, *, stopped: bool) -> str:
     return f"no step of {task.id} was interrupted, so none fails: {then}"
 
 
-def _kept(answer: out.OrderReply, reply: str) -> out.OrderReply:
+def _kept(answer: out.OrderReply, reply: Accepted | Done) -> out.OrderReply:
     """Return an answer that says so if the order could not be kept."""
     return answer.model_copy(update={"text": with_keeping(answer.text, reply)})

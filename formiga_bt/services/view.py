@@ -18,6 +18,7 @@ from formiga_bt.clock import Micros
 from formiga_bt.engine import changes as ch
 from formiga_bt.engine.inputs import Abort, Alarm, LockdownOrder, Notify, Operator, Step
 from formiga_bt.engine.records import AgentRecord, GoalRecord, Lockdown, Question, StandingOrder, TaskRecord, Version
+from formiga_bt.engine.replies import Refusal
 from formiga_bt.engine.state import EngineState
 from formiga_bt.services.feed import Feed
 from formiga_bt.services.standing import wall_us
@@ -224,7 +225,8 @@ class View:
     def _refused(self, step: Step) -> None:
         """Tell that an order of a person was refused."""
         given = step.input
-        if not step.reply.startswith("error:") or not isinstance(given, Operator | LockdownOrder | Abort):
+        refusal = step.reply
+        if not isinstance(refusal, Refusal) or not isinstance(given, Operator | LockdownOrder | Abort):
             return
         match given:
             case Operator(order, target, _):
@@ -233,10 +235,11 @@ class View:
                 target, what = "", f"lockdown {how}"
             case Abort(target):
                 what = f"abort {target}"
-        _, code, text = step.reply.split(":", 2)
-        data = {"order": what, "target": target, "by": given.by, "state": "refused", "code": code}
+        data = {"order": what, "target": target, "by": given.by, "state": "refused", "code": refusal.code}
         task = target if target in self.state.tasks else ""
-        self.feed.add("order", step.at, f"refused to {given.by or 'somebody'}: {what}: {text}", task=task, data=data)
+        self.feed.add(
+            "order", step.at, f"refused to {given.by or 'somebody'}: {what}: {refusal.text}", task=task, data=data
+        )
 
     def _lockdown(self, at: Micros, found: Lockdown | None) -> None:
         text = lockdown_text(found, at) if found is not None else "lockdown is released"

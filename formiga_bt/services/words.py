@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Final
 
-from formiga_bt.engine import keeping
+from formiga_bt.engine.replies import Accepted, Done
 
 NOT_KEPT: Final = "not kept: the journal cannot be written, and an engine that is killed now will know nothing of it"
 """Follows the answer to an order that was carried out all the same."""
@@ -40,9 +40,9 @@ HINTS: Final[Mapping[str, str]] = {
 """What helps against a refusal of the engine; `{target}`: what the order was for."""
 
 
-def with_keeping(text: str, reply: str) -> str:
+def with_keeping(text: str, reply: Accepted | Done) -> str:
     """Return the answer to an order, and that it was not kept if the engine's reply says so."""
-    return f"{text} ({NOT_KEPT})" if reply == keeping.NOT_KEPT else text
+    return f"{text} ({NOT_KEPT})" if reply == Done(kept=False) else text
 
 
 def hint_for(code: str, target: str = "") -> str:

@@ -5,6 +5,7 @@ from msgspec import Struct
 from formiga_bt.clock import Micros
 from formiga_bt.engine.inputs import Abort, Alarm, Effect, LockdownOrder, Notify, Operator, PublishState, Step
 from formiga_bt.engine.records import Question
+from formiga_bt.engine.replies import Refusal
 from formiga_bt.engine.state import EngineState
 from formiga_bt.show.facts import LineFact
 
@@ -40,7 +41,8 @@ class Lines(Struct):
 def of_refusal(step: Step) -> LineFact | None:
     """Return the line of an order that was refused, or None."""
     given = step.input
-    if not step.reply.startswith("error:") or not isinstance(given, Operator | LockdownOrder | Abort):
+    refusal = step.reply
+    if not isinstance(refusal, Refusal) or not isinstance(given, Operator | LockdownOrder | Abort):
         return None
     match given:
         case Operator(order, target, _):
@@ -49,7 +51,7 @@ def of_refusal(step: Step) -> LineFact | None:
             target, what = "", f"lockdown {how}"
         case Abort(target):
             what = f"abort {target}"
-    text = f"refused to {given.by or 'somebody'}: {what}: {step.reply.split(':', 2)[2]}"
+    text = f"refused to {given.by or 'somebody'}: {what}: {refusal.text}"
     return LineFact(at=step.at, text=text, severity="warning", task=target)
 
 

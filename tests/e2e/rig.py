@@ -13,6 +13,7 @@ from agents_sim.world import AgentSpec
 from formiga_bt.demo import Demo
 from formiga_bt.engine.inputs import Abort, Step, Submit
 from formiga_bt.engine.records import AgentRecord, GoalRecord, TaskRecord
+from formiga_bt.engine.replies import Accepted
 from formiga_bt.lang.loader import load_catalogue, load_site, load_task
 from formiga_bt.lang.model import Catalogue, Site, Task
 from formiga_bt.lang.types import AgentRef
@@ -160,15 +161,20 @@ class Rig(Demo):
         goals = self.log.state.goals.values()
         return next((g for g in goals if g.task == task_id and g.action == action and g.state == "running"), None)
 
+    def submit(self, task: str, params: dict[str, Any]) -> str:
+        reply = self.driver.ask(Submit(task, params))
+        assert isinstance(reply, Accepted)
+        return reply.task
+
     def pick_up(self, place: str = "north_field", user: str = "picker_1") -> str:
         from formiga_bt.lang.types import AgentRef
 
-        return self.driver.ask(Submit("PickUp", {"target": self.site.places[place], "user": AgentRef(user)}))
+        return self.submit("PickUp", {"target": self.site.places[place], "user": AgentRef(user)})
 
     def move(self, robot: str) -> str:
         from formiga_bt.lang.types import AgentRef
 
-        return self.driver.ask(Submit("MoveTask", {"robot": AgentRef(robot)}))
+        return self.submit("MoveTask", {"robot": AgentRef(robot)})
 
     def abort(self, task_id: str) -> None:
         self.driver.ask(Abort(task_id, by="test"))

@@ -1,6 +1,7 @@
 """What an order stopped waits for a word that somebody can say, or goes on: nothing waits for nobody."""
 
 from formiga_bt.engine.inputs import GoalEventInput, LockdownOrder
+from formiga_bt.engine.replies import Done
 from formiga_bt.show.why.causes import causes_of
 from formiga_bt.testing import packaged_world, task_of
 from formiga_bt.transport.messages import GoalEvent
@@ -58,7 +59,7 @@ def test_a_task_stays_held_for_the_machine_that_nobody_continued(fly: Fly) -> No
 
     assert rehearsal.task(task).held == ("operator:hwd_1",)
     assert refused(rehearsal, "continue", "hwd_1")[0] == "cannot_continue"
-    assert order(rehearsal, "restart", task) == "ok"
+    assert order(rehearsal, "restart", task) == Done()
     assert rehearsal.run_until_ended(task, limit_s=1800)
     assert rehearsal.task(task).status == "SUCCEEDED"
 

@@ -3,6 +3,7 @@
 import pytest
 
 from formiga_bt.engine.inputs import GoalEventInput, LockdownOrder, Operator, SendGoal, Submit
+from formiga_bt.engine.replies import Accepted, Done
 from formiga_bt.errors import TaskError
 from formiga_bt.geo import Place, Position, horizontal_m
 from formiga_bt.rehearsal import Rehearsal
@@ -12,7 +13,7 @@ from tests.missions.conftest import Fly
 from tests.missions.test_faults import crossing, pool
 
 
-def order(rehearsal: Rehearsal, word: str, target: str = "", by: str = "ann") -> str:
+def order(rehearsal: Rehearsal, word: str, target: str = "", by: str = "ann") -> Accepted | Done:
     return rehearsal.ask(Operator(word, target, by))  # type: ignore[arg-type]
 
 
@@ -81,7 +82,7 @@ def test_the_same_order_twice_changes_nothing(fly: Fly) -> None:
     rehearsal.run_for(5)
     before = len(sent(rehearsal))
 
-    assert order(rehearsal, "hold", "hwd_1") == "ok"
+    assert order(rehearsal, "hold", "hwd_1") == Done()
     assert rehearsal.steps[-1].changes == ()
     assert len(sent(rehearsal)) == before
 

@@ -7,6 +7,7 @@ import pytest
 from formiga_bt.clock import SECOND
 from formiga_bt.engine.changes import ResumePut
 from formiga_bt.engine.inputs import Alarm, Operator, Outage, QueryGoal, SendGoal, Step, TimerDue, WallDue
+from formiga_bt.engine.replies import Done
 from formiga_bt.testing import check_rehearsal
 from tests.missions.crashing import Crashing
 from tests.missions.test_resume import MISSIONS, Plain, begin
@@ -64,7 +65,7 @@ def _go_on(flown: Crashing, task: str) -> None:
                 flight.run_for(1)
             if flight.engine.state.agents[agent].taken:
                 ways = (Operator(how, agent, "watcher_1") for how in ("handback_continue", "handback_end"))
-                next((way for way in ways if flight.driver.feed(way).reply == "ok"), None)
+                next((way for way in ways if flight.driver.feed(way).reply == Done()), None)
         if flight.task(task).held:
             flight.driver.feed(Operator("continue", task, "watcher_1"))
     flown.run()

@@ -6,6 +6,7 @@ import pytest
 
 from formiga_bt.engine.inputs import LockdownOrder, Operator, SendGoal
 from formiga_bt.engine.records import GoalRecord, family
+from formiga_bt.engine.replies import Done
 from formiga_bt.errors import TaskError
 from formiga_bt.rehearsal import Rehearsal, fleet_of
 from formiga_bt.show.notes import goal_words
@@ -127,7 +128,7 @@ def test_continue_before_the_machine_has_stopped_goes_on_as_soon_as_it_has(
     task = climbing(rehearsal, up)
     order(rehearsal, "hold")
     assert goal_of(rehearsal).state == "canceling"
-    assert order(rehearsal, "continue") == "ok"
+    assert order(rehearsal, "continue") == Done()
     rehearsal.run_for(3)
 
     assert flown(rehearsal)[1:] == [("GoTo", f"{TAKE_OFF}+2", 60.0)]

@@ -23,6 +23,7 @@ from formiga_bt.clock import SECOND, Micros
 from formiga_bt.engine import changes as ch
 from formiga_bt.engine import inputs as inp
 from formiga_bt.engine.records import AgentRecord, GoalRecord, Question, StandingOrder, TaskRecord
+from formiga_bt.engine.replies import Done, Refusal
 from formiga_bt.engine.state import EngineState, fold, snapshot
 from formiga_bt.engine.timers import HomeOverdue
 from formiga_bt.geo import Place, Position, horizontal_m
@@ -236,15 +237,15 @@ class Monitor:
                     self._event(step, event)
             case inp.EffectFailed(_, "goal", goal_id, "unreachable") if goal_id in self._sent:
                 self._sent[goal_id] = "again"
-            case inp.Operator(order, target) if step.reply == "ok" and order.startswith("handback"):
+            case inp.Operator(order, target) if step.reply == Done() and order.startswith("handback"):
                 self._told[target].taken = False
-            case inp.Operator("clear", target) if step.reply == "ok":
+            case inp.Operator("clear", target) if step.reply == Done():
                 self._told[target].anew = False
-            case inp.LockdownOrder(how) if step.reply == "ok":
+            case inp.LockdownOrder(how) if step.reply == Done():
                 self._pressed = None if how == "release" else step.at
         if isinstance(given, inp.Operator | inp.LockdownOrder | inp.Abort | inp.Submit):
             kind = getattr(given, "order", None) or getattr(given, "how", "") or type(given).__name__.lower()
-            self.counts[f"{'refused' if step.reply.startswith('error') else 'order'} {kind}"] += 1
+            self.counts[f"{'refused' if isinstance(step.reply, Refusal) else 'order'} {kind}"] += 1
 
     def _status(self, status: AgentStatus) -> None:
         told = self._told.setdefault(status.id, _Told())

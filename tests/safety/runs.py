@@ -18,6 +18,7 @@ from msgspec import Struct
 from agents_sim.drone import Drone
 from formiga_bt.clock import SECOND
 from formiga_bt.engine import inputs as inp
+from formiga_bt.engine.replies import Accepted, Done
 from formiga_bt.errors import TaskError
 from formiga_bt.rehearsal import Rehearsal
 from formiga_bt.testing import packaged_world
@@ -137,7 +138,7 @@ class Run:
         with contextlib.suppress(TaskError):
             self.ask(inp.Submit(request.task, dict(request.params), request.priority, PERSON))
 
-    def ask(self, given: inp.Input) -> str:
+    def ask(self, given: inp.Input) -> Accepted | Done:
         """Give an order; raises TaskError if it is refused."""
         return self.world.ask(given)
 

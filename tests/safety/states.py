@@ -253,11 +253,11 @@ SAME_AGAIN = ("hold", "return", "land", "lockdown")
 """Orders that change nothing when they are given a second time at once."""
 
 
-def reply_of(case: Case, given: inp.Input) -> str:
+def reply_of(case: Case, given: inp.Input) -> object:
     try:
         return case.ask(given)
     except TaskError as error:
-        return f"error:{error.code}"
+        return error.code
 
 
 def give(state: str, order: str) -> list[str]:

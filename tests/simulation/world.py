@@ -22,6 +22,7 @@ from formiga_bt.engine import inputs as inp
 from formiga_bt.engine.drivers.persist import Outcome
 from formiga_bt.engine.drivers.virtual import VirtualDriver
 from formiga_bt.engine.engine import Engine
+from formiga_bt.engine.replies import Accepted, Done, Refusal, Reply
 from formiga_bt.engine.state import EngineState, load_snapshot, snapshot
 from formiga_bt.lang.model import Catalogue
 from formiga_bt.rehearsal import Rehearsal
@@ -382,35 +383,36 @@ class World:
             )
 
     # -- people --------------------------------------------------------------------------------------------------------
-    def order(self, given: inp.Input) -> str:
-        """Give an order; return the reply, "" if there is no engine."""
-        return self.flight.driver.feed(given).reply if self.alive else ""
+    def order(self, given: inp.Input) -> Reply | None:
+        """Give an order; return the reply, None if there is no engine."""
+        return self.flight.driver.feed(given).reply if self.alive else None
 
     def ask(self, ask: Ask) -> None:
         """Request a task; ask again if nobody is there, or not now."""
         self.tell(f"SUBMIT {ask.task} {ask.params} {ask.priority or ''}")
         reply = self.order(inp.Submit(self.name_of(ask.task), dict(ask.params), ask.priority, PERSON))
-        if reply and not reply.startswith("error:"):
+        if isinstance(reply, Accepted):
             if self.plan.ahead:
-                self._unanswered[reply] = ask
+                self._unanswered[reply.task] = ask
             elif self.keeper.durable:
-                self._acked.append(reply)
+                self._acked.append(reply.task)
             else:  # as the driver does it: the request is taken back
-                self.order(inp.Abort(reply, "", "engine", "journal_full"))
+                self.order(inp.Abort(reply.task, "", "engine", "journal_full"))
             return
-        code = reply.split(":", 2)[1] if reply else "nobody"
+        code = reply.code if isinstance(reply, Refusal) else "nobody"
         self.invariants.counts[f"refused {code}"] += 1
         if not reply or code in REFUSED_FOR_NOW:
             self.scheduler.call_at(self.now + round(ASK_AGAIN_S * SECOND), lambda: self.ask(ask))
 
     def release(self, step: inp.Step) -> None:
         """Answer who requested a task by a step that is kept, or not (`AheadDriver`)."""
-        if self._unanswered.pop(step.reply, None) is None or not isinstance(step.input, inp.Submit):
+        reply = step.reply
+        if not isinstance(reply, Accepted) or self._unanswered.pop(reply.task, None) is None:
             return
         if self.keeper.durable:
-            self._acked.append(step.reply)
+            self._acked.append(reply.task)
         else:
-            self.scheduler.call_at(self.now + 1, lambda: self._take_back(step.reply))
+            self.scheduler.call_at(self.now + 1, lambda: self._take_back(reply.task))
 
     def _take_back(self, task: str) -> None:
         if self.alive:
@@ -610,7 +612,7 @@ class World:
                 self.run_for(1)
             ways = ("continue", "return", "end")
             for how in (ways[(self.plan.seed + index) % 3], "end"):
-                if self.order(inp.Operator(f"handback_{how}", agent, PERSON)) == "ok":  # type: ignore[arg-type]
+                if self.order(inp.Operator(f"handback_{how}", agent, PERSON)) == Done():  # type: ignore[arg-type]
                     break
         self.order(inp.Operator("continue", "", PERSON))
         for agent in self.drones:

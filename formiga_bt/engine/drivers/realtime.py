@@ -30,7 +30,8 @@ from formiga_bt.engine.drivers.persist import DURABLE, Ahead, Outcome, Persist, 
 from formiga_bt.engine.drivers.waiting import CALLER, Waiter, never_expires, refusal_of_old, since_boot
 from formiga_bt.engine.drivers.wiring import Switchboard, to_input
 from formiga_bt.engine.engine import Engine
-from formiga_bt.engine.keeping import LACKS, LEVELS, NOT_KEPT, begins_something
+from formiga_bt.engine.keeping import LACKS, LEVELS, begins_something
+from formiga_bt.engine.replies import Accepted, Done, Refusal, Reply, granted
 from formiga_bt.engine.timers import LiveDue, WallTimer
 from formiga_bt.engine.turns import REST
 from formiga_bt.errors import FormigaError, TaskError
@@ -62,7 +63,7 @@ LEAST_STANDSTILL_US: Final[Micros] = SECOND // 2
 """So long a busy computer may let its processes wait."""
 
 Listener = Callable[[inp.Step], None]
-Batch = list[tuple[inp.Step, "Future[str] | None", Micros]]
+Batch = list[tuple[inp.Step, "Future[Reply | None] | None", Micros]]
 """Steps, each with whoever waits for its reply, and when it was made."""
 log = logging.getLogger("formiga.driver")
 
@@ -138,7 +139,7 @@ class RealtimeDriver:
         self._batch_from: Micros = 0
         self.kept_seq = self._released_seq = engine.state.seq
         """The last step that is on disk; may be read from any thread."""
-        self._unanswered: list[tuple[Future[str], str]] = []
+        self._unanswered: list[tuple[Future[Reply | None], Reply | None]] = []
         """Callers whose steps wait in memory for the disk, with their replies."""
         self._try_again_at: Micros | None = None
         """While steps wait in memory: the disk is tried again then, also if nothing happens."""
@@ -224,7 +225,7 @@ class RealtimeDriver:
             self._thread.join(STOP_S)
         self.switchboard.close()
 
-    def post(self, given: inp.Input) -> "Future[str]":
+    def post(self, given: inp.Input) -> "Future[Reply | None]":
         """Hand in a person's order; the future holds the engine's reply. One canceled in time is not carried out.
 
         Its age counts from when its caller's request came in (`waiting.CALLER`), or from now.
@@ -234,14 +235,14 @@ class RealtimeDriver:
         with self._door:
             if not self._refusing:
                 if isinstance(given, inp.Submit) and self._inbox.is_full:
-                    future.set_result(f"error:busy:{MOST_REQUESTS:,} requests wait already; try again later")
+                    future.set_result(Refusal("busy", f"{MOST_REQUESTS:,} requests wait already; try again later"))
                 else:
                     self._inbox.put(given, future)
                 return future
         future.set_exception(EngineStopped(self._why()))
         return future
 
-    def ask(self, given: inp.Input, timeout_s: float = 10.0) -> str:
+    def ask(self, given: inp.Input, timeout_s: float = 10.0) -> Accepted | Done:
         """Hand in a person's order and wait for the reply.
 
         A stop is carried out whatever becomes of its caller; any other order is withdrawn if its caller (`waiting.CALLER`)
@@ -358,8 +359,8 @@ class RealtimeDriver:
         if not isinstance(waiter, Future):
             self._handle(self._stamp(now), given)
         elif waiter.set_running_or_notify_cancel():
-            too_old = refusal_of_old(given, since_boot() - waiter.since) if isinstance(waiter, Waiter) else ""
-            if too_old:
+            too_old = refusal_of_old(given, since_boot() - waiter.since) if isinstance(waiter, Waiter) else None
+            if too_old is not None:
                 waiter.set_result(too_old)
                 return True
             try:
@@ -438,7 +439,7 @@ class RealtimeDriver:
                 worked = True
         return worked
 
-    def _handle(self, now: Micros, given: inp.Input, waiter: "Future[str] | None" = None) -> None:
+    def _handle(self, now: Micros, given: inp.Input, waiter: "Future[Reply | None] | None" = None) -> None:
         # A deadline that came up between stamping and handling goes first.
         while not isinstance(given, inp.TimerDue | inp.Outage):
             due = self.engine.next_deadline()
@@ -538,18 +539,19 @@ class RealtimeDriver:
             return None
         return inp.EffectFailed(effect.agent, "goal", effect.goal_id, "unreachable", "the engine stood still")
 
-    def _answer(self, step: inp.Step, waiter: "Future[str]", *, durable: bool) -> None:
+    def _answer(self, step: inp.Step, waiter: "Future[Reply | None]", *, durable: bool) -> None:
         """Answer a caller; one whose step is not durable is told so, or waits until it is, and a request is taken back."""
-        if durable or step.reply.startswith("error:"):
-            waiter.set_result(step.reply)
-        elif isinstance(step.input, inp.Submit):
+        reply = step.reply
+        if durable or isinstance(reply, Refusal):
+            waiter.set_result(reply)
+        elif isinstance(reply, Accepted):
             code, why, remedy = LACKS[max(LEVELS["full"], LEVELS[self._stands])]
-            self._inbox.put(inp.Abort(step.reply, "", "engine", code))
-            waiter.set_result(f"error:{code}:{step.reply} is taken back: {why}; {remedy}")
+            self._inbox.put(inp.Abort(reply.task, "", "engine", code))
+            waiter.set_result(Refusal(code, f"{reply.task} is taken back: {why}; {remedy}"))
         elif begins_something(step.input):
-            self._unanswered.append((waiter, step.reply))
+            self._unanswered.append((waiter, reply))
         else:
-            waiter.set_result(NOT_KEPT if step.reply == "ok" else step.reply)
+            waiter.set_result(Done(kept=False))
 
     def _set_wall(self, timer: WallTimer, after_us: Micros | None) -> None:
         self._wall_live.pop(timer, None)
@@ -587,7 +589,7 @@ class RealtimeDriver:
         return max(0.0, min(waits) / SECOND)
 
 
-def _read(future: "Future[str]", within_s: float) -> str:
+def _read(future: "Future[Reply | None]", within_s: float) -> Accepted | Done:
     """Return the reply.
 
     Raises:
@@ -595,11 +597,7 @@ def _read(future: "Future[str]", within_s: float) -> str:
         TaskError: the engine refused the order.
         TimeoutError: there is none yet.
     """
-    reply = future.result(within_s)
-    if reply.startswith("error:"):
-        _, code, text = reply.split(":", 2)
-        raise TaskError(code, text)
-    return reply
+    return granted(future.result(within_s))
 
 
 def _refuse(batch: Batch, error: BaseException) -> None:

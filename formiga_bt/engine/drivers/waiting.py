@@ -13,6 +13,7 @@ from contextvars import ContextVar
 from typing import Final
 
 from formiga_bt.engine import inputs as inp
+from formiga_bt.engine.replies import Refusal, Reply
 
 AGE_S: Final = 30.0
 """Seconds that an order may be old which lets something go on."""
@@ -59,7 +60,7 @@ CALLER: ContextVar[Caller | None] = ContextVar("formiga_caller", default=None)
 """Who waits for what this thread asks the engine; None: the process itself, which stays."""
 
 
-class Waiter(Future[str]):
+class Waiter(Future[Reply | None]):
     """The reply to an order, once it is there.
 
     Args:
@@ -84,15 +85,15 @@ def never_expires(given: inp.Input) -> bool:
             return False
 
 
-def refusal_of_old(given: inp.Input, age_s: float) -> str:
-    """Return the refusal of an order that came in so many seconds ago, or an empty text: it is good."""
+def refusal_of_old(given: inp.Input, age_s: float) -> Refusal | None:
+    """Return the refusal of an order that came in so many seconds ago, or None: it is good."""
     match given:
         case inp.LockdownOrder("release"):
             what = "lockdown release"
         case inp.Operator(order) if order not in STOPS:
             what = order.replace("_", " ")
         case _:
-            return ""
+            return None
     if age_s <= AGE_S:
-        return ""
-    return f"error:too_old:`{what}` was given {age_s:.0f} s ago, and things may have changed since"
+        return None
+    return Refusal("too_old", f"`{what}` was given {age_s:.0f} s ago, and things may have changed since")

@@ -11,6 +11,7 @@ from formiga_bt.engine import inputs as inp
 from formiga_bt.engine.drivers.persist import DURABLE, Outcome
 from formiga_bt.engine.drivers.realtime import EngineStopped, RealtimeDriver
 from formiga_bt.engine.keeping import begins_something
+from formiga_bt.engine.replies import Accepted, Done, Refusal
 from formiga_bt.errors import SiteError, TaskError
 from formiga_bt.lang.types import AgentRef
 from tests.unit.drivers.conftest import FakeTransport, WatchedEngine
@@ -83,7 +84,7 @@ def test_nothing_leaves_and_nobody_is_answered_before_a_step_is_durable(
     assert not wire.goals
     assert submitted not in heard
     disk.open.set()
-    assert reply.result(5.0) == "MoveTask-1"
+    assert reply.result(5.0) == Accepted("MoveTask-1")
     until(lambda: wire.goals)
     assert [step.seq for step in disk.steps] == list(range(1, len(disk.steps) + 1))
 
@@ -157,8 +158,8 @@ def test_a_busy_engine_goes_on_while_the_disk_is_waited_for_and_nobody_is_answer
     assert not orders[0].done()
     assert not wire.goals
     disk.open.set()
-    assert first.result(5.0) == "MoveTask-1"
-    assert orders[0].result(5.0) == "ok"
+    assert first.result(5.0) == Accepted("MoveTask-1")
+    assert orders[0].result(5.0) == Done()
     until(lambda: wire.goals or engine.state.tasks["MoveTask-1"].held)
     slow.stop()
     assert [step.seq for step in disk.steps] == list(range(1, len(disk.steps) + 1)), "in order, and all"
@@ -185,7 +186,7 @@ def test_a_full_disk_refuses_new_tasks_and_lets_go_on_what_flies(
     driver.listeners.append(
         lambda step: alarms.extend(e for e in step.effects if isinstance(e, inp.Alarm | inp.Notify))
     )
-    assert driver.ask(MOVE) == "MoveTask-1"
+    assert driver.ask(MOVE) == Accepted("MoveTask-1")
     until(lambda: wire.goals)
     disk.full = True
     with pytest.raises(TaskError) as told:
@@ -199,24 +200,24 @@ def test_a_full_disk_refuses_new_tasks_and_lets_go_on_what_flies(
     assert alarms == [
         inp.Alarm("journal_full", "nothing can be kept, no new task is admitted; what flies goes on: no room")
     ]
-    assert driver.ask(inp.Operator("hold", "lwd_1", "me")) == "ok:not_kept", "carried out at once, and told"
+    assert driver.ask(inp.Operator("hold", "lwd_1", "me")) == Done(kept=False), "carried out at once, and told"
     until(lambda: wire.cancels)
     disk.full = False
     driver.ask(inp.Operator("continue", "lwd_1", "me"))
     until(lambda: engine.state.counters["journal"] == 0)
-    assert driver.ask(MOVE) == "MoveTask-3"
+    assert driver.ask(MOVE) == Accepted("MoveTask-3")
     until(lambda: len(alarms) == 2)
     assert alarms[1] == inp.Notify("the journal keeps everything again", (), "info")
 
 
 def test_what_lets_more_begin_is_answered_only_when_it_is_kept(driver: RealtimeDriver, disk: Disk) -> None:
-    assert driver.ask(inp.LockdownOrder("land", "me")) == "ok"
+    assert driver.ask(inp.LockdownOrder("land", "me")) == Done()
     until(lambda: driver.statistics().inbox.waiting == {})
     assert driver.kept_seq == driver.engine.state.seq
     disk.full = True
     release = driver.post(inp.LockdownOrder("release", "me"))
     until(lambda: disk.told == "full")
-    assert driver.ask(inp.Operator("hold", "", "me")) == "ok:not_kept"
+    assert driver.ask(inp.Operator("hold", "", "me")) == Done(kept=False)
     assert driver.kept_seq < driver.engine.state.seq
     with pytest.raises(
         TaskError, match=r"^the journal cannot be written, so nothing new is begun or allowed; make room"
@@ -225,7 +226,7 @@ def test_what_lets_more_begin_is_answered_only_when_it_is_kept(driver: RealtimeD
     assert not release.done()
     disk.full = False
     until(lambda: driver.kept_seq >= len(disk.steps) - 1)
-    assert release.result(10.0) == "ok", "the disk is tried again, whether or not anything happens"
+    assert release.result(10.0) == Done(), "the disk is tried again, whether or not anything happens"
 
 
 def test_who_waits_for_the_disk_is_told_when_the_engine_stops(driver: RealtimeDriver, disk: Disk) -> None:
@@ -281,10 +282,12 @@ def test_steps_before_a_bug_are_kept(driver: RealtimeDriver, engine: WatchedEngi
     until(lambda: engine.seen(inp.Submit))
     second, third = driver.post(inp.Operator("hold", "nobody", "me")), driver.post(inp.Abort("MoveTask-1"))
     disk.open.set()
-    assert first.result(5.0) == "MoveTask-1"
+    assert first.result(5.0) == Accepted("MoveTask-1")
     with pytest.raises(EngineStopped, match="by a bug"):
         third.result(5.0)
-    assert second.result(5.0).startswith("error:unknown_"), "handled right before, and kept"
+    refusal = second.result(5.0)
+    assert isinstance(refusal, Refusal), "handled right before, and kept"
+    assert refusal.code == "unknown_target"
     assert isinstance(disk.steps[-1].input, inp.Operator)
 
 

@@ -12,7 +12,8 @@ from formiga_bt.engine import inputs as inp
 from formiga_bt.engine.drivers.persist import DURABLE, Outcome
 from formiga_bt.engine.drivers.realtime import TIMERS_A_TURN, EngineStopped, RealtimeDriver, standstill_us
 from formiga_bt.engine.engine import Engine
-from formiga_bt.engine.timers import LiveDue, NodeDue, OrderDue
+from formiga_bt.engine.replies import Accepted, Done, Refusal
+from formiga_bt.engine.timers import LiveDue, NodeDue, OrderDue, TurnDue
 from formiga_bt.errors import TaskError, TransportError
 from formiga_bt.geo import Position
 from formiga_bt.lang.types import AgentRef
@@ -89,11 +90,11 @@ def test_engine_time_begins_after_what_was_journaled(engine: WatchedEngine) -> N
 
 def test_an_order_is_answered_or_refused_by_its_code(driver: RealtimeDriver) -> None:
     driver.start()
-    assert driver.ask(MOVE) == "MoveTask-1"
+    assert driver.ask(MOVE) == Accepted("MoveTask-1")
     with pytest.raises(TaskError, match="there is no task 'Nope'") as refused:
         driver.ask(inp.Submit("Nope", {}))
     assert refused.value.code == "unknown_task"
-    assert driver.ask(inp.Abort("MoveTask-1")) == "ok"
+    assert driver.ask(inp.Abort("MoveTask-1")) == Done()
 
 
 def test_deadlines_that_lie_before_an_input_are_given_first(
@@ -127,13 +128,13 @@ def test_timers_fire_also_while_inputs_pour_in(
 def test_a_wall_timer_is_armed_and_armed_anew(
     engine: WatchedEngine, wire: FakeTransport, driver: RealtimeDriver
 ) -> None:
-    driver._set_wall("a", 30_000)
-    driver._set_wall("b", 30_000)
-    driver._set_wall("c", 10_000)
-    driver._set_wall("a", 60_000)  # later: the first no longer counts
-    driver._set_wall("b", None)
+    driver._set_wall(LiveDue("a"), 30_000)
+    driver._set_wall(LiveDue("b"), 30_000)
+    driver._set_wall(LiveDue("c"), 10_000)
+    driver._set_wall(LiveDue("a"), 60_000)  # later: the first no longer counts
+    driver._set_wall(LiveDue("b"), None)
     given: list[str] = []
-    engine._wall = lambda key, at: given.append(key)  # type: ignore[method-assign]
+    engine._wall = lambda due, at: given.append(due.agent)  # type: ignore[method-assign]
     began = time.monotonic()
     driver.start()
     until(lambda: len(given) == 2)
@@ -248,7 +249,9 @@ def test_stop_is_quick_refuses_who_waits_and_may_come_twice(
     driver.stop()
     driver.stop()
     assert time.monotonic() - began < 2.0
-    assert first.result(0).startswith("error:unknown_task")  # under way: it is ended
+    refusal = first.result(0)
+    assert isinstance(refusal, Refusal)
+    assert refusal.code == "unknown_task"  # under way: it is ended
     for late in (second, driver.post(MOVE)):
         with pytest.raises(EngineStopped, match="the engine is stopped"):
             late.result(0)
@@ -271,7 +274,7 @@ def test_an_order_that_is_not_taken_in_time_is_withdrawn(engine: WatchedEngine, 
         driver.ask(MOVE, timeout_s=0.02)
     assert late.value.code == "no_reply"
     go.set()
-    assert driver.ask(MOVE) == "MoveTask-1"  # the first was never carried out
+    assert driver.ask(MOVE) == Accepted("MoveTask-1")  # the first was never carried out
     assert len(engine.seen(inp.Submit)) == 1
 
 
@@ -304,7 +307,7 @@ def test_a_flood_of_deadlines_keeps_no_order_waiting(
         engine.core.set_deadline(OrderDue(f"nobody_{number}"), due)
     answer = driver.post(inp.LockdownOrder("release"))
     driver.start()
-    assert answer.result(5.0) == "ok"
+    assert answer.result(5.0) == Done()
     until(lambda: len(engine.seen(inp.TimerDue)) == 1000)
 
     kinds = [type(given).__name__ for _, given in engine.inputs]
@@ -319,11 +322,11 @@ def test_the_inbox_has_its_turn_after_each_part_of_those_that_one_status_woke(
     engine: WatchedEngine, wire: FakeTransport, driver: RealtimeDriver
 ) -> None:
     core, left = engine.core, iter(range(100))
-    engine.turns.go_on = lambda: core.set_deadline("rest", core.now) if next(left, None) is not None else None  # type: ignore[method-assign]
-    core.set_deadline("rest", driver.now())
+    engine.turns.go_on = lambda: core.set_deadline(TurnDue(), core.now) if next(left, None) is not None else None  # type: ignore[method-assign]
+    core.set_deadline(TurnDue(), driver.now())
     answers = [driver.post(inp.LockdownOrder("release")) for _ in range(3)]
     driver.start()
-    assert [answer.result(5.0) for answer in answers] == ["ok"] * 3
+    assert [answer.result(5.0) for answer in answers] == [Done()] * 3
     until(lambda: len(engine.seen(inp.TimerDue)) == 101)
 
     kinds = [type(given).__name__ for _, given in engine.inputs]

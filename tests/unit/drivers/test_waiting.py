@@ -9,6 +9,7 @@ import pytest
 from formiga_bt.engine import inputs as inp
 from formiga_bt.engine.drivers.realtime import RealtimeDriver
 from formiga_bt.engine.drivers.waiting import AGE_S, CALLER, Caller, never_expires, refusal_of_old, since_boot
+from formiga_bt.engine.replies import Done
 from formiga_bt.errors import TaskError
 from formiga_bt.lang.types import AgentRef
 from tests.unit.drivers.conftest import FakeTransport, WatchedEngine
@@ -42,20 +43,22 @@ def until(is_met: Callable[[], object]) -> None:
 @pytest.mark.parametrize("given", STOPS)
 def test_stops_never_expire(given: inp.Input) -> None:
     assert never_expires(given)
-    assert refusal_of_old(given, 1e6) == ""
+    assert refusal_of_old(given, 1e6) is None
 
 
 @pytest.mark.parametrize("given", GOING_ON)
 def test_what_lets_go_on_is_good_for_half_a_minute(given: inp.Input) -> None:
     assert not never_expires(given)
-    assert refusal_of_old(given, AGE_S) == ""
-    assert refusal_of_old(given, AGE_S + 1).startswith("error:too_old:")
+    assert refusal_of_old(given, AGE_S) is None
+    refusal = refusal_of_old(given, AGE_S + 1)
+    assert refusal is not None
+    assert refusal.code == "too_old"
 
 
 @pytest.mark.parametrize("given", [MOVE, inp.Approve("d", "T", "ann"), inp.Duty("pia", True)])
 def test_other_orders_have_no_age(given: inp.Input) -> None:
     assert not never_expires(given)
-    assert refusal_of_old(given, 1e6) == ""
+    assert refusal_of_old(given, 1e6) is None
 
 
 def test_an_old_order_is_refused_when_the_driver_takes_it(engine: WatchedEngine, driver: RealtimeDriver) -> None:
@@ -64,7 +67,7 @@ def test_an_old_order_is_refused_when_the_driver_takes_it(engine: WatchedEngine,
     try:
         with pytest.raises(TaskError) as old:
             driver.ask(inp.Operator("continue"))
-        assert driver.ask(inp.Operator("land")) == "ok"
+        assert driver.ask(inp.Operator("land")) == Done()
     finally:
         CALLER.reset(before)
     assert old.value.code == "too_old"

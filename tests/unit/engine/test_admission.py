@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 
 from formiga_bt.engine.inputs import Abort, Alarm, LockdownOrder, Operator, QueryGoal
+from formiga_bt.engine.replies import Done
 from formiga_bt.errors import TaskError
 from formiga_bt.geo import Position
 from formiga_bt.lang.model import Site
@@ -99,7 +100,7 @@ def test_each_stop_reaches_it(change: Callable[[Site], Site], order: Any) -> Non
     made, drone, _ = aloft(change)
     before = len(drone.cancels)
 
-    assert made.ask(Operator(order, "hwd_1", "eve")) == "ok"
+    assert made.ask(Operator(order, "hwd_1", "eve")) == Done()
     made.run_for(2)
 
     assert len(drone.cancels) > before or drone.goal.action == "CutMotors"
@@ -228,8 +229,8 @@ def test_of_a_machine_that_was_turned_away_in_the_air_only_what_needs_no_height_
             made.ask(Operator(order, "hwd_1", "eve"))
     with pytest.raises(TaskError, match="hwd_1 is not admitted: datum"):
         made.ask(Operator("clear", "hwd_1", "eve"))
-    assert made.ask(Operator("hold", "hwd_1", "eve")) == "ok"
-    assert made.ask(Operator("cut", "hwd_1", "eve")) == "ok"
+    assert made.ask(Operator("hold", "hwd_1", "eve")) == Done()
+    assert made.ask(Operator("cut", "hwd_1", "eve")) == Done()
     made.run_for(1)
     assert drone.goal.action == "CutMotors"
 

@@ -8,6 +8,7 @@ import pytest
 
 from formiga_bt.engine.inputs import Alarm, Approve, Duty, Serve, Submit
 from formiga_bt.engine.records import Lockdown
+from formiga_bt.engine.replies import Refusal
 from formiga_bt.engine.state import load_snapshot, snapshot
 from formiga_bt.errors import TaskError
 from formiga_bt.geo import Place
@@ -66,8 +67,8 @@ class Field(Bench):
     def digest(self, name: str) -> str:
         return approval_digest(self.models[name], self.site)
 
-    def approve(self, name: str, by: str = "ann", **more: Any) -> str:
-        return self.ask(Approve(self.digest(name), name, by, **more))
+    def approve(self, name: str, by: str = "ann", **more: Any) -> None:
+        self.ask(Approve(self.digest(name), name, by, **more))
 
     def ready(self, *pilots: str, name: str = "Wait") -> None:
         self.approve(name)
@@ -391,7 +392,7 @@ def test_under_lockdown_nothing_is_admitted_and_nothing_granted() -> None:
 
     assert field.blocked(waiting) == ("lockdown", "the site is locked down by olga")
     reply = field.driver.feed(Submit("Wait")).reply
-    assert reply == "error:lockdown:the site is locked down by olga; no task is admitted before it is released"
+    assert reply == Refusal("lockdown", "the site is locked down by olga; no task is admitted before it is released")
     field.engine.state.lockdown = None
     field.run_for(2)
     assert field.task(waiting).status == "ACTIVE"

@@ -5,6 +5,7 @@ import pytest
 
 from formiga_bt.engine.engine import Engine
 from formiga_bt.engine.inputs import Abort, GoalEventInput, SendGoal, Started, Step, Submit, TimerDue
+from formiga_bt.engine.replies import Done, Refusal
 from formiga_bt.engine.state import EngineState, load_snapshot, snapshot
 from formiga_bt.engine.timers import AllocationDue, TaskDue, Timer, TurnDue
 from formiga_bt.testing import effects, folded
@@ -62,13 +63,14 @@ def test_an_input_at_the_very_deadline_goes_before_the_timer() -> None:
     one = engine()
     one.handle(10, Submit("Try"))
 
-    assert one.handle(10, Abort("Try-1")).reply == "ok"
+    assert one.handle(10, Abort("Try-1")).reply == Done()
 
 
 def test_a_refused_submit_changes_nothing_and_says_why() -> None:
     step = engine().handle(10, Submit("Nope"))
 
-    assert step.reply.startswith("error:unknown_task:")
+    assert isinstance(step.reply, Refusal)
+    assert step.reply.code == "unknown_task"
     assert (step.changes, step.effects) == ((), ())
 
 

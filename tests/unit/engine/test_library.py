@@ -8,6 +8,7 @@ from formiga_bt.engine.engine import Engine
 from formiga_bt.engine.inputs import Approve, Operator, Serve, Step, Submit
 from formiga_bt.engine.library import Bundles
 from formiga_bt.engine.records import Version
+from formiga_bt.engine.replies import Accepted, Done
 from formiga_bt.engine.state import EngineState, load_snapshot, snapshot
 from formiga_bt.errors import TaskError
 from formiga_bt.lang.model import Task
@@ -27,7 +28,7 @@ def task(text: str, name: str = "Try") -> Task:
     return tasks(**{name: text})[0]
 
 
-def serve(yard: Yard, model: Task) -> str:
+def serve(yard: Yard, model: Task) -> Accepted | Done:
     yard.engine.core.models.add(model)
     return yard.ask(Serve(model.name, model.bundle, "eve"))
 
@@ -39,7 +40,7 @@ def versions(yard: Yard, name: str = "Try") -> list[tuple[int, int]]:
 def test_two_versions_run_side_by_side_each_to_its_own_end(make: Make) -> None:
     yard = make(task(ONE), carts=2)
     old = yard.start()
-    assert serve(yard, task(TWO)) == "ok"
+    assert serve(yard, task(TWO)) == Done()
     new = yard.start()
     assert [(yard.task(one).version, yard.task(one).library) for one in (old, new)] == [(1, 0), (2, 1)]
 
@@ -54,7 +55,7 @@ def test_two_versions_run_side_by_side_each_to_its_own_end(make: Make) -> None:
 
 def test_the_same_bundle_again_changes_nothing(make: Make) -> None:
     yard = make(task(ONE))
-    assert serve(yard, task(ONE)) == "ok"
+    assert serve(yard, task(ONE)) == Done()
     assert yard.engine.state.library == {}
     assert "library" not in yard.engine.state.counters
 
@@ -112,7 +113,7 @@ def test_a_step_gets_what_came_later_if_there_was_none_then(make: Make) -> None:
 def test_a_request_may_name_the_bundle_that_it_means(make: Make) -> None:
     yard = make(task(ONE), carts=2)
     serve(yard, task(TWO))
-    mine = yard.ask(Submit("Try", bundle=task(ONE).bundle))
+    mine = yard.submit("Try", bundle=task(ONE).bundle)
     assert yard.task(mine).version == 1
     with pytest.raises(TaskError, match="Try is not served as abcdefab"):
         yard.ask(Submit("Try", bundle="abcdefab99"))
@@ -171,8 +172,10 @@ def test_the_same_inputs_give_the_same_bytes() -> None:
         return msgspec.json.encode([engine.handle(1, one) for one in given])
 
     assert steps() == steps()
-    found = msgspec.json.decode(steps())
-    assert [one["reply"] for one in found] == ["Try-1", "ok", "Try-2", "ok"]
+    found, done = msgspec.json.decode(steps()), {"type": "Done", "kept": True}
+    assert [one["reply"] for one in found] == [
+        {"type": "Accepted", "task": f"Try-{n}"} if n else done for n in (1, 0, 2, 0)
+    ]
     assert found[3]["changes"] == []
 
 
@@ -183,7 +186,7 @@ def test_on_a_real_site_a_new_version_is_served_and_not_flown_before_it_is_appro
     serve(yard, task(TWO))
     with pytest.raises(TaskError, match="is not approved as it is now"):
         yard.submit("Try", by="eve")
-    assert yard.task(yard.ask(Submit("Try", by="eve", bundle=task(ONE).bundle))).version == 1
+    assert yard.task(yard.submit("Try", by="eve", bundle=task(ONE).bundle)).version == 1
     yard.ask(Approve(approval_digest(task(TWO), yard.engine.core.site), "Try", "ann"))
     assert yard.task(yard.submit("Try", by="eve")).version == 2
 

@@ -11,6 +11,7 @@ import pytest
 
 from formiga_bt.clock import SECOND
 from formiga_bt.engine import inputs as inp
+from formiga_bt.engine.replies import Accepted, Done
 from formiga_bt.engine.taskrun import TaskRun
 from formiga_bt.nodes.base import Node
 
@@ -55,6 +56,12 @@ def test_a_step_calls_no_more_functions_among_more_tasks(bench: Any) -> None:
                 assert large / more_wakes <= small / wakes, f"{kind}: each of {more_wakes} tasks that one status wakes"
 
 
+def requested(world: Any) -> str:
+    reply = world.give(inp.Submit("WaitsForTime", {"after": 700.0})).reply
+    assert isinstance(reply, Accepted)
+    return reply.task
+
+
 def test_tasks_that_have_ended_leave_nothing_but_their_records(bench: Any) -> None:
     world = bench.World(9, 3)
     world.fill()
@@ -63,11 +70,11 @@ def test_tasks_that_have_ended_leave_nothing_but_their_records(bench: Any) -> No
         gc.collect()
         gc.disable()
         for _ in range(count):
-            task = world.give(inp.Submit("WaitsForTime", {"after": 700.0})).reply
+            task = requested(world)
             world.let(SECOND)
-            assert world.give(inp.Abort(task)).reply == "ok"
+            assert world.give(inp.Abort(task)).reply == Done()
             world.let(SECOND)
-        world.give(inp.Abort(world.give(inp.Submit("WaitsForTime", {"after": 700.0})).reply))
+        world.give(inp.Abort(requested(world)))
         gc.enable()
         found = Counter(type(one).__name__ for one in gc.get_objects() if isinstance(one, Node | TaskRun))
         state, core = world.engine.state, world.engine.core

@@ -5,6 +5,7 @@ import pytest
 from formiga_bt.engine import turns
 from formiga_bt.engine.engine import Engine
 from formiga_bt.engine.inputs import Abort, AgentStatusInput, PublishState, Step, TimerDue
+from formiga_bt.engine.replies import Refusal
 from formiga_bt.engine.state import load_snapshot, snapshot
 from formiga_bt.engine.timers import TurnDue
 from formiga_bt.lang.types import AgentRef
@@ -60,7 +61,7 @@ def test_a_part_of_them_is_looked_at_in_each_step_and_nobody_of_high_priority_wa
     assert [step.input for step in others] == [REST, REST]
     assert [ended(step) for step in others] == [names[4:8], [names[8], *names[10:]]]
     assert {step.at for step in others} == {first.at}
-    assert "rest" not in yard.engine.state.deadlines
+    assert TurnDue() not in yard.engine.state.deadlines
 
 
 def test_what_comes_in_between_has_its_turn_and_those_who_wait_see_what_is_then(crowd: tuple[Yard, list[str]]) -> None:
@@ -69,16 +70,16 @@ def test_what_comes_in_between_has_its_turn_and_those_who_wait_see_what_is_then(
     now = yard.now
 
     handle(now, report(yard, 10.0))
-    assert engine.next_deadline() == (now, "rest")
+    assert engine.next_deadline() == (now, TurnDue())
     step = handle(now, Abort(names[4]))
     assert names[4] not in engine.open_tasks
-    assert "error" not in step.reply
+    assert not isinstance(step.reply, Refusal)
     again = handle(now, report(yard, 50.0))
 
     assert not ended(again)
     assert ended(handle(now, REST)) == []
     assert ended(handle(now, REST)) == []
-    assert engine.next_deadline() != (now, "rest")
+    assert engine.next_deadline() != (now, TurnDue())
     assert list(engine.open_tasks) == [*names[5:9], *names[10:]]
 
 
@@ -91,6 +92,6 @@ def test_an_engine_that_went_in_between_looks_at_all_who_wait(crowd: tuple[Yard,
     engine = Engine(core.site, core.catalogue, core.models, state=load_snapshot(snapshot(yard.engine.state)))
 
     found: list[str] = []
-    while (due := engine.next_deadline()) is not None and due == (now, "rest"):
+    while (due := engine.next_deadline()) is not None and due == (now, TurnDue()):
         found += ended(engine.handle(now, REST))
     assert found == [*names[4:9], *names[10:]]

@@ -7,6 +7,7 @@ from formiga_bt.clock import SECOND
 from formiga_bt.engine.changes import Change
 from formiga_bt.engine.inputs import Input, Step, TimerDue
 from formiga_bt.engine.records import AgentRecord, StandingOrder, TaskRecord
+from formiga_bt.engine.replies import Done
 from formiga_bt.engine.timers import TurnDue
 from formiga_bt.errors import TaskError
 from formiga_bt.lang.model import Site
@@ -68,12 +69,12 @@ class Paper:
         """Let every order be refused."""
         self._error = TaskError(code, text)
 
-    def _ask(self, given: Input) -> str:
+    def _ask(self, given: Input) -> Done:
         self.asked.append(given)
         if self._error is not None:
             raise Refused(self._error.code, str(self._error), hint_for(self._error.code, getattr(given, "target", "")))
         self.put(*self._then)
-        return "ok"
+        return Done()
 
 
 def raised(call: Callable[[], object]) -> Refused:

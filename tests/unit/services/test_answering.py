@@ -8,7 +8,7 @@ from formiga_bt.clock import SECOND, VirtualScheduler
 from formiga_bt.engine import inputs as inp
 from formiga_bt.engine.drivers.virtual import VirtualDriver
 from formiga_bt.engine.engine import Engine
-from formiga_bt.engine.keeping import NOT_KEPT
+from formiga_bt.engine.replies import Accepted, Done
 from formiga_bt.services.answering import Answering
 from formiga_bt.services.refused import Refused
 from formiga_bt.testing import packaged_world, task_of
@@ -35,7 +35,9 @@ class Room:
         self.driver = VirtualDriver(self.engine, [self.desk], self.scheduler, listeners=[self.answering.feed_step])
         self.driver.start()
         self.run(1.5)
-        self.task = self.driver.feed(inp.Submit("Try", {})).reply
+        reply = self.driver.feed(inp.Submit("Try", {})).reply
+        assert isinstance(reply, Accepted)
+        self.task = reply.task
         self.run(2.0)
 
     def run(self, seconds: float) -> None:
@@ -68,14 +70,14 @@ def room() -> Room:
 
 def test_who_answers_is_told_once_the_engine_has_it(room: Room) -> None:
     room.once_answered(room.driver.drain)
-    assert room.answering.answer(room.asked(), "yes") == "ok"
+    assert room.answering.answer(room.asked(), "yes") == Done()
     assert room.engine.state.tasks[room.task].status == "SUCCEEDED"
 
 
 def test_an_answer_that_is_not_on_disk_is_told_to_be_unkept(room: Room) -> None:
     room.kept = 0
     room.once_answered(room.driver.drain)
-    assert room.answering.answer(room.asked(), "yes") == NOT_KEPT
+    assert room.answering.answer(room.asked(), "yes") == Done(kept=False)
     assert room.engine.state.tasks[room.task].status == "SUCCEEDED"
 
 

@@ -8,6 +8,7 @@ import pytest
 from formiga_bt.engine.engine import Engine
 from formiga_bt.engine.inputs import Input, Submit
 from formiga_bt.engine.library import Bundles
+from formiga_bt.engine.replies import Accepted, Refusal, Reply
 from formiga_bt.services.bundles import BundleStore
 from formiga_bt.services.library_models import LoadOut
 from formiga_bt.services.loading import Loading, served_again
@@ -35,13 +36,13 @@ class Rig:
         self.loading = Loading(self.ask, self.view, SITE, CATALOGUE, self.bundles, self.store)
         self.given: list[Input] = []
 
-    def ask(self, given: Input) -> str:
+    def ask(self, given: Input) -> Reply | None:
         self.given.append(given)
         done = self.engine.handle(1, given)
         self.view.feed_step(done)
         self.view.catch_up()
-        if done.reply.startswith("error:"):
-            raise Refused(*done.reply.split(":", 2)[1:])
+        if isinstance(done.reply, Refusal):
+            raise Refused(done.reply.code, done.reply.text)
         return done.reply
 
     def load(self, text: str = ONE, file: str = FILE, **more: str) -> LoadOut:
@@ -61,7 +62,7 @@ def test_a_new_task_is_kept_and_served(rig: Rig) -> None:
     assert (said.task, said.what, said.version, said.text) == ("Try", "new", 1, "Try is served now")
     (stored,) = rig.store.served().values()
     assert (stored.text(), stored.bundle.by, stored.bundle.file) == (ONE, "eve", FILE)
-    assert rig.ask(Submit("Try", bundle=said.bundle)) == "Try-1"
+    assert rig.ask(Submit("Try", bundle=said.bundle)) == Accepted("Try-1")
     assert [event.text for event in rig.view.feed.after(0)[0] if event.type == "library"] == ["Try is served now"]
 
 

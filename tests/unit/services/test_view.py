@@ -9,6 +9,7 @@ from msgspec.structs import replace
 from formiga_bt.engine.changes import LockdownPut, TaskPut
 from formiga_bt.engine.inputs import Alarm, Operator, Step, TimerDue
 from formiga_bt.engine.records import Lockdown, TaskRecord
+from formiga_bt.engine.replies import Refusal
 from formiga_bt.engine.timers import TurnDue
 from formiga_bt.services.feed import Feed
 from formiga_bt.services.shown import task_out
@@ -152,7 +153,7 @@ def test_refused_orders_and_restarts_are_told_as_what_they_are() -> None:
     view = View(1)
     view.start()
     given = Operator("continue", "hwd_1", "eve")
-    view.feed_step(Step(1, 1000, given, (), (), "error:not_held:hwd_1 is not held"))
+    view.feed_step(Step(1, 1000, given, (), (), Refusal("not_held", "hwd_1 is not held")))
     anew = TaskRecord(
         id="T-1", name="T", order=1, bundle="", status="ENDING", outcome="CANCELED", code="restarted", reason="by eve",
         again="restart",

@@ -5,7 +5,7 @@ import pytest
 
 from formiga_bt.clock import SECOND
 from formiga_bt.engine import changes as ch
-from formiga_bt.engine.inputs import Alarm, Operator, Started, Step, Submit
+from formiga_bt.engine.inputs import Alarm, Operator, Started, Step
 from formiga_bt.engine.records import (
     AgentRecord,
     Deadline,
@@ -242,7 +242,7 @@ def flown() -> tuple[FoldedSource, str]:
     run = Rehearsal(site, catalogue, [packaged_task("pick_up")], fleet_of(site, catalogue))
     source = source_of(run)
     run.run_for(1)
-    one = run.ask(Submit("PickUp", {"target": site.places["east_field"], "user": AgentRef("picker_1")}))
+    one = run.submit("PickUp", {"target": site.places["east_field"], "user": AgentRef("picker_1")})
     assert run.run_until_ended(one)
     return source, one
 

@@ -8,6 +8,7 @@ from formiga_bt.clock import SECOND
 from formiga_bt.engine import changes as ch
 from formiga_bt.engine.inputs import Input, LockdownOrder, Operator, Started, Step
 from formiga_bt.engine.records import AgentRecord, ClearanceRecord, GoalRecord, Lockdown, Question, StandingOrder
+from formiga_bt.engine.replies import Refusal
 from formiga_bt.show.runlog import RunLog
 
 
@@ -136,7 +137,7 @@ def test_a_question_whose_time_ran_out(feed: Feeder, dropped_at: int, rows: int)
 
 
 def test_a_refused_order_is_a_line_of_the_log(feed: Feeder) -> None:
-    feed(10, by=Operator("hold", "", "ann"), reply="error:lockdown:the site is locked down")
+    feed(10, by=Operator("hold", "", "ann"), reply=Refusal("lockdown", "the site is locked down"))
     feed(11, by=Operator("hold", "", "ann"), reply="ok")
     assert [(line.text, line.severity) for line in feed.log.lines] == [
         ("refused to ann: hold all: the site is locked down", "warning")

@@ -6,6 +6,7 @@ from formiga_bt.clock import SECOND
 from formiga_bt.engine import changes as ch
 from formiga_bt.engine.inputs import Alarm, Operator, Started, Step
 from formiga_bt.engine.records import AgentRecord, Deadline, GoalRecord, TaskRecord
+from formiga_bt.engine.replies import Refusal
 from formiga_bt.engine.state import load_snapshot, snapshot
 from formiga_bt.engine.timers import LiveDue, TaskDue
 from formiga_bt.geo import Position
@@ -164,7 +165,7 @@ def test_a_ledger_goes_on_from_a_loaded_state() -> None:
 def test_a_refused_order_is_a_line_of_its_task() -> None:
     feed = Feeder()
     feed(task(1))
-    feed.ledger.feed(Step(2, 2 * SECOND, Operator("hold", "T-1", "eve"), (), (), "error:cut:its motors are off"))
+    feed.ledger.feed(Step(2, 2 * SECOND, Operator("hold", "T-1", "eve"), (), (), Refusal("cut", "its motors are off")))
 
     (line,) = feed.ledger.stories["T-1"].lines
     assert (line.severity, line.text) == ("warning", "refused to eve: hold T-1: its motors are off")

@@ -3,7 +3,6 @@
 import pytest
 
 from formiga_bt.clock import SECOND
-from formiga_bt.engine.inputs import Submit
 from formiga_bt.geo import Place
 from formiga_bt.lang.types import AgentRef
 from formiga_bt.rehearsal import Rehearsal, fleet_of
@@ -39,7 +38,7 @@ def test_a_pick_up_is_followed_from_its_start_to_its_end() -> None:
     source = source_of(run)
     run.run_for(1)
     assert source.now().tasks == ()
-    one = run.ask(Submit("PickUp", {"target": Place(120.0, 60.0), "user": AgentRef("picker_1")}))
+    one = run.submit("PickUp", {"target": Place(120.0, 60.0), "user": AgentRef("picker_1")})
     run.run_for(5)
     assert told(source, one) == {
         "steps/": "running",
