@@ -57,12 +57,12 @@ def test_pictures_of_time_and_space_are_those_that_were_seen_live(good: Flown, m
 
 
 def test_a_moment_is_what_was_seen_then(good: Flown, machine: TimeMachine) -> None:
-    """At each tenth step the tasks, questions and agents are those of a ledger that was fed until there."""
+    """At each fifth step the tasks, questions and agents are those of a ledger that was fed until there."""
     ledger, checked = Ledger(ALL, machine.journal.snapshot_at(machine.first)), 0
     kept = list(machine.events())
     for n, one in enumerate(kept):
         ledger.feed(one.step)
-        if n % 10 == 0 and (n + 1 == len(kept) or kept[n + 1].at > one.at):
+        if n % 5 == 0 and (n + 1 == len(kept) or kept[n + 1].at > one.at):
             then = FoldedSource(ledger, machine.files.site, {}, clock=lambda at=one.at: at).now(over=True)
             now = JournalSource(machine, one.at).now(over=True)
             assert then.tasks == now.tasks
