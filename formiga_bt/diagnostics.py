@@ -23,6 +23,13 @@ class Mark:
     col: int
     end_line: int = 0
     end_col: int = 0
+    label: str = field(default="", compare=False)
+    """How messages call the line, if not by its number: the path of a task in JSON form."""
+
+    @property
+    def said(self) -> str:
+        """Return how messages call the line: `line 4`."""
+        return self.label or f"line {self.line}"
 
     def __str__(self) -> str:
         return f"{self.file}:{self.line}:{self.col}"

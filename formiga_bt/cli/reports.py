@@ -5,7 +5,6 @@ Called by `formiga check`. The shapes are described in docs/authoring.md.
 
 import json
 from collections.abc import Iterable, Sequence
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any, Final
 from urllib.parse import quote
@@ -22,12 +21,16 @@ def as_dict(diagnostic: Diagnostic) -> dict[str, Any]:
     return {
         "code": diagnostic.code,
         "severity": diagnostic.severity,
-        **asdict(diagnostic.mark),
+        **_span(diagnostic.mark),
         "message": diagnostic.message,
         "help": diagnostic.help,
         "within": diagnostic.within,
-        "fix": asdict(fix) if fix else None,
+        "fix": {"mark": _span(fix.mark), "text": fix.text} if fix else None,
     }
+
+
+def _span(mark: Mark) -> dict[str, Any]:
+    return {"file": mark.file, "line": mark.line, "col": mark.col, "end_line": mark.end_line, "end_col": mark.end_col}
 
 
 def as_json(problems: Iterable[Diagnostic], head: dict[str, Any]) -> str:

@@ -104,14 +104,14 @@ class Body:
             self.problems.add(
                 "E018",
                 at.mark,
-                f"'{name}' is a {old.origin} already; first at line {old.mark.line}",
+                f"'{name}' is a {old.origin} already; first at {old.mark.said}",
                 "choose another name",
             )
         elif name in self.flow.taken:
-            line = self.flow.saved[name].mark.line if name in self.flow.saved else at.mark.line
-            self.problems.add("E018", at.mark, f"'{name}' is saved twice; first at line {line}", "choose another name")
+            where = (self.flow.saved[name].mark if name in self.flow.saved else at.mark).said
+            self.problems.add("E018", at.mark, f"'{name}' is saved twice; first at {where}", "choose another name")
         elif first is not None and ANY not in (first.type, of) and first.type != of:
-            what = f"'{name}' is saved with another type at line {first.mark.line}"
+            what = f"'{name}' is saved with another type at {first.mark.said}"
             self.problems.add("E018", at.mark, what, "exclusive branches may share a name if the types agree")
         if len(self.problems.found) > before:
             self.used.add(name)
@@ -191,7 +191,7 @@ class Body:
     def _why_unset(self, name: str) -> str:
         if name in self.optional:
             return "E067"
-        return f"E019 it is saved only when line {self.flow.saved[name].mark.line} ran"
+        return f"E019 it is saved only when {self.flow.saved[name].mark.said} ran"
 
     def value(self, node: Node, expected: Type, what: str = "", *, optional: bool = False) -> Expr:
         """Compile a value of an expected type."""
@@ -260,8 +260,8 @@ class Body:
         """Report E023 for the first role that is read after its release."""
         for read in expr.reads:
             if read.name in self.flow.released:
-                line = self.flow.released[read.name].line
-                what = f"'{read.name}' is no longer held here: released at line {line}"
+                where = self.flow.released[read.name].said
+                what = f"'{read.name}' is no longer held here: released at {where}"
                 self.problems.add("E023", expr.mark, what, "release it last")
                 return
 
@@ -287,7 +287,7 @@ class Body:
         if name in self.later and name not in self.flow.saved:
             self.early.add(name)
             what, help_ = (
-                f"'{name}' is used here before it is saved (line {self.later[name].line})",
+                f"'{name}' is used here before it is saved ({self.later[name].said})",
                 "save it in an earlier step",
             )
             return replace(diagnostic, code="E019", message=what, help=help_, fix=None, about=None)

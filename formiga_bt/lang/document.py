@@ -5,7 +5,7 @@ documents, or is too deep, long or large, so that no bomb is ever composed. Synt
 by `colons` and `traps`. Called by the loader for tasks, libraries, catalogues, sites and tests.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -36,7 +36,8 @@ class Scalar:
         if not self.exact:
             return self.mark
         first = self.mark.col + (1 if self.quoted else 0)
-        return Mark(self.mark.file, self.mark.line, first + start, self.mark.line, first + max(end, start + 1))
+        line, label = self.mark.line, self.mark.label
+        return Mark(self.mark.file, line, first + start, line, first + max(end, start + 1), label)
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,12 +72,13 @@ Node = Scalar | Mapping_ | Listing
 """A node of a document. Where nothing stands (`key:`), it is a `Scalar` with empty text."""
 
 
-def parse(text: str, file: str) -> tuple[Node | None, list[Diagnostic]]:
+def parse(text: str, file: str, labels: Mapping[int, str] | None = None) -> tuple[Node | None, list[Diagnostic]]:
     """Read one YAML document.
 
     Args:
         text: of the file.
         file: its name in marks.
+        labels: how messages call its lines, if not by number.
 
     Returns:
         The root node and the problems. The node is None if the text is empty, or cannot be read at all; with duplicate
@@ -93,7 +95,7 @@ def parse(text: str, file: str) -> tuple[Node | None, list[Diagnostic]]:
         problem = _first_refusal(source, _kept(_events(source), events), file)
         if problem is not None:
             return None, [problem]
-        return _Builder(source, file, events).build()
+        return _Builder(source, file, events, labels or {}).build()
     except yaml.YAMLError as error:
         line, col, said = _place_of(error)
         colon = missing_colon(lines_of(source), file, line, said, _reads)
@@ -203,8 +205,9 @@ def _mark(event: Any, file: str) -> Mark:
 class _Builder:
     """Turns the events of one document, known to be harmless, into nodes. Iteration depth is at most 64."""
 
-    def __init__(self, source: str, file: str, events: list[Any]) -> None:
+    def __init__(self, source: str, file: str, events: list[Any], labels: Mapping[int, str]) -> None:
         self._file = file
+        self._labels = labels
         self._lines = lines_of(source)
         self._found: list[Diagnostic] = []
         self._events = iter(events)
@@ -215,6 +218,10 @@ class _Builder:
                 root = self._node(event)
                 return root, self._found
         return None, self._found
+
+    def _mark(self, start: Any, end: Any) -> Mark:
+        label = self._labels.get(start.line + 1, "")
+        return Mark(self._file, start.line + 1, start.column + 1, end.line + 1, end.column + 1, label)
 
     def _line(self, mark: Mark) -> str:
         """Return the line of a mark; the parser puts an empty value at the end beyond the last line."""
@@ -228,7 +235,7 @@ class _Builder:
         return self._mapping(event)
 
     def _scalar(self, event: Any) -> Scalar:
-        mark = _mark(event, self._file)
+        mark = self._mark(event.start_mark, event.end_mark)
         quoted = event.style in ("'", '"')
         block = event.style in ("|", ">")
         text = str(event.value)
@@ -262,8 +269,8 @@ class _Builder:
             elif not key.quoted and (slip := colon_in_key(key.text, self._line(key.mark), key.mark)) is not None:
                 raise _Slip(slip)
             elif key.text in entries:
-                first = entries[key.text].key.mark.line
-                what = f"key '{key.text}' appears twice in this mapping; first at line {first}"
+                first = entries[key.text].key.mark.said
+                what = f"key '{key.text}' appears twice in this mapping; first at {first}"
                 self._found.append(Diagnostic("E002", key.mark, what, "keep one of them"))
             else:
                 entries[key.text] = Entry(key, value)
@@ -277,12 +284,12 @@ class _Builder:
         """Span a collection: flow style to its bracket; block style to the end of its last line with content."""
         first = start.start_mark
         if start.flow_style:
-            last = end.end_mark
-            return Mark(self._file, first.line + 1, first.column + 1, last.line + 1, last.column + 1)
+            return self._mark(first, end.end_mark)
         line = min(end.end_mark.line, len(self._lines) - 1)
         if end.end_mark.column == 0 or not self._lines[line][: end.end_mark.column].strip():
             line -= 1
         while line > first.line and self._lines[line].lstrip()[:1] in ("", "#"):
             line -= 1
         line = max(line, first.line)
-        return Mark(self._file, first.line + 1, first.column + 1, line + 1, len(self._lines[line].rstrip()) + 1)
+        label = self._labels.get(first.line + 1, "")
+        return Mark(self._file, first.line + 1, first.column + 1, line + 1, len(self._lines[line].rstrip()) + 1, label)

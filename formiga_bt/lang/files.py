@@ -4,7 +4,7 @@ An import is looked up in the importing file's folder, then in the folders of th
 keeps what was read, finds circles, and remembers every text for diagnostics and for the hash of the bundle.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -66,12 +66,14 @@ class Shelf:
         self._labels: dict[str, Path] = {}
         self._open: list[str] = []
 
-    def open_text(self, text: str, file: str, folder: Path | None, *, library: bool) -> Unit:
+    def open_text(
+        self, text: str, file: str, folder: Path | None, *, library: bool, labels: Mapping[int, str] | None = None
+    ) -> Unit:
         """Parse a file's text and everything it imports; problems are reported."""
         unit = Unit(file, folder)
         self.sources[file] = text
         self.units[file] = unit
-        node, found = parse(text, file)
+        node, found = parse(text, file, labels)
         self.problems.extend(found)
         if node is None:
             if not found:

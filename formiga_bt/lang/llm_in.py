@@ -28,9 +28,7 @@ class Problem:
 
     path: str
     diagnostic: Diagnostic
-    message: str
-    """The diagnostic's message, with JSON paths where it names lines."""
-    help: str = ""
+    """Its message has JSON paths where another one names lines."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,13 +69,12 @@ def load_task_json(
         text, paths = to_yaml(data)
     except FormError as error:
         return _unreadable(str(error), name, error.path)
-    loaded = load_task_text(text, name, catalogue=catalogue, site=site, library=library)
+    loaded = load_task_text(text, name, catalogue=catalogue, site=site, library=library, labels=paths)
     problems = []
     for found in loaded.diagnostics:
         inside = found.mark.file == name
         path = paths.get(found.mark.line, "$") if inside else str(found.mark)
-        said, helps = (_with_paths(one, paths) if inside else one for one in (found.message, found.help))
-        problems.append(Problem(path, found, said, helps))
+        problems.append(Problem(path, found))
     return LoadedJson(loaded.task, problems, text)
 
 
@@ -90,11 +87,7 @@ class FormError(ValueError):
 
 
 def _unreadable(message: str, name: str, path: str = "$") -> LoadedJson:
-    return LoadedJson(None, [Problem(path, Diagnostic("E008", Mark(name, 1, 1), message), message)], "")
-
-
-def _with_paths(text: str, paths: Mapping[int, str]) -> str:
-    return re.sub(r"\b(at )?line (\d+)", lambda m: f"{m[1] or ''}{paths.get(int(m[2]), m[0])}", text)
+    return LoadedJson(None, [Problem(path, Diagnostic("E008", Mark(name, 1, 1), message))], "")
 
 
 def to_yaml(data: Mapping[str, Any]) -> tuple[str, dict[int, str]]:

@@ -92,6 +92,7 @@ def load_task_text(
     read: Callable[[Path], str] = read_file,
     watch: Callable[[Mark, Scope], None] | None = None,
     others: Mapping[str, str] | None = None,
+    labels: Mapping[int, str] | None = None,
 ) -> Loaded:
     """Read and check a task's text.
 
@@ -105,10 +106,11 @@ def load_task_text(
         read: gives the text of an import.
         watch: is told what is visible at each step.
         others: texts of tasks that it may request, by name, besides those of its folder and of the library.
+        labels: how messages call its lines, if not by number.
     """
     problems = Problems()
     shelf = Shelf((folder("trees"),) if library is None else library, problems, read)
-    unit = shelf.open_text(text, file, folder_, library=False)
+    unit = shelf.open_text(text, file, folder_, library=False, labels=labels)
     neighbours = Neighbours(folder_, shelf.library, read, others)
     world = World(catalogue, site, watch, neighbours)
     task = _TaskReader(world, problems, shelf, unit).read() if unit.root is not None else None

@@ -50,7 +50,7 @@ def _may_define(body: Body, at: Scalar) -> bool:
     is_free(at, body.problems)
     old = body.names.get(at.text) or body.flow.saved.get(at.text)
     if old is not None:
-        what = f"'{at.text}' is a {old.origin} already; first at line {old.mark.line}"
+        what = f"'{at.text}' is a {old.origin} already; first at {old.mark.said}"
         body.problems.add("E018", at.mark, what, "choose another name")
         body.used.add(at.text)
     return old is None

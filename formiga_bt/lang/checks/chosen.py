@@ -80,7 +80,7 @@ def _check_elsewhere(role: Role, near: Expr, goals: tuple[Goal, ...], names: Mea
         return
     to = goals[0]
     where = to.meaning.word or " and ".join(sorted(to.meaning.roots or ()))
-    what = f"'{role.name}' is chosen near '{bare(near)}', but goes to '{where}' first (line {to.mark.line})"
+    what = f"'{role.name}' is chosen near '{bare(near)}', but goes to '{where}' first ({to.mark.said})"
     place = near_for(to.meaning, role, names)
     problems.add("W089", near.mark, what, f"near: ${{{place}}}" if place else "name the place that it goes to first")
 

@@ -68,7 +68,7 @@ class _Contention:
                     told.add(agent)
                     self.found.add(agent.partition("[")[0])
                     what = f"'{agent}' is commanded by two parallel branches at once"
-                    help_ = f"first at line {first.mark.line}; command it in one branch, reading its fields is fine"
+                    help_ = f"first at {first.mark.said}; command it in one branch, reading its fields is fine"
                     self.problems.add("E034", at.mark, what, help_, about=CommandedTwice(agent))
             before += mine
 

@@ -41,7 +41,7 @@ def check_blocks(steps: tuple[Step, ...], catalogue: Catalogue, problems: Proble
     for wait in _waits(steps, (), "", None, catalogue):
         if wait.common and wait.at not in told:
             told.add(wait.at)
-            holder = f"'{wait.held.name}' (line {wait.held.mark.line})"
+            holder = f"'{wait.held.name}' ({wait.held.mark.said})"
             what = f"'{wait.wanted.name}' waits for {_a(wait.common)} while {holder} holds one: possible deadlock"
             problems.add("E035", wait.at, what, _HELP)
 

@@ -96,7 +96,7 @@ class Doing:
         why = states.get("airborne") or states.get("unknown")
         if stranded and why is not None:
             mark = why.failed or why.mark
-            what = f"a failure at line {mark.line} leaves '{role.name}' airborne: type {stranded[0]} has no recover"
+            what = f"a failure at {mark.said} leaves '{role.name}' airborne: type {stranded[0]} has no recover"
             self.problems.add("W032", mark, what, "give the type a recover subtree in the catalogue")
 
     def _release(self, step: Release, sky: Sky, here: Place) -> Ends:

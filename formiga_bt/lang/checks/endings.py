@@ -74,7 +74,7 @@ def _landings(
         if flown and lands and not flown & lands:
             where = end if known else " and ".join(sorted(flown))
             how = f"last flew to '{where}'" if known else f"its way there is made of '{where}'"
-            what = f"lands at '{bare(at)}' but {how} (line {before.mark.line})"
+            what = f"lands at '{bare(at)}' but {how} ({before.mark.said})"
             problems.add("W075", at.mark, what, f"fly above {bare(at)} first")
 
 

@@ -20,7 +20,7 @@ def check_errands(steps: tuple[Step, ...], catalogue: Catalogue, problems: Probl
             for now in _events(body, frozenset({name}), catalogue):
                 if before[0] == "lands" and now[0] == "rises" and now[1].mark.line not in told:
                     told.add(now[1].mark.line)
-                    what = f"'{name}' has just landed (line {before[1].mark.line}) and takes off again for nothing"
+                    what = f"'{name}' has just landed ({before[1].mark.said}) and takes off again for nothing"
                     help_ = "put between them what it landed for, a question or a wait; or leave both away"
                     problems.add("W095", now[1].mark, what, help_)
                 before = now

@@ -152,8 +152,7 @@ class _Foregone:
         if name in _TWO_PLACES and len(args) > 1 and args[0] == args[1]:
             return f"{name} goes from '{args[0]}' to '{args[0]}'", "give it two places"
         if name == "is_set" and args and args[0] in sure:
-            line = sure[args[0]].line
-            what = f"'{args[0]}' is always set here (line {line}): is_set is always true"
+            what = f"'{args[0]}' is always set here ({sure[args[0]].said}): is_set is always true"
             return what, "take it away; a step that may fail and go on has ignore_failure: true"
         return None
 

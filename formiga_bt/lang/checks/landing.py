@@ -35,7 +35,7 @@ from formiga_bt.lang.walk import commands
 _ABOVE: Final = re.compile(r"(?:above|at_height|ground)\(\s*([^,()]+|(?:above|at_height|ground)\(.*\))\s*(?:,.*)?\)")
 _NAME: Final = re.compile(r"([A-Za-z_]\w*)((?:\.[A-Za-z_]\w*)*)")
 
-Where = tuple[str, int]
+Where = tuple[str, str]
 """A place as the outermost task names it, and the line that sent the machine there."""
 
 
@@ -47,7 +47,7 @@ def check_landings(task: Task, catalogue: Catalogue, problems: Problems) -> None
 
 def at_home(roles: Iterable[Role]) -> dict[str, Where]:
     """Return where machines are when they are granted: at their port, unless they may be away or are several."""
-    return {role.name: (f"{role.name}.home", 0) for role in roles if not role.away and not role.is_list}
+    return {role.name: (f"{role.name}.home", "") for role in roles if not role.away and not role.is_list}
 
 
 class _Landings:
@@ -119,7 +119,7 @@ class _Landings:
     def _rounds(self, step: Loop | For, last: dict[str, Where], names: Mapping[str, str], call: Mark | None) -> None:
         """Follow a round that may come after another one: where that sent the machines is not known."""
         for agents, _ in commands(step, {}):
-            last.update(dict.fromkeys((names.get(agent, agent) for agent in agents), ("", 0)))
+            last.update(dict.fromkeys((names.get(agent, agent) for agent in agents), ("", "")))
         if isinstance(step, For):
             for name in step.lists:
                 last.pop(name, None)
@@ -139,7 +139,7 @@ class _Landings:
         role = names.get(step.who.name, step.who.name)
         if spec is None or not spec.moves_to or spec.moves_to not in step.fields:
             if spec is None or not spec.effect:
-                last[role] = ("", 0)
+                last[role] = ("", "")
             return
         place = named(step.fields[spec.moves_to], names)
         mark = call or step.mark
@@ -148,18 +148,18 @@ class _Landings:
         before = last.get(role)
         if spec.lands and before is not None and place and before[0] and place != before[0]:
             where = step.fields[spec.moves_to].mark if call is None else mark
-            what = f"lands at '{place}' but last flew to '{before[0]}' (line {before[1]})"
+            what = f"lands at '{place}' but last flew to '{before[0]}' ({before[1]})"
             if not before[1]:
                 what = f"lands at '{place}', but '{role}' was not sent there: it is over its port"
             self.problems.add("W075", where, what, f"fly above {place} first")
-        last[role] = (place, mark.line)
+        last[role] = (place, mark.said)
 
 
 def _forget(last: dict[str, Where], after: Mapping[str, Where]) -> None:
     """Drop what is not the same on both paths."""
     for role in list(after):
         if last.get(role) != after[role]:
-            last[role] = ("", 0)
+            last[role] = ("", "")
 
 
 def named(expr: Expr, names: Mapping[str, str]) -> str:

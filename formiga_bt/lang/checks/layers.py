@@ -45,7 +45,7 @@ def _check(steps: tuple[Step, ...], catalogue: Catalogue, problems: Problems, of
             to = f"${{at_height(ground({who}.position), {who}.transit_height)}}"
             problems.add("W094", step.fields[spec.moves_to].mark, what, f"before it: {who}.GoTo with to: {to}")
         if kind == "elsewhere" and how == "climb" and before is not None and not spec.lands:
-            what = f"'{who}' went to its layer (line {before.mark.line}), but does not cross in it"
+            what = f"'{who}' went to its layer ({before.mark.said}), but does not cross in it"
             help_ = f"first across: at_height(..., {who}.transit_height)"
             problems.add("W094", step.fields[spec.moves_to].mark, what, help_)
         if spec.effect == "airborne":

@@ -38,7 +38,7 @@ def check_no_effect(task: Task, problems: Problems) -> None:
 def _walk(steps: Iterable[Step], bound: _Bound | None, problems: Problems) -> None:
     for step in steps:
         with problems.within(step.title):
-            inner = _narrower(step.timeout, "timeout", bound, f"'{step.title}' (line {step.mark.line})", problems)
+            inner = _narrower(step.timeout, "timeout", bound, f"'{step.title}' ({step.mark.said})", problems)
             if step.retry is not None:
                 _check_retry(step.retry, inner, problems)
             if isinstance(step, Wait) and step.duration.is_const and step.duration.const == 0:

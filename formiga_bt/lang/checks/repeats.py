@@ -25,11 +25,11 @@ def check_repeats(steps: tuple[Step, ...], catalogue: Catalogue, problems: Probl
     for before, one in pairwise(steps):
         with problems.within(one.title):
             if not isinstance(one, _MAY_REPEAT) and same(before, one):
-                what = f"this is the same as the step before it (line {before.mark.line})"
+                what = f"this is the same as the step before it ({before.mark.said})"
                 problems.add("W076", one.mark, what, "remove it; if it is meant, write repeat: 2")
             elif _is_there(before, one, catalogue):
                 assert isinstance(one, Do)
-                what = f"'{one.who.name}' is at this height already (line {before.mark.line})"
+                what = f"'{one.who.name}' is at this height already ({before.mark.said})"
                 problems.add("W076", one.mark, what, "remove it, or put it before the other one")
     for step in steps:
         with problems.within(step.title):

@@ -150,7 +150,7 @@ class _SameMachine:
                 names = _base(one), _base(other)
                 if certain == _SURE:
                     mark = frame.call or step.mark
-                    where = f"line {first.mark.line} and {line_of(second.mark, Place(mark.file))}"
+                    where = f"{first.mark.said} and {line_of(second.mark, Place(mark.file))}"
                     self._at_once(
                         word,
                         f"two parallel branches of {frame.of}",

@@ -95,7 +95,7 @@ def start(role: Role) -> States:
 
 def line_of(mark: Mark, here: Place) -> str:
     """Return the line of a mark in words, with its file if that is another one."""
-    return f"line {mark.line}" if mark.file == here.file else f"line {mark.line} of {PurePath(mark.file).name}"
+    return f"{mark.said}" if mark.file == here.file else f"{mark.said} of {PurePath(mark.file).name}"
 
 
 def failing(sky: Sky | None, mark: Mark, here: Place, how: str = "failed") -> Sky | None:

@@ -33,7 +33,7 @@ def check_spacing(steps: tuple[Step, ...], catalogue: Catalogue, least_m: float,
 def _report(problems: Problems, mark: Mark, distance_m: float, least_m: float) -> None:
     apart = format_quantity("distance", round(distance_m, 1))
     least = format_quantity("distance", least_m)
-    what = f"two drones are sent {apart} apart at line {mark.line}; min_spacing is {least}"
+    what = f"two drones are sent {apart} apart at {mark.said}; min_spacing is {least}"
     problems.add("W073", mark, what, "give each its own place, or its own height")
 
 

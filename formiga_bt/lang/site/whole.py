@@ -71,7 +71,7 @@ def _check_fences(site: Site, written: Written, spots: Iterable[tuple[str, Any, 
 
 
 def _line(mark: Mark | None) -> str:
-    return f" (line {mark.line})" if mark is not None else ""
+    return f" ({mark.said})" if mark is not None else ""
 
 
 def _check_heights_known(

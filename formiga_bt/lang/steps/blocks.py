@@ -32,7 +32,7 @@ class Readers:
 def behind(body: Body, what: str, mark: Mark) -> None:
     """Put a barrier between the steps read from here on and the loop around; the caller puts `around` back."""
     if body.around is not None and not body.around.barrier:
-        body.around = replace(body.around, barrier=f"this {what} (line {mark.line})")
+        body.around = replace(body.around, barrier=f"this {what} ({mark.said})")
 
 
 # --- sequence, fallback, if --------------------------------------------------------------------------------------

@@ -38,6 +38,6 @@ def read_with_agents(read: Readers, body: Body, keys: Keys) -> Part | None:
         del body.agents[name], body.names[name]
         body.lists.pop(name, None)
         body.flow.released.pop(name, None)
-        what = f"'{name}' is only held inside with_agents (line {mark.line})"
+        what = f"'{name}' is only held inside with_agents ({mark.said})"
         body.gone[name] = ("E023", what, "move the step into its steps")
     return {"roles": found, "steps": steps}

@@ -165,7 +165,7 @@ def _check_released(body: Body, entry: Flow, around: Around) -> None:
     """Report E023 for a role that a round gives back and the next one no longer has."""
     for name, mark in body.flow.released.items():
         if name not in entry.released and name not in body.items:
-            what = f"'{name}' is released in the loop at line {around.mark.line}: its next round no longer holds it"
+            what = f"'{name}' is released in the loop at {around.mark.said}: its next round no longer holds it"
             body.problems.add("E023", mark, what, "release it after the loop")
 
 

@@ -87,7 +87,7 @@ def read_break_if(body: Body, keys: Keys) -> Part | None:
         what = "break_if leaves the nearest loop; there is none here"
         body.problems.add("E040", mark, what, "put it among the steps of a while, repeat or for")
     elif around.barrier:
-        what = f"break_if cannot leave the loop at line {around.mark.line} from inside {around.barrier}"
+        what = f"break_if cannot leave the loop at {around.mark.said} from inside {around.barrier}"
         body.problems.add("E040", mark, what, f"save what decides it, and put break_if after {around.barrier}")
     if cond is None:
         return None

@@ -4,7 +4,7 @@ import ast
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 
-from formiga_bt.diagnostics import Fix
+from formiga_bt.diagnostics import Fix, Mark
 from formiga_bt.lang.body import Body
 from formiga_bt.lang.document import Entry, Listing, Mapping_, Node, Scalar
 from formiga_bt.lang.expr.at_run import sure_of_type
@@ -33,12 +33,12 @@ def read_for(read: Readers, body: Body, keys: Keys) -> Part | None:
     entry = body.flow.copy()
     if parallel and "steps" in keys:
         _check_sets(body, keys["steps"].value)
-    with _loop_names(body, lists or {}, mark.line):
-        around = Around(mark, [], f"this parallel for (line {mark.line})" if parallel else "")
+    with _loop_names(body, lists or {}, mark):
+        around = Around(mark, [], f"this parallel for ({mark.said})" if parallel else "")
         part["steps"], outs = read_body(read, body, keys, around)
     end = body.flow
     whole = part["need"] == "all" and bool(length)
-    _after_for(body, entry, [*outs, end], parallel=parallel, whole=whole, line=mark.line)
+    _after_for(body, entry, [*outs, end], parallel=parallel, whole=whole, mark=mark)
     body.flow.released = {
         name: at
         for one, at in end.released.items()
@@ -49,7 +49,7 @@ def read_for(read: Readers, body: Body, keys: Keys) -> Part | None:
     return {"lists": {name: expr for name, (expr, _) in lists.items()}, **part} if lists else None
 
 
-def _after_for(body: Body, entry: Flow, outs: list[Flow], *, parallel: bool, whole: bool, line: int) -> None:
+def _after_for(body: Body, entry: Flow, outs: list[Flow], *, parallel: bool, whole: bool, mark: Mark) -> None:
     """Set what holds after the last item: of a parallel `for`, nothing that an item saved."""
     end = outs[-1]
     if not parallel:
@@ -60,7 +60,7 @@ def _after_for(body: Body, entry: Flow, outs: list[Flow], *, parallel: bool, who
     body.flow.released = dict(end.released)
     for name in end.saved:
         if name not in entry.saved:
-            what = f"'{name}' is written by every round of the parallel for at line {line}, each for itself"
+            what = f"'{name}' is written by every round of the parallel for at {mark.said}, each for itself"
             body.gone[name] = ("E072", what, f"use collect: {name} to gather one result per round")
 
 
@@ -99,7 +99,7 @@ def _read_lists(body: Body, node: Node) -> dict[str, tuple[Expr, Entry]] | None:
         old = body.names.get(at.text) or body.flow.saved.get(at.text)
         if old is not None:
             origin = "saved name" if old.origin == "saved" else old.origin
-            what = f"'{at.text}' is a {origin} already; first at line {old.mark.line}"
+            what = f"'{at.text}' is a {origin} already; first at {old.mark.said}"
             body.problems.add("E018", at.mark, what, "choose another name")
             body.used.add(at.text)
         found[at.text] = (_read_list(body, entry), entry)
@@ -173,7 +173,7 @@ def _length(body: Body, parsed: Parsed, node: ast.expr) -> int | None:
 
 
 @contextmanager
-def _loop_names(body: Body, lists: Mapping[str, tuple[Expr, Entry]], line: int) -> Iterator[None]:
+def _loop_names(body: Body, lists: Mapping[str, tuple[Expr, Entry]], mark: Mark) -> Iterator[None]:
     """Make the loop names visible in a block; after it they have no value."""
     new = [name for name in lists if name not in body.names and name not in body.flow.saved]
     for name in new:
@@ -192,7 +192,7 @@ def _loop_names(body: Body, lists: Mapping[str, tuple[Expr, Entry]], line: int) 
         for name in new:
             del body.names[name]
             body.agents.pop(name, None)
-            what = f"'{name}' is a loop name: it has a value in the loop at line {line} only"
+            what = f"'{name}' is a loop name: it has a value in the loop at {mark.said} only"
             body.gone[name] = ("E019", what, "move the step into the loop")
 
 

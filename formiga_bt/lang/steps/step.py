@@ -304,7 +304,7 @@ def _check_retried(body: Body, entry: Flow, mark: Mark) -> None:
     """Report E023 for a role that a first attempt gives back and the next one no longer has."""
     for name in body.flow.released:
         if name not in entry.released:
-            what = f"a second attempt no longer holds '{name}': released at line {body.flow.released[name].line}"
+            what = f"a second attempt no longer holds '{name}': released at {body.flow.released[name].said}"
             body.problems.add("E023", mark, what, "release it after the step that is retried")
 
 

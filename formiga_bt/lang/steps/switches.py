@@ -88,7 +88,7 @@ def _case(body: Body, entry: Entry, on: Expr | None, before: list[Case]) -> str 
         return None
     first = next((case for case in before if case.value == value), None)
     if first is not None:
-        what = f"case '{shorten(key.text)}' appears twice; first at line {first.mark.line}"
+        what = f"case '{shorten(key.text)}' appears twice; first at {first.mark.said}"
         body.problems.add("E047", key.mark, what, "put its steps into the first")
         return None
     return value

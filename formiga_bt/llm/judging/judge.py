@@ -78,7 +78,7 @@ def judge(
     except ShortError as error:
         return Judged(None, "", (), (Shortfall("form", str(error), error.path),), None, edited)
     fixed = mended(data, world)
-    problems = [from_diagnostic(p.path, p.diagnostic, p.message, p.help) for p in fixed.loaded.problems]
+    problems = [from_diagnostic(p.path, p.diagnostic) for p in fixed.loaded.problems]
     problems += _foreign_imports(fixed.data, verbs)
     mends = (*edited, *added, *fixed.done)
     if fixed.loaded.task is None or any(p.severity == "error" for p in problems):

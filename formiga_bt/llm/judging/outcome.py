@@ -281,11 +281,10 @@ def _length(match: "re.Match[str] | None") -> int:
     return len(match[0]) if match is not None else 0
 
 
-def from_diagnostic(path: str, diagnostic: Diagnostic, message: str, help_: str) -> Shortfall:
+def from_diagnostic(path: str, found: Diagnostic) -> Shortfall:
     """Return a problem of the checker as a shortfall."""
-    about = diagnostic.about
-    unknown = about.name if isinstance(about, UnknownName) else ""
-    return Shortfall(diagnostic.code, message, path, help_, diagnostic.severity, unknown=unknown)
+    unknown = found.about.name if isinstance(found.about, UnknownName) else ""
+    return Shortfall(found.code, found.message, path, found.help, found.severity, unknown=unknown)
 
 
 def facts(flight: Flight) -> dict[str, Any]:

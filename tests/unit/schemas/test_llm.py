@@ -63,7 +63,7 @@ def test_a_shipped_tree_goes_to_json_and_back(path: Path) -> None:
     jsonschema.validate(data, SCHEMA)
     done = read(json.dumps(data))
 
-    assert not done.problems, [(p.path, p.message) for p in done.problems]
+    assert not done.problems, [(p.path, p.diagnostic.message) for p in done.problems]
     first = load_task(path, catalogue=CATALOGUE, site=SITE, library=[ROOT / "trees"]).task
     assert done.task is not None
     assert meaning(done.task) | {"files": 0} == meaning(first) | {"files": 0}
@@ -163,7 +163,7 @@ def test_a_mistake_is_told_with_its_place_in_the_json(data: Any, path: str, code
     (problem,) = read(data).problems
 
     assert (problem.path, problem.diagnostic.code) == (path, code)
-    assert message in problem.message
+    assert message in problem.diagnostic.message
 
 
 def test_lines_in_messages_become_paths() -> None:
@@ -171,7 +171,18 @@ def test_lines_in_messages_become_paths() -> None:
     (problem,) = read(changed("params", to=twice)).problems
 
     assert problem.path == "$.params[1]"
-    assert problem.message == "key 'target' appears twice in this mapping; first at $.params[0]"
+    assert problem.diagnostic.message == "key 'target' appears twice in this mapping; first at $.params[0]"
+
+
+def test_lines_of_other_files_stay_lines() -> None:
+    up, _, down = TASK["steps"]
+    drone, to = {"name": "drone", "value": {"expr": "drone"}}, {"name": "to", "value": {"expr": "target"}}
+    tried = {"sequence": [{"call": "FlyOver", "with": [drone, to]}, down]}
+    steps = [up, {"fallback": [tried, {"wait": {"lit": "1 s"}}]}]
+    problems = read(changed("steps", to=steps) | {"imports": ["lib/flying.yaml"]}).problems
+    (problem,) = (one for one in problems if one.diagnostic.code == "E031")
+
+    assert "when line 21 of flying.yaml failed" in problem.diagnostic.message
 
 
 def test_texts_that_look_like_yaml_stay_texts() -> None:
