@@ -19,8 +19,8 @@ import msgspec
 from agents_sim.faults import Order
 from agents_sim.lines import say
 from agents_sim.spec import AgentSpec
-from formiga_bt.errors import TransportError
-from formiga_bt.geo import Place, Position
+from formiga_bt.base.errors import TransportError
+from formiga_bt.base.geo import Place, Position
 
 
 def parse(arguments: Sequence[str]) -> argparse.Namespace:

@@ -1,9 +1,9 @@
-"""What a drone's motion costs in charge; the engine's estimate (`formiga_bt.energy`) uses the same limits."""
+"""What a drone's motion costs in charge; the engine's estimate (`formiga_bt.base.energy`) uses the same limits."""
 
 from agents_sim.limits import DroneLimits
 from agents_sim.motion import MotionKind, Segment
-from formiga_bt.clock import SECOND
-from formiga_bt.geo import Place, horizontal_m
+from formiga_bt.base.clock import SECOND
+from formiga_bt.base.geo import Place, horizontal_m
 
 AT_HOME_M = 2.0
 """So near its home, over ground, a drone at rest charges."""

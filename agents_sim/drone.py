@@ -26,8 +26,8 @@ from agents_sim.motion import (
 )
 from agents_sim.planning import CUT_MOTORS, LOWEST_HOVER_M, Flight, Leg, OnLinkLoss, plan, way_down, way_home
 from agents_sim.preflight import preflight
-from formiga_bt.clock import SECOND, Micros, Scheduler, Timer, micros
-from formiga_bt.geo import Frame, Place, Position, mm
+from formiga_bt.base.clock import SECOND, Micros, Scheduler, Timer, micros
+from formiga_bt.base.geo import Frame, Place, Position, mm
 from formiga_bt.transport.agent_side import AgentSide
 from formiga_bt.transport.messages import Control, GoalRequest, Landed, PreflightCheck
 

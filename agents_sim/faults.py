@@ -14,7 +14,7 @@ from msgspec import Struct
 
 from agents_sim.drone import Drone
 from agents_sim.person import Person
-from formiga_bt.clock import SECOND, Micros
+from formiga_bt.base.clock import SECOND, Micros
 from formiga_bt.transport.base import AgentLink
 from formiga_bt.transport.messages import TERMINAL, AgentCard, AgentEvent, AgentStatus, GoalEvent, GoalRequest
 

@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping
 from typing import Any, Final
 
 from agents_sim.limits import PersonLimits
-from formiga_bt.geo import Place, Position, horizontal_m, mm
+from formiga_bt.base.geo import Place, Position, horizontal_m, mm
 
 Sight = Callable[[], Mapping[str, Position]]
 """Returns where the drones are that fly now."""

@@ -15,7 +15,7 @@ from msgspec import Struct
 
 from agents_sim.lines import Disk, Lines
 from agents_sim.pacing import PacedSide
-from formiga_bt.clock import Micros
+from formiga_bt.base.clock import Micros
 from formiga_bt.transport.base import AgentBody
 from formiga_bt.transport.messages import TERMINAL, GoalRequest, GoalState
 

@@ -22,7 +22,7 @@ from agents_sim.faults import Order
 from agents_sim.ledger import judge
 from agents_sim.referee import Referee, Verdict
 from agents_sim.spec import AgentSpec, check_spec
-from formiga_bt.geo import Place
+from formiga_bt.base.geo import Place
 
 END_S: Final = 5.0
 """So long a process may take to end after SIGTERM, before SIGKILL."""

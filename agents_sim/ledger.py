@@ -16,8 +16,8 @@ from msgspec import Struct
 
 from agents_sim.lines import Disk, Lines
 from agents_sim.motion import BodyState, MotionKind, PersonState, Recorder, Segment
-from formiga_bt.clock import Micros
-from formiga_bt.geo import Place
+from formiga_bt.base.clock import Micros
+from formiga_bt.base.geo import Place
 from formiga_bt.transport.messages import Clearance
 
 

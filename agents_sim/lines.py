@@ -13,7 +13,7 @@ from io import FileIO
 from pathlib import Path
 from typing import Final
 
-from formiga_bt.clock import SECOND, Micros
+from formiga_bt.base.clock import SECOND, Micros
 
 MOST_BYTES: Final = 4 * 1024 * 1024
 """So much of one file waits in memory."""

@@ -10,8 +10,8 @@ from typing import Any, Final, Literal, Protocol
 
 from msgspec import Struct
 
-from formiga_bt.clock import SECOND, Micros, micros
-from formiga_bt.geo import Place, Position, horizontal_m
+from formiga_bt.base.clock import SECOND, Micros, micros
+from formiga_bt.base.geo import Place, Position, horizontal_m
 from formiga_bt.transport.messages import Clearance, Control
 
 MotionKind = Literal["rest", "hover", "climb", "cruise", "descend", "fall"]

@@ -9,7 +9,7 @@ import heapq
 from collections.abc import Callable
 from typing import Final
 
-from formiga_bt.clock import SECOND, Micros, Timer
+from formiga_bt.base.clock import SECOND, Micros, Timer
 from formiga_bt.transport.agent_side import AgentSide
 from formiga_bt.transport.base import AgentBody, AgentLink
 from formiga_bt.transport.messages import AgentCard, ClockBeat

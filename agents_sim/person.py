@@ -15,8 +15,8 @@ from msgspec import Struct
 from agents_sim.finder import Finder, Sight, sees_nothing
 from agents_sim.limits import PersonLimits
 from agents_sim.motion import NoRecorder, PersonState, Recorder
-from formiga_bt.clock import SECOND, Micros, Scheduler, Timer, micros
-from formiga_bt.geo import Frame, Place, Position, horizontal_m, mm
+from formiga_bt.base.clock import SECOND, Micros, Scheduler, Timer, micros
+from formiga_bt.base.geo import Frame, Place, Position, horizontal_m, mm
 from formiga_bt.transport.agent_side import CONFIRM, AgentSide
 from formiga_bt.transport.messages import GoalRequest
 

@@ -9,8 +9,8 @@ from msgspec import Struct
 
 from agents_sim.motion import BadFieldError, MotionKind, read_number, read_place, read_position
 from agents_sim.sweep import sweep
-from formiga_bt.clock import Micros
-from formiga_bt.geo import Place, Position, horizontal_m
+from formiga_bt.base.clock import Micros
+from formiga_bt.base.geo import Place, Position, horizontal_m
 from formiga_bt.transport.messages import GoalRequest
 
 CUT_MOTORS: Final = "CutMotors"

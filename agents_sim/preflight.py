@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Final
 
-from formiga_bt.geo import Place
+from formiga_bt.base.geo import Place
 from formiga_bt.transport.messages import Control, PreflightCheck
 
 CHECKS: Final = ("armable", "home", "gnss", "control", "storage", "battery")

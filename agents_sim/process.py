@@ -24,9 +24,9 @@ from agents_sim.motion import BodyState
 from agents_sim.pacing import PacedScheduler
 from agents_sim.person import MINI_FINDER
 from agents_sim.spec import AgentSpec, build_body, build_card, drone_limits
-from formiga_bt.clock import SECOND, Micros
-from formiga_bt.errors import TransportError
-from formiga_bt.geo import Position
+from formiga_bt.base.clock import SECOND, Micros
+from formiga_bt.base.errors import TransportError
+from formiga_bt.base.geo import Position
 from formiga_bt.transport.zenoh_agent import ZenohAgentLink, ZenohObserver
 
 STATUS_EVERY_US: Final[Micros] = SECOND // 2

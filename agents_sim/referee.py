@@ -17,8 +17,8 @@ from typing import Final
 from msgspec import Struct
 
 from agents_sim.motion import Approach, MotionKind, Segment, closest_approach, linear_spans
-from formiga_bt.clock import SECOND, Micros
-from formiga_bt.geo import Place, distance_m, horizontal_m, mm
+from formiga_bt.base.clock import SECOND, Micros
+from formiga_bt.base.geo import Place, distance_m, horizontal_m, mm
 from formiga_bt.transport.messages import Clearance
 
 CRASH_M: Final = 2.0

@@ -16,8 +16,8 @@ from agents_sim.limits import DRONE_TYPES, PERSON_TYPES, TRACKED_TYPES, DroneLim
 from agents_sim.motion import NO_WIND, BodyState, MotionKind, PersonState, Recorder, Segment, Wind
 from agents_sim.person import Person, read_rules
 from agents_sim.planning import OnLinkLoss
-from formiga_bt.clock import Scheduler
-from formiga_bt.geo import Frame, Place, Position
+from formiga_bt.base.clock import Scheduler
+from formiga_bt.base.geo import Frame, Place, Position
 from formiga_bt.transport.messages import AgentCard
 
 

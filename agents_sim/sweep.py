@@ -1,6 +1,6 @@
 """A simple area sweep: parallel tracks over a polygon. Used by the drone's Explore."""
 
-from formiga_bt.geo import Place, mm
+from formiga_bt.base.geo import Place, mm
 
 
 def sweep(corners: list[Place], spacing_m: float) -> list[Place]:

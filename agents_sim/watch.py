@@ -20,8 +20,8 @@ import msgspec
 
 from agents_sim.ledger import Note, judge
 from agents_sim.referee import Referee, Verdict
-from formiga_bt.clock import SECOND, Micros
-from formiga_bt.errors import TransportError
+from formiga_bt.base.clock import SECOND, Micros
+from formiga_bt.base.errors import TransportError
 from formiga_bt.transport.messages import ClockBeat
 from formiga_bt.transport.zenoh_agent import ZenohObserver
 

@@ -13,8 +13,8 @@ from agents_sim.faults import FLIGHT_ORDERS, Body, FaultyBody, FaultyLink, Order
 from agents_sim.motion import NoRecorder, Recorder
 from agents_sim.person import Person
 from agents_sim.spec import AgentSpec, build_body, build_card, check_spec, drone_limits, is_person
-from formiga_bt.clock import SECOND, Micros, Scheduler
-from formiga_bt.geo import Place, Position, mm
+from formiga_bt.base.clock import SECOND, Micros, Scheduler
+from formiga_bt.base.geo import Place, Position, mm
 from formiga_bt.transport.agent_side import AgentSide
 from formiga_bt.transport.memory import MemoryHub, MemoryLink
 

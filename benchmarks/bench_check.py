@@ -17,12 +17,12 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from formiga_bt.diagnostics import Mark
-from formiga_bt.geo import Place, Position
-from formiga_bt.lang.document import Scalar
+from formiga_bt.base.diagnostics import Mark
+from formiga_bt.base.geo import Place, Position
+from formiga_bt.base.packaged import folder
 from formiga_bt.lang.expressions import Scope, compile_cond
+from formiga_bt.lang.text.document import Scalar
 from formiga_bt.lang.types import INT, AgentRef, Type
-from formiga_bt.packaged import folder
 
 STEPS = 2_000
 CONDITIONS = ("drone.battery > 30 %", "n < 3 and not drone.airborne", "distance(ground(drone.position), base) < 100 m")

@@ -21,15 +21,15 @@ from typing import Any
 
 from agents_sim.motion import Segment, closest_approach
 from agents_sim.world import AgentSpec
-from formiga_bt.clock import SECOND, Micros
-from formiga_bt.engine.changes import GoalPut
-from formiga_bt.engine.inputs import Step
-from formiga_bt.geo import Place, horizontal_m
+from formiga_bt.base.clock import SECOND, Micros
+from formiga_bt.base.geo import Place, horizontal_m
+from formiga_bt.engine.kernel.changes import GoalPut
+from formiga_bt.engine.kernel.inputs import Step
 from formiga_bt.lang.model import Port, Site, SiteAgent
 from formiga_bt.lang.types import AgentRef
-from formiga_bt.rehearsal import Rehearsal
+from formiga_bt.rehearsal.rehearsal import Rehearsal
+from formiga_bt.rehearsal.testing import packaged_world, task_of
 from formiga_bt.safety.traffic import VERTICAL_M
-from formiga_bt.testing import packaged_world, task_of
 
 CROSS = """
 imports: [lib/flying.yaml]

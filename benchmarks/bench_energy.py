@@ -20,11 +20,11 @@ from msgspec import Struct, structs
 from agents_sim.drone import Drone
 from agents_sim.limits import DRONE_TYPES, DroneLimits
 from agents_sim.motion import BodyState, Segment
-from formiga_bt.clock import VirtualScheduler
-from formiga_bt.energy import Power, Wind, home_pct, power_of, way_pct
-from formiga_bt.geo import Place, Position, mm
+from formiga_bt.base.clock import VirtualScheduler
+from formiga_bt.base.energy import Power, Wind, home_pct, power_of, way_pct
+from formiga_bt.base.geo import Place, Position, mm
+from formiga_bt.base.packaged import files
 from formiga_bt.lang.loader import load_catalogue
-from formiga_bt.packaged import files
 from formiga_bt.transport.messages import GoalRequest, to_wire
 
 

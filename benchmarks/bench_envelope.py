@@ -8,9 +8,9 @@ import math
 import timeit
 from array import array
 
-from formiga_bt.energy import Power
-from formiga_bt.geo import Place, Position, Region
-from formiga_bt.heights import HeightGrid
+from formiga_bt.base.energy import Power
+from formiga_bt.base.geo import Place, Position, Region
+from formiga_bt.base.heights import HeightGrid
 from formiga_bt.lang.model import Site
 from formiga_bt.safety.airspace import Airspace
 from formiga_bt.safety.envelope import FlightState, GateFlight, at_gate, in_flight, ways_of

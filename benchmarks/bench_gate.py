@@ -16,14 +16,14 @@ import time
 from dataclasses import replace
 from typing import Any
 
-from formiga_bt.clock import SECOND
-from formiga_bt.engine import changes as ch
+from formiga_bt.base.clock import SECOND
+from formiga_bt.base.geo import Place, Position, Region
 from formiga_bt.engine.engine import Engine
-from formiga_bt.engine.records import AgentRecord, GoalRecord, TaskRecord
-from formiga_bt.geo import Place, Position, Region
+from formiga_bt.engine.kernel import changes as ch
+from formiga_bt.engine.kernel.records import AgentRecord, GoalRecord, TaskRecord
 from formiga_bt.lang.model import Port
+from formiga_bt.rehearsal.testing import packaged_task, packaged_world
 from formiga_bt.safety.gate import Go, Verdict
-from formiga_bt.testing import packaged_task, packaged_world
 
 FIELD_M = 1000.0
 LAYERS_M = (60.0, 75.0, 90.0)

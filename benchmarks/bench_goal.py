@@ -15,11 +15,11 @@ import time
 from itertools import pairwise
 from queue import SimpleQueue
 
+from formiga_bt.base.packaged import files, folder
 from formiga_bt.engine.drivers.realtime import RealtimeDriver
 from formiga_bt.engine.engine import Engine
-from formiga_bt.engine.inputs import SendGoal, Step, Submit
+from formiga_bt.engine.kernel.inputs import SendGoal, Step, Submit
 from formiga_bt.lang.loader import load_catalogue, load_site, load_task_text
-from formiga_bt.packaged import files, folder
 from formiga_bt.transport.messages import QueryReplied
 from formiga_bt.transport.zenoh import ZenohTransport
 

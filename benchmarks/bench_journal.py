@@ -15,10 +15,11 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from agents_sim.world import AgentSpec, grid_fleet
-from formiga_bt.clock import SECOND
-from formiga_bt.engine.inputs import Step, Submit
-from formiga_bt.engine.state import EngineState, snapshot
-from formiga_bt.geo import Place
+from formiga_bt.base.clock import SECOND
+from formiga_bt.base.geo import Place
+from formiga_bt.base.packaged import files, folder
+from formiga_bt.engine.kernel.inputs import Step, Submit
+from formiga_bt.engine.kernel.state import EngineState, snapshot
 from formiga_bt.journal.database import Durability
 from formiga_bt.journal.keep import stats
 from formiga_bt.journal.past import Past
@@ -26,9 +27,8 @@ from formiga_bt.journal.store import Journal
 from formiga_bt.journal.writer import Writer, kind_of, tasks_of
 from formiga_bt.lang.loader import load_catalogue, load_task
 from formiga_bt.lang.types import AgentRef
-from formiga_bt.packaged import files, folder
-from formiga_bt.rehearsal import Rehearsal
-from formiga_bt.simulation import fleet_site
+from formiga_bt.rehearsal.rehearsal import Rehearsal
+from formiga_bt.rehearsal.simulation import fleet_site
 
 EACH_S = 10.0
 """A mission is requested so often."""

@@ -39,24 +39,24 @@ from agents_sim.world import AgentSpec, grid_fleet
 from benchmarks.bench_reaction import figures
 from benchmarks.peers.ours import OurFleet
 from benchmarks.peers.trees import mission, task_text
-from formiga_bt.clock import SECOND, Micros
-from formiga_bt.engine import changes as ch
-from formiga_bt.engine import inputs as inp
+from formiga_bt.base.clock import SECOND, Micros
+from formiga_bt.base.geo import Place, Position
+from formiga_bt.base.packaged import files, folder
 from formiga_bt.engine.drivers.persist import Ahead, Outcome
 from formiga_bt.engine.drivers.realtime import RealtimeDriver
 from formiga_bt.engine.drivers.virtual import VirtualDriver
-from formiga_bt.engine.state import EngineState, snapshot
-from formiga_bt.geo import Place, Position
+from formiga_bt.engine.kernel import changes as ch
+from formiga_bt.engine.kernel import inputs as inp
+from formiga_bt.engine.kernel.state import EngineState, snapshot
 from formiga_bt.journal.database import Durability
 from formiga_bt.journal.past import Past
 from formiga_bt.journal.store import Journal
 from formiga_bt.journal.writer import Writer
 from formiga_bt.lang.loader import load_catalogue, load_task
 from formiga_bt.lang.types import AgentRef
-from formiga_bt.packaged import files, folder
-from formiga_bt.rehearsal import Rehearsal
-from formiga_bt.services.turns import short_turns
-from formiga_bt.simulation import fleet_site
+from formiga_bt.rehearsal.rehearsal import Rehearsal
+from formiga_bt.rehearsal.simulation import fleet_site
+from formiga_bt.services.thread_switching import short_turns
 from formiga_bt.transport import messages as msg
 
 N_HWD, N_PICKERS, N_WATCHERS = 110, 88, 2

@@ -12,15 +12,15 @@ import statistics
 import time
 
 from benchmarks.bench_virtual_fleet import Run
-from formiga_bt.clock import SECOND
-from formiga_bt.engine import changes as ch
-from formiga_bt.engine.inputs import Started, Step
-from formiga_bt.engine.records import AgentRecord, Deadline, GoalRecord, Question, TaskRecord
-from formiga_bt.engine.timers import TaskDue
-from formiga_bt.geo import Position
+from formiga_bt.base.clock import SECOND
+from formiga_bt.base.geo import Position
+from formiga_bt.engine.kernel import changes as ch
+from formiga_bt.engine.kernel.inputs import Started, Step
+from formiga_bt.engine.kernel.records import AgentRecord, Deadline, GoalRecord, Question, TaskRecord
+from formiga_bt.engine.kernel.timers import TaskDue
 from formiga_bt.lang.model import Site
-from formiga_bt.show.folded import FoldedSource
-from formiga_bt.show.ledger import Ledger
+from formiga_bt.show.history.folded import FoldedSource
+from formiga_bt.show.history.ledger import Ledger
 
 PAGE = 60
 ROUNDS = 15

@@ -26,16 +26,16 @@ from typing import Any, TextIO
 import msgspec
 
 from agents_sim.world import AgentSpec, grid_fleet
-from formiga_bt.clock import SECOND, Micros, VirtualScheduler
-from formiga_bt.engine import inputs as inp
+from formiga_bt.base.clock import SECOND, Micros, VirtualScheduler
+from formiga_bt.base.geo import Place, Position
+from formiga_bt.base.packaged import files, folder
 from formiga_bt.engine.drivers.virtual import VirtualDriver
 from formiga_bt.engine.engine import Engine
-from formiga_bt.engine.replies import Accepted
-from formiga_bt.geo import Place, Position
+from formiga_bt.engine.kernel import inputs as inp
+from formiga_bt.engine.kernel.replies import Accepted
 from formiga_bt.lang.loader import load_catalogue, load_task
 from formiga_bt.lang.types import AgentRef
-from formiga_bt.packaged import files, folder
-from formiga_bt.simulation import fleet_site
+from formiga_bt.rehearsal.simulation import fleet_site
 from formiga_bt.transport import messages as msg
 
 N_DRONES, N_LIGHT, N_PICKERS, N_WATCHERS = 110, 25, 60, 5

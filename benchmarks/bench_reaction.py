@@ -22,7 +22,7 @@ from benchmarks.peers.ours import OurFleet, world
 from benchmarks.peers.trees import ACTIONS_IN_TURN, mission, task_text
 from formiga_bt.engine.drivers.realtime import RealtimeDriver
 from formiga_bt.engine.engine import Engine
-from formiga_bt.engine.inputs import Submit
+from formiga_bt.engine.kernel.inputs import Submit
 from formiga_bt.lang.loader import load_task_text
 from formiga_bt.transport.zenoh import ZenohTransport
 from formiga_bt.transport.zenoh_session import close_session, free_endpoint, on_network_thread, open_session

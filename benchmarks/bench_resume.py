@@ -22,12 +22,12 @@ from typing import Any
 
 from benchmarks.peers.ours import BACK, CATALOGUE, PORTION, SITE, START
 from benchmarks.peers.trees import mission, task_text
+from formiga_bt.base.clock import SECOND
+from formiga_bt.base.geo import Position
 from formiga_bt.cli.inputs import read_task, read_world
-from formiga_bt.clock import SECOND
-from formiga_bt.engine import inputs as inp
 from formiga_bt.engine.engine import Engine
-from formiga_bt.engine.replies import Accepted
-from formiga_bt.geo import Position
+from formiga_bt.engine.kernel import inputs as inp
+from formiga_bt.engine.kernel.replies import Accepted
 from formiga_bt.journal.store import Journal
 from formiga_bt.journal.writer import Writer
 from formiga_bt.transport.messages import AgentCard, AgentStatus, GoalEvent

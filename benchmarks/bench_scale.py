@@ -32,18 +32,18 @@ from collections.abc import Callable
 from typing import Any
 
 from agents_sim.world import grid_fleet
-from formiga_bt.clock import SECOND
-from formiga_bt.engine import inputs as inp
-from formiga_bt.engine.changes import NodesEnded
+from formiga_bt.base.clock import SECOND
+from formiga_bt.base.geo import Position
+from formiga_bt.base.packaged import files
 from formiga_bt.engine.engine import Engine
-from formiga_bt.engine.replies import Accepted
-from formiga_bt.engine.timers import AllocationDue
-from formiga_bt.engine.turns import REST
-from formiga_bt.geo import Position
+from formiga_bt.engine.kernel import inputs as inp
+from formiga_bt.engine.kernel.changes import NodesEnded
+from formiga_bt.engine.kernel.replies import Accepted
+from formiga_bt.engine.kernel.timers import AllocationDue
+from formiga_bt.engine.tasks.wake_queue import REST
 from formiga_bt.lang.loader import load_catalogue, load_task_text
 from formiga_bt.lang.types import AgentRef
-from formiga_bt.packaged import files
-from formiga_bt.simulation import fleet_site
+from formiga_bt.rehearsal.simulation import fleet_site
 from formiga_bt.transport.messages import AgentCard, AgentStatus, GoalEvent
 
 PEOPLE = 200

@@ -25,21 +25,21 @@ from typing import Any
 import msgspec
 
 from benchmarks.bench_journal import site_at_work, writer_of
-from formiga_bt.blackboard import Blackboard
-from formiga_bt.clock import SECOND
-from formiga_bt.engine.inputs import Step, Submit
-from formiga_bt.engine.replies import Accepted
-from formiga_bt.engine.state import EngineState, fold
-from formiga_bt.geo import Place
+from formiga_bt.base.clock import SECOND
+from formiga_bt.base.geo import Place
+from formiga_bt.engine.kernel.inputs import Step, Submit
+from formiga_bt.engine.kernel.replies import Accepted
+from formiga_bt.engine.kernel.state import EngineState, fold
 from formiga_bt.journal.keep import stats
 from formiga_bt.journal.records import Kept, Row
 from formiga_bt.journal.store import Journal
 from formiga_bt.journal.thin import Block, Point
 from formiga_bt.journal.writer import tasks_of
 from formiga_bt.lang.types import AgentRef
-from formiga_bt.rehearsal import Rehearsal
-from formiga_bt.replay.machine import TimeMachine
-from formiga_bt.replay.source import JournalSource
+from formiga_bt.nodes.blackboard import Blackboard
+from formiga_bt.rehearsal.rehearsal import Rehearsal
+from formiga_bt.show.replay.machine import TimeMachine
+from formiga_bt.show.replay.source import JournalSource
 
 A_DAY = 500
 SNAPSHOT_STEPS = 2000

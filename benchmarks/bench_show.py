@@ -12,11 +12,11 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from formiga_bt.cli.inputs import read_task, read_world
-from formiga_bt.show.drawing import drawing_of, is_step, walk
 from formiga_bt.show.facts import StepFact
-from formiga_bt.show.formats import as_text
-from formiga_bt.show.svg import svg_of
-from formiga_bt.show.terminal import draw
+from formiga_bt.show.tree.drawing import drawing_of, is_step, walk
+from formiga_bt.show.tree.formats import as_text
+from formiga_bt.show.tree.svg import svg_of
+from formiga_bt.show.tree.terminal import draw
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "docs" / "pictures"))
 from make_trees import written

@@ -19,14 +19,14 @@ import msgspec
 
 from agents_sim.referee import Pass, Referee, Verdict
 from agents_sim.world import AgentSpec, grid_fleet
-from formiga_bt.clock import SECOND
-from formiga_bt.engine.inputs import Step, Submit
-from formiga_bt.geo import Place
+from formiga_bt.base.clock import SECOND
+from formiga_bt.base.geo import Place
+from formiga_bt.base.packaged import files, folder
+from formiga_bt.engine.kernel.inputs import Step, Submit
 from formiga_bt.lang.loader import load_catalogue, load_task
 from formiga_bt.lang.types import AgentRef
-from formiga_bt.packaged import files, folder
-from formiga_bt.rehearsal import Rehearsal
-from formiga_bt.simulation import fleet_site
+from formiga_bt.rehearsal.rehearsal import Rehearsal
+from formiga_bt.rehearsal.simulation import fleet_site
 
 N_LWD, N_HWD, N_PICKERS, N_WATCHERS = 84, 84, 30, 2
 ROUND_S = 420.0

@@ -28,11 +28,11 @@ from benchmarks.peers.btcpp import BtCpp
 from benchmarks.peers.ours import Ours
 from benchmarks.peers.protocol import Peer
 from benchmarks.peers.trees import twelve
-from formiga_bt.compile import compile_section
+from formiga_bt.base.packaged import files, folder
 from formiga_bt.lang.loader import load_catalogue, load_site, load_task_text
 from formiga_bt.lang.model import Task
-from formiga_bt.packaged import files, folder
-from formiga_bt.rehearsal import Rehearsal
+from formiga_bt.nodes.compile import compile_section
+from formiga_bt.rehearsal.rehearsal import Rehearsal
 
 TASK = """
 formiga: 1

@@ -27,9 +27,9 @@ from urllib.parse import parse_qs, urlsplit
 
 import msgspec
 
+from formiga_bt.base.site_folder import find_engines
 from formiga_bt.cli.calling import Client, connect
 from formiga_bt.show.facts import AgentFact, LineFact, Now, TaskFact, Top
-from formiga_bt.site_folder import find_engines
 
 TASK = """\
 formiga: 1

@@ -28,21 +28,21 @@ from typing import Any, Final, Literal
 
 import yaml
 
-from formiga_bt.casework.cases import CaseFile
-from formiga_bt.casework.mocks import Mocks
-from formiga_bt.casework.reading import load_cases_text
-from formiga_bt.diagnostics import Diagnostic
-from formiga_bt.engine.changes import QuestionPut
-from formiga_bt.engine.inputs import Notify, SendGoal
+from formiga_bt.base.diagnostics import Diagnostic
+from formiga_bt.base.packaged import folder
+from formiga_bt.engine.kernel.changes import QuestionPut
+from formiga_bt.engine.kernel.inputs import Notify, SendGoal
 from formiga_bt.lang import loader
 from formiga_bt.lang.files import Shelf, read_file
 from formiga_bt.lang.model import Catalogue, Site, Task
-from formiga_bt.lang.reading import Problems
 from formiga_bt.lang.scenario import Scenario, ScenarioTask
+from formiga_bt.lang.text.reading import Problems
 from formiga_bt.lang.world import World
-from formiga_bt.packaged import folder
-from formiga_bt.rehearsal import patience
-from formiga_bt.simulation import VirtualRun
+from formiga_bt.rehearsal.cases.cases import CaseFile
+from formiga_bt.rehearsal.cases.mocks import Mocks
+from formiga_bt.rehearsal.cases.reading import load_cases_text
+from formiga_bt.rehearsal.rehearsal import patience
+from formiga_bt.rehearsal.simulation import VirtualRun
 from tests.mutation.operators import OPERATORS, Fault, faults
 from tests.mutation.scenarios import COOKBOOK, HOSTS, LIBRARY_HOSTS, MISSIONS, test_file
 

@@ -32,10 +32,10 @@ from msgspec.structs import replace
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from agents_sim.launch import FleetProcesses
+from formiga_bt.base.packaged import folder as packaged
+from formiga_bt.base.site_folder import EngineAddress, find_engines
 from formiga_bt.cli.inputs import read_world
-from formiga_bt.packaged import folder as packaged
-from formiga_bt.rehearsal import fleet_of
-from formiga_bt.site_folder import EngineAddress, find_engines
+from formiga_bt.rehearsal.rehearsal import fleet_of
 from tests.e2e.killing import free_port
 
 KEPT: Final = 10_000

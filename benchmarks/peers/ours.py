@@ -6,11 +6,11 @@ from importlib.metadata import version
 from pathlib import Path
 
 from benchmarks.peers.trees import Node, task_text
-from formiga_bt.clock import SECOND, Micros
-from formiga_bt.engine import inputs as inp
+from formiga_bt.base.clock import SECOND, Micros
+from formiga_bt.base.geo import Position
 from formiga_bt.engine.engine import Engine
-from formiga_bt.engine.replies import Accepted
-from formiga_bt.geo import Position
+from formiga_bt.engine.kernel import inputs as inp
+from formiga_bt.engine.kernel.replies import Accepted
 from formiga_bt.lang.loader import load_catalogue, load_site, load_task_text
 from formiga_bt.lang.model import Catalogue, Site
 from formiga_bt.lang.types import AgentRef

@@ -14,7 +14,7 @@ from msgspec.structs import replace
 from agents_sim.launch import FleetProcesses
 from agents_sim.world import AgentSpec
 from formiga_bt.cli.inputs import read_world
-from formiga_bt.rehearsal import fleet_of
+from formiga_bt.rehearsal.rehearsal import fleet_of
 
 from .engine import pythons
 from .site import MACHINES, PEOPLE, SCRIPTS

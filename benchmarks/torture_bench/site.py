@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
-from formiga_bt.packaged import folder as packaged
+from formiga_bt.base.packaged import folder as packaged
 
 SITE: Final = """\
 formiga_site: 1

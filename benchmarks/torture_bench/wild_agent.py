@@ -8,7 +8,7 @@ import os
 from agents_sim import __main__ as process
 from agents_sim.drone import Drone
 from agents_sim.planning import Leg
-from formiga_bt.geo import Position
+from formiga_bt.base.geo import Position
 
 UP_M = 35.0
 _hand_back = Drone.hand_back

@@ -7,9 +7,9 @@ import sys
 from pathlib import Path
 
 from formiga_bt.cli.app import run as formiga
-from formiga_bt.cli.flown import draw_steps
-from formiga_bt.cli.scenarios import read_scenario
-from formiga_bt.simulation import VirtualRun, site_of
+from formiga_bt.cli.author.flown import draw_steps
+from formiga_bt.cli.integrator.scenarios import read_scenario
+from formiga_bt.rehearsal.simulation import VirtualRun, site_of
 
 MISSIONS = {
     "MoveTask": ["robot=lwd_1"],

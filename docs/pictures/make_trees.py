@@ -11,9 +11,9 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from formiga_bt.cli.inputs import read_task, read_world
-from formiga_bt.show.drawing import drawing_of
 from formiga_bt.show.facts import Drawing
-from formiga_bt.show.svg import svg_of
+from formiga_bt.show.tree.drawing import drawing_of
+from formiga_bt.show.tree.svg import svg_of
 
 ROOT = Path(__file__).parents[2]
 TASKS = (

@@ -10,9 +10,9 @@ from pathlib import Path
 
 from formiga_bt.show.facts import AgentFact, LineFact, Now, QuestionFact, TaskFact, Top
 from formiga_bt.show.source import Source
-from formiga_bt.watch.app import Watch
-from formiga_bt.watch.background import here
-from formiga_bt.watch.orders import Actor
+from formiga_bt.show.watch.app import Watch
+from formiga_bt.show.watch.background import here
+from formiga_bt.show.watch.orders import Actor
 
 S = 1_000_000
 AT = 10_000 * S

@@ -10,17 +10,17 @@ from agents_sim.motion import MotionKind, Segment
 from agents_sim.referee import Referee
 from agents_sim.world import SimFleet
 from experiments.e2_llm.flown import Asked, Done, Fix, Flown, Machine
-from formiga_bt.engine import changes as ch
-from formiga_bt.engine.inputs import Step
-from formiga_bt.engine.records import Question
-from formiga_bt.errors import TaskError
-from formiga_bt.geo import Place
-from formiga_bt.lang.binding import bind_params
+from formiga_bt.base.errors import TaskError
+from formiga_bt.base.geo import Place
+from formiga_bt.base.packaged import files, folder
+from formiga_bt.engine.kernel import changes as ch
+from formiga_bt.engine.kernel.inputs import Step
+from formiga_bt.engine.kernel.records import Question
 from formiga_bt.lang.loader import load_catalogue, load_site, load_task_text
 from formiga_bt.lang.model import Catalogue, Site, Task
-from formiga_bt.packaged import files, folder
-from formiga_bt.rehearsal import START, Rehearsal, fleet_of, simulated
-from formiga_bt.show.runlog import RunLog
+from formiga_bt.lang.request.binding import bind_params
+from formiga_bt.rehearsal.rehearsal import START, Rehearsal, fleet_of, simulated
+from formiga_bt.show.history.runlog import RunLog
 
 LIMIT_S = 6 * 3600.0
 NO = (

@@ -13,7 +13,7 @@ from experiments.e2_llm.oracles import ORACLES
 from experiments.e2_llm.requests import Request, last_run, requests
 from experiments.e2_llm.second_set import judge_tree, second_set
 from experiments.e2_llm.verdicts import Verdict
-from formiga_bt.packaged import folder
+from formiga_bt.base.packaged import folder
 
 
 def reference_verdict(request: Request, world: World) -> Verdict:

@@ -15,8 +15,8 @@ from msgspec import Struct
 from experiments.e2_llm import fresh
 from experiments.e2_llm.fly import Scene, World, place_of
 from experiments.e2_llm.judging import SCENES
-from formiga_bt.errors import FormigaError
-from formiga_bt.geo import Frame, Place
+from formiga_bt.base.errors import FormigaError
+from formiga_bt.base.geo import Frame, Place
 
 RUNS: Final = 30
 PAPER_RUNS: Final = 10

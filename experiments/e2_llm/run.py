@@ -19,8 +19,8 @@ from experiments.e2_llm.judging import judge
 from experiments.e2_llm.measures import Measures, measure
 from experiments.e2_llm.records import Judged, Run, Whose, append, read
 from experiments.e2_llm.requests import RUNS, Request, last_run, requests
-from formiga_bt.errors import FormigaError
-from formiga_bt.packaged import folder
+from formiga_bt.base.errors import FormigaError
+from formiga_bt.base.packaged import folder
 
 TASKS: Final = ("T6", "T7", "T8", "T9", "T10", "T10+")
 Say = Callable[[str], None]
@@ -46,7 +46,7 @@ def judged(request: Request, yaml: str, values: Mapping[str, str], passed: bool,
 
 def measured(request: Request, yaml: str, world: World) -> Measures | None:
     """Return how near a task is to its reference; None: it is no task that can be read."""
-    from formiga_bt.lang.llm_out import from_yaml
+    from formiga_bt.lang.json_form.writing import from_yaml
 
     if not yaml or checked(yaml, world)[0] is None:
         return None

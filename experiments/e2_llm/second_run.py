@@ -10,7 +10,7 @@ from experiments.e2_llm.columns import Column
 from experiments.e2_llm.fly import World, checked, world_of
 from experiments.e2_llm.records import Judged, Run, Whose, append, read
 from experiments.e2_llm.second_set import Second, judge_tree, second_set
-from formiga_bt.errors import FormigaError
+from formiga_bt.base.errors import FormigaError
 
 
 def second(

@@ -1,7 +1,7 @@
 """The JSON form of a task as the trees and tokens that measures compare.
 
-All of it reads the form of `formiga_bt.lang.llm_form`, in which every key belongs to the language and names of the author are
-values. `null` means "not given" and is passed over.
+All of it reads the form of `formiga_bt.lang.json_form.words`, in which every key belongs to the language and names of the
+author are values. `null` means "not given" and is passed over.
 """
 
 import re

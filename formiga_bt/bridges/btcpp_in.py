@@ -8,6 +8,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Final
 
+from formiga_bt.base.diagnostics import Diagnostic, Mark
+from formiga_bt.base.units import LIKELY, format_quantity
 from formiga_bt.bridges.conditions_in import Ports, named
 from formiga_bt.bridges.elements import Element, XmlRefused, parse
 from formiga_bt.bridges.findings import Findings
@@ -17,10 +19,8 @@ from formiga_bt.bridges.steps_in import StepReader
 from formiga_bt.bridges.table import ERRORS, our_name
 from formiga_bt.bridges.values_in import Scope, as_param, camel, clean, unfold, words
 from formiga_bt.bridges.yaml_text import TODO, Flow, document, one_line
-from formiga_bt.diagnostics import Diagnostic, Mark
-from formiga_bt.lang.formatting import format_text
 from formiga_bt.lang.model import Catalogue
-from formiga_bt.units import LIKELY, format_quantity
+from formiga_bt.lang.text.formatting import format_text
 
 _CATEGORIES: Final = ("Action", "Condition", "Control", "Decorator")
 _KNOWN: Final = frozenset({"ID", "name", "_description", "_formiga"})

@@ -8,6 +8,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from formiga_bt.base.diagnostics import Diagnostic
+from formiga_bt.base.units import format_quantity
 from formiga_bt.bridges.elements import Element, write
 from formiga_bt.bridges.findings import Findings
 from formiga_bt.bridges.scripts import Names
@@ -15,12 +17,10 @@ from formiga_bt.bridges.steps_out import Shared, StepWriter, Tree, below, place
 from formiga_bt.bridges.table import OWN, port_name
 from formiga_bt.bridges.values_out import Texts, plain
 from formiga_bt.bridges.yaml_text import flow, one_line
-from formiga_bt.diagnostics import Diagnostic
 from formiga_bt.lang import model
-from formiga_bt.lang.document import Mapping_, parse
 from formiga_bt.lang.model import Catalogue, Expr, Param, Step, Subtree, Task
+from formiga_bt.lang.text.document import Mapping_, parse
 from formiga_bt.lang.types import Type
-from formiga_bt.units import format_quantity
 
 
 @dataclass(frozen=True, slots=True)

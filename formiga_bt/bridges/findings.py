@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field
 
-from formiga_bt.diagnostics import Diagnostic, Mark, in_order
+from formiga_bt.base.diagnostics import Diagnostic, Mark, in_order
 
 
 @dataclass(slots=True)

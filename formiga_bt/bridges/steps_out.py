@@ -10,13 +10,13 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Final
 
+from formiga_bt.base.diagnostics import Mark
 from formiga_bt.bridges.elements import Element
 from formiga_bt.bridges.findings import Findings
 from formiga_bt.bridges.scripts import Names, to_script
 from formiga_bt.bridges.table import BTCPP, OWN, port_name
 from formiga_bt.bridges.values_out import Texts
 from formiga_bt.bridges.yaml_text import flow, one_line
-from formiga_bt.diagnostics import Mark
 from formiga_bt.lang import model
 from formiga_bt.lang.model import Catalogue, Expr, Step, Subtree, Who
 

@@ -5,16 +5,16 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Final
 
+from formiga_bt.base.diagnostics import Mark
+from formiga_bt.base.units import format_quantity, parse_quantity
 from formiga_bt.bridges.elements import Element
 from formiga_bt.bridges.findings import Findings
 from formiga_bt.bridges.scripts import Assigned, Names, NoScript, from_script, number, to_script
 from formiga_bt.bridges.values_out import plain
-from formiga_bt.diagnostics import Mark
-from formiga_bt.lang.document import parse
 from formiga_bt.lang.expr.helpers import STANDARD
 from formiga_bt.lang.expr.tokens import WORDS
 from formiga_bt.lang.own_names import BUILT_IN
-from formiga_bt.units import format_quantity, parse_quantity
+from formiga_bt.lang.text.document import parse
 
 _POINTER: Final = re.compile(r"\{\s*@?([^{}:,\s]+)\s*\}")
 _POINTER_3: Final = re.compile(r"\$?\{\s*([^{}:,\s()]+)\s*\}")

@@ -7,11 +7,11 @@ import re
 from collections.abc import Mapping
 from typing import Final
 
+from formiga_bt.base.diagnostics import Mark
 from formiga_bt.bridges.scripts import Names, number
 from formiga_bt.bridges.yaml_text import flow
-from formiga_bt.diagnostics import Mark
-from formiga_bt.lang.document import Listing, Mapping_, Node, Scalar, parse
 from formiga_bt.lang.model import Expr
+from formiga_bt.lang.text.document import Listing, Mapping_, Node, Scalar, parse
 
 _NAME: Final = re.compile(r"[A-Za-z_]\w*", re.ASCII)
 _FIELD: Final = re.compile(r"([A-Za-z_]\w*)\.([A-Za-z_]\w*)", re.ASCII)

@@ -16,8 +16,8 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from formiga_bt import __version__
+from formiga_bt.base.errors import FormigaError, TreeError, UnusableFile
 from formiga_bt.cli.verbs import Verb, verbs
-from formiga_bt.errors import FormigaError, TreeError, UnusableFile
 
 if TYPE_CHECKING:
     import typer
@@ -57,7 +57,7 @@ def run(argv: Sequence[str]) -> int:
 def _carry_out(argv: Sequence[str]) -> int:
     first = argv[0] if argv else "--help"
     if first in HURRIED:
-        from formiga_bt.cli.hurry import quick as ordered
+        from formiga_bt.cli.orders.hurry import quick as ordered
 
         try:
             code = ordered(first, argv[1:])
@@ -76,7 +76,7 @@ def _carry_out(argv: Sequence[str]) -> int:
         return _unknown(first, known)
     try:
         if first == "check":
-            from formiga_bt.cli.checking import quick
+            from formiga_bt.cli.author.checking import quick
 
             code = quick(argv[1:])
             if code is not None:

@@ -24,9 +24,9 @@ from pathlib import Path
 from typing import Any, Final
 from urllib.parse import quote, urlencode, urlsplit
 
+from formiga_bt.base.errors import FormigaError, UnusableFile
+from formiga_bt.base.site_folder import EngineAddress, find_engines
 from formiga_bt.cli.visible import visible, visible_json
-from formiga_bt.errors import FormigaError, UnusableFile
-from formiga_bt.site_folder import EngineAddress, find_engines
 
 TIMEOUT_S: Final = 30.0
 MOST_NEXT: Final = 3

@@ -9,10 +9,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from formiga_bt.diagnostics import Diagnostic, errors_first, in_order, render
-from formiga_bt.errors import UnusableFile as UnusableFile
-from formiga_bt.packaged import files as packaged_files
-from formiga_bt.packaged import folder
+from formiga_bt.base.diagnostics import Diagnostic, errors_first, in_order, render
+from formiga_bt.base.errors import UnusableFile as UnusableFile
+from formiga_bt.base.packaged import files as packaged_files
+from formiga_bt.base.packaged import folder
 
 if TYPE_CHECKING:
     from formiga_bt.lang.model import Catalogue, Site, Task
@@ -170,7 +170,7 @@ def shipped_task(path: Path) -> Path:
 
 def shipped_tasks() -> dict[str, Path]:
     """Return the files of the tasks that ship, by their names and aliases."""
-    from formiga_bt.lang.aliases import names_in
+    from formiga_bt.lang.request.aliases import names_in
 
     paths = find_tasks([folder("trees")]).tasks
     return {name: path for path in paths for name in names_in(path.read_text(encoding="utf-8"))}

@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING, Any, Final
 
 import typer
 
+from formiga_bt.base.packaged import folder
 from formiga_bt.cli.calling import ApiError, Client
 from formiga_bt.cli.inputs import UnusableFile, readable
-from formiga_bt.packaged import folder
 
 if TYPE_CHECKING:
     from formiga_bt.safety.drafted import Drafted
-    from formiga_bt.services.drafted import Known
+    from formiga_bt.services.kept.drafted import Known
 
 BODY_LIMIT: Final = 1_000_000
 """As `services.door` has it."""
@@ -97,7 +97,7 @@ def bundles_of(path: Path, root: Path) -> list[Bundle]:
     Raises:
         UnusableFile: a file cannot be read, or lies outside of `root` or in a hidden folder.
     """
-    from formiga_bt.services.drafted import known_below
+    from formiga_bt.services.kept.drafted import known_below
 
     return list(_bundles(readable(path).resolve(), root, set(), known_below(root)))
 
@@ -105,7 +105,7 @@ def bundles_of(path: Path, root: Path) -> list[Bundle]:
 def _bundles(file: Path, root: Path, seen: set[Path], known: "Known") -> Iterator[Bundle]:
     from formiga_bt.cli.inputs import read_world
     from formiga_bt.lang.loader import load_task
-    from formiga_bt.services.drafted import who_drafted
+    from formiga_bt.services.kept.drafted import who_drafted
 
     seen.add(file)
     loaded = load_task(file, catalogue=read_world().catalogue)

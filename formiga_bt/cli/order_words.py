@@ -2,8 +2,8 @@
 
 from typing import Any
 
+from formiga_bt.base.errors import UnusableFile
 from formiga_bt.cli.calling import Client, print_json, segment, show_next, user
-from formiga_bt.errors import UnusableFile
 
 EXIT_NO = 1
 

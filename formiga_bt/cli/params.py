@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from formiga_bt.base.errors import TreeError
 from formiga_bt.cli.inputs import UnusableFile
-from formiga_bt.errors import TreeError
 
 if TYPE_CHECKING:
     from formiga_bt.lang.model import Task
-    from formiga_bt.lang.profiles import Profile
+    from formiga_bt.lang.request.profiles import Profile
 
 ProfileOption = Annotated[
     str,
@@ -83,7 +83,7 @@ def of_profile_by_name(
 
 
 def _profile(word: str) -> "Profile":
-    from formiga_bt.lang.profiles import load_profile, profile_file, unknown_profile
+    from formiga_bt.lang.request.profiles import load_profile, profile_file, unknown_profile
 
     path = profile_file(word, (Path(),))
     if path is None:

@@ -14,14 +14,14 @@ from weakref import finalize
 
 import typer
 
+from formiga_bt.base.errors import FormigaError, UnusableFile
+from formiga_bt.base.site_folder import FOLDER, find_folders, journal_of
 from formiga_bt.cli.calling import NoEngine
-from formiga_bt.errors import FormigaError, UnusableFile
-from formiga_bt.site_folder import FOLDER, find_folders, journal_of
 
 if TYPE_CHECKING:
-    from formiga_bt.replay.machine import TimeMachine
-    from formiga_bt.replay.source import JournalSource
-    from formiga_bt.replay.when import Times
+    from formiga_bt.show.replay.machine import TimeMachine
+    from formiga_bt.show.replay.source import JournalSource
+    from formiga_bt.show.replay.when import Times
     from formiga_bt.show.source import Source
 
 JournalOption = Annotated[
@@ -91,8 +91,8 @@ def remembering(source: "Source", site: Path | None) -> "Source":
 
 def looked_at(machine: "TimeMachine", at: str, why: str = "") -> "JournalSource":
     """Return a journal at a moment, and tell which it is."""
-    from formiga_bt.replay.source import JournalSource
-    from formiga_bt.replay.when import in_words
+    from formiga_bt.show.replay.source import JournalSource
+    from formiga_bt.show.replay.when import in_words
 
     source = JournalSource(machine, moment_of(machine, at) if at else None, zone())
     if not (at and tell_end(machine, at)):
@@ -102,7 +102,7 @@ def looked_at(machine: "TimeMachine", at: str, why: str = "") -> "JournalSource"
 
 def tell_end(machine: "TimeMachine", at: str) -> bool:
     """Return whether a text means a moment after the journal's end; then one line tells that it is the end that is shown."""
-    from formiga_bt.replay.when import in_words, meant
+    from formiga_bt.show.replay.when import in_words, meant
 
     asked, end = meant(at, _times(machine)), machine.last
     if asked <= end:
@@ -121,13 +121,13 @@ def moment_of(machine: "TimeMachine", text: str, *, or_first: bool = False) -> i
     Raises:
         UnusableFile: it means none.
     """
-    from formiga_bt.replay.when import moment
+    from formiga_bt.show.replay.when import moment
 
     return moment(text, _times(machine), or_first=or_first)
 
 
 def _times(machine: "TimeMachine") -> "Times":
-    from formiga_bt.replay.when import Times
+    from formiga_bt.show.replay.when import Times
 
     return Times(machine.first, machine.last, machine.record, zone())
 
@@ -163,7 +163,7 @@ def machine_of(site: Path | None, journal: str = "") -> "TimeMachine":
 
 def machine_at(place: Place) -> "TimeMachine":
     """Return the time machine on a journal; it lets that go when nobody has it any more, or the process ends."""
-    from formiga_bt.replay.machine import TimeMachine
+    from formiga_bt.show.replay.machine import TimeMachine
 
     machine = TimeMachine(place.where, place.site)
     finalize(machine, machine.journal.close)

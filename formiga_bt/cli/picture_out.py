@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from formiga_bt.errors import UnusableFile
+from formiga_bt.base.errors import UnusableFile
 
 if TYPE_CHECKING:
     from formiga_bt.show.picture import Format
@@ -60,7 +60,7 @@ def form_of(out: Path) -> "Format":
     Raises:
         UnusableFile: its name does not tell, its folder is missing, or what draws it is not installed.
     """
-    from formiga_bt.extras import need_charts
+    from formiga_bt.base.extras import need_charts
     from formiga_bt.show.picture import format_of
 
     form = format_of(out)

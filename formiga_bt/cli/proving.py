@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Final
 from urllib.parse import quote
 
-from formiga_bt.errors import FormigaError, TaskError, UnusableFile
-from formiga_bt.person_secrets import command, find_secret, prepared, wrong
+from formiga_bt.base.errors import FormigaError, TaskError, UnusableFile
+from formiga_bt.base.person_secrets import command, find_secret, prepared, wrong
 
 HEADER: Final = "Formiga-Secret"
 OWN: Final = "FORMIGA_SECRET"

@@ -7,16 +7,16 @@ import sys
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, TypeVar
 
+from formiga_bt.base.clock import SECOND
+from formiga_bt.base.errors import FormigaError, TaskError
 from formiga_bt.cli.calling import Client
 from formiga_bt.cli.remote import RemoteSource
-from formiga_bt.clock import SECOND
-from formiga_bt.errors import FormigaError, TaskError
 from formiga_bt.show.facts import Because, Chart, Stats, TaskPicture, Timeline
 
 if TYPE_CHECKING:
     from datetime import tzinfo
 
-    from formiga_bt.replay.machine import TimeMachine
+    from formiga_bt.show.replay.machine import TimeMachine
     from formiga_bt.show.source import Source
 
 T = TypeVar("T")
@@ -67,8 +67,8 @@ class Remembering(RemoteSource):
     def _longer(self, live: Callable[[], T], past: "Callable[[Source], T]", hours: float = 0.0) -> T:
         """Ask the journal if the engine was started again within the last hours (0: a day), else the engine."""
         try:
-            from formiga_bt.replay.source import WINDOW_US, JournalSource
-            from formiga_bt.replay.when import in_words
+            from formiga_bt.show.replay.source import WINDOW_US, JournalSource
+            from formiga_bt.show.replay.when import in_words
 
             with self._open() as machine:
                 began = machine.began_again(self.client.address.epoch)
@@ -89,7 +89,7 @@ class Remembering(RemoteSource):
             if unknown.code != "unknown_task":
                 raise
             try:
-                from formiga_bt.replay.source import JournalSource
+                from formiga_bt.show.replay.source import JournalSource
 
                 with self._open() as machine:
                     found = past(JournalSource(machine))

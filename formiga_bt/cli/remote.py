@@ -9,9 +9,9 @@ from typing import Any, Final, TypeVar
 
 import msgspec
 
+from formiga_bt.base.errors import FormigaError, TaskError
 from formiga_bt.cli.calling import ApiError, Client, connect, segment
 from formiga_bt.cli.client import tell_clock
-from formiga_bt.errors import FormigaError, TaskError
 from formiga_bt.show.facts import Because, Chart, Now, Stats, TaskPicture, Timeline
 from formiga_bt.show.why.near import shortened
 

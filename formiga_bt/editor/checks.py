@@ -7,7 +7,7 @@ a process of its own (`worker`).
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from formiga_bt.diagnostics import Diagnostic
+from formiga_bt.base.diagnostics import Diagnostic
 from formiga_bt.editor.grammar import is_ours
 from formiga_bt.editor.project import Document, Project
 from formiga_bt.editor.seen import Recorder, Seen
@@ -60,7 +60,7 @@ def _problems(project: Project, document: Document, watch: Recorder) -> Sequence
             folders = project.folders(path)
             return load_scenario_text(text, file, catalogue=project.catalogue(), folders=folders).diagnostics
         case "test":
-            from formiga_bt.casework.reading import load_cases_text  # it brings the engine with it
+            from formiga_bt.rehearsal.cases.reading import load_cases_text  # it brings the engine with it
 
             folders = project.folders(path)
             return load_cases_text(text, file, catalogue=project.catalogue(), folders=folders).diagnostics

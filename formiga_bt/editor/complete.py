@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Final, Literal
 
+from formiga_bt.base.units import LIKELY, UNITS
 from formiga_bt.editor.grammar import Names, Steps, Table, kind_of, options_of, step_value
 from formiga_bt.editor.phrase import phrase, type_of
 from formiga_bt.editor.project import Document, Project
@@ -21,7 +22,6 @@ from formiga_bt.lang.kinds import KINDS, MODIFIERS, Kind, Option
 from formiga_bt.lang.model import AgentType
 from formiga_bt.lang.params import SIMPLE
 from formiga_bt.lang.types import ANY, Type
-from formiga_bt.units import LIKELY, UNITS
 
 What = Literal["kind", "option", "field", "name", "helper", "value", "unit", "action", "subtree", "file"]
 

@@ -10,12 +10,12 @@ from functools import lru_cache
 from types import MappingProxyType
 from typing import Final, Literal
 
-from formiga_bt.casework import options as tests
 from formiga_bt.lang import site
 from formiga_bt.lang.actions import ACTION, FIELD
 from formiga_bt.lang.catalogue import FILE, TYPE
 from formiga_bt.lang.kinds import KINDS, LIBRARY, MODIFIERS, PARAM, ROLE, SUBTREE, TASK, Kind, Option
 from formiga_bt.lang.scenario import options as scenario
+from formiga_bt.rehearsal.cases import options as tests
 
 FileKind = Literal["task", "library", "site", "catalogue", "scenario", "test"]
 

@@ -10,12 +10,12 @@ from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Final, Literal
 
-from formiga_bt.diagnostics import Mark
+from formiga_bt.base.diagnostics import Mark
 from formiga_bt.editor.grammar import FileKind, Names, Slot, Steps, Value, Walk, kind_of, scalar_behind
-from formiga_bt.lang.document import Entry, Listing, Mapping_, Node, Scalar
 from formiga_bt.lang.expr.interpolation import holes
 from formiga_bt.lang.expr.tokens import Token, rough_tokens
 from formiga_bt.lang.kinds import Option
+from formiga_bt.lang.text.document import Entry, Listing, Mapping_, Node, Scalar
 
 SUBTREES: Final = "#subtrees"
 """The space of the names of subtrees; any other space is a body: "" = the task, else the subtree of that name."""

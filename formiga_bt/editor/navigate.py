@@ -9,14 +9,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from formiga_bt.diagnostics import Mark
+from formiga_bt.base.diagnostics import Mark
 from formiga_bt.editor.index import SUBTREES, Occurrence
 from formiga_bt.editor.phrase import word_at
 from formiga_bt.editor.project import Document, Project
 from formiga_bt.editor.view import View, look
 from formiga_bt.lang.expr.helpers import STANDARD
 from formiga_bt.lang.own_names import BUILT_IN
-from formiga_bt.lang.reading import IDENTIFIER
+from formiga_bt.lang.text.reading import IDENTIFIER
 
 _WORD: Final = re.compile(r"[A-Za-z_]\w*")
 

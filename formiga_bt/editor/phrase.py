@@ -6,11 +6,11 @@ Types come from the checker itself: a piece of an expression is compiled in the 
 from dataclasses import dataclass
 from typing import Literal
 
-from formiga_bt.diagnostics import Mark
-from formiga_bt.lang.document import Scalar
+from formiga_bt.base.diagnostics import Mark
 from formiga_bt.lang.expr.scope import Scope
 from formiga_bt.lang.expr.tokens import Token, rough_tokens
 from formiga_bt.lang.expressions import compile_expr
+from formiga_bt.lang.text.document import Scalar
 from formiga_bt.lang.types import ANY, Type
 
 

@@ -10,20 +10,20 @@ from pathlib import Path
 from threading import Lock
 from typing import Final
 
-from formiga_bt.diagnostics import Diagnostic, Mark
+from formiga_bt.base.diagnostics import Diagnostic, Mark
+from formiga_bt.base.packaged import files as packaged_files
+from formiga_bt.base.packaged import folder
 from formiga_bt.editor.grammar import FileKind, file_kind
 from formiga_bt.editor.index import Index, build
 from formiga_bt.editor.seen import Seen
 from formiga_bt.lang.catalogue import load_catalogue
-from formiga_bt.lang.document import Mapping_, Scalar, parse
 from formiga_bt.lang.model import Catalogue, Param, Site
-from formiga_bt.lang.neighbours import Neighbours
 from formiga_bt.lang.params import read_params
-from formiga_bt.lang.reading import Problems
+from formiga_bt.lang.request.neighbours import Neighbours
 from formiga_bt.lang.site import load_site, load_site_text
+from formiga_bt.lang.text.document import Mapping_, Scalar, parse
+from formiga_bt.lang.text.reading import Problems
 from formiga_bt.lang.world import World
-from formiga_bt.packaged import files as packaged_files
-from formiga_bt.packaged import folder
 
 SITE_FILE: Final = "site.yaml"
 """A site of this name, in the folder of a file or above it, is the one that the file is checked against."""

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from formiga_bt.diagnostics import Diagnostic, Fix, Mark
+from formiga_bt.base.diagnostics import Diagnostic, Fix, Mark
 from formiga_bt.editor.project import Document, Project
 
 _LINE: Final = re.compile(r"\b(?:at|when|from) line (\d+)\b|\(line (\d+)\)|\bat line (\d+)")

@@ -21,6 +21,7 @@ from pygls.exceptions import JsonRpcInvalidParams
 from pygls.lsp.server import LanguageServer
 
 from formiga_bt import __version__
+from formiga_bt.base.packaged import folder
 from formiga_bt.editor import navigate
 from formiga_bt.editor.columns import from_client, to_client
 from formiga_bt.editor.complete import Item, complete
@@ -29,7 +30,6 @@ from formiga_bt.editor.index import Symbol
 from formiga_bt.editor.project import Document, Project, lines_of
 from formiga_bt.editor.report import Shown, Span, shown
 from formiga_bt.editor.worker import Checker, Job, Report
-from formiga_bt.packaged import folder
 
 PAUSE_S: Final = 0.25
 """So long after the last key a file is checked."""

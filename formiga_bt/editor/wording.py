@@ -1,10 +1,10 @@
 """What a kind, an option, a field, a param or a name is, in the words of hover texts and proposals."""
 
+from formiga_bt.base.units import LIKELY, UNITS, format_number, format_quantity
 from formiga_bt.lang.expr.helpers import REQUIRED, Helper
 from formiga_bt.lang.kinds import Kind, Option
 from formiga_bt.lang.model import ActionSpec, AgentType, Expr, FieldSpec, Param
 from formiga_bt.lang.types import Type
-from formiga_bt.units import LIKELY, UNITS, format_number, format_quantity
 
 _FORMS = {
     "action": "role.Action",

@@ -20,7 +20,7 @@ from pathlib import Path
 from threading import Lock
 from typing import IO, Any, Final
 
-from formiga_bt.diagnostics import Diagnostic
+from formiga_bt.base.diagnostics import Diagnostic
 from formiga_bt.editor.checks import Checked, check
 from formiga_bt.editor.project import Document, Project
 from formiga_bt.editor.seen import Seen

@@ -10,25 +10,25 @@ from typing import Any
 
 from msgspec.structs import replace
 
-from formiga_bt.clock import SECOND, Micros, micros
-from formiga_bt.energy import CALM
-from formiga_bt.engine import changes as ch
+from formiga_bt.base.clock import SECOND, Micros, micros
+from formiga_bt.base.energy import CALM
+from formiga_bt.base.errors import TaskError
+from formiga_bt.base.geo import Place, Position
+from formiga_bt.engine.agents.fleet import Fleet
 from formiga_bt.engine.allocator.candidate import Candidate
 from formiga_bt.engine.allocator.energy import Charge
 from formiga_bt.engine.allocator.filters import could_serve, hopeless, looked
 from formiga_bt.engine.allocator.policy import Decision, Policy
+from formiga_bt.engine.allocator.preemption import Plan, Preemption
 from formiga_bt.engine.allocator.roster import Roster
-from formiga_bt.engine.authority import Authority
-from formiga_bt.engine.core import Core
-from formiga_bt.engine.env import TaskEnv
-from formiga_bt.engine.fleet import Fleet
-from formiga_bt.engine.preemption import Plan, Preemption
-from formiga_bt.engine.records import PRIORITIES, AgentRecord, Request, RoleRequest, TaskRecord, Verdict
-from formiga_bt.engine.taskmodel import CANNOT_COMPUTE
-from formiga_bt.engine.tasks import Tasks
-from formiga_bt.engine.timers import AllocationDue, HopelessDue, NodeDue, TaskDue
-from formiga_bt.errors import TaskError
-from formiga_bt.geo import Place, Position
+from formiga_bt.engine.kernel import changes as ch
+from formiga_bt.engine.kernel.core import Core
+from formiga_bt.engine.kernel.records import PRIORITIES, AgentRecord, Request, RoleRequest, TaskRecord, Verdict
+from formiga_bt.engine.kernel.timers import AllocationDue, HopelessDue, NodeDue, TaskDue
+from formiga_bt.engine.orders.authority import Authority
+from formiga_bt.engine.tasks.env import TaskEnv
+from formiga_bt.engine.tasks.taskmodel import CANNOT_COMPUTE
+from formiga_bt.engine.tasks.tasks import Tasks
 from formiga_bt.lang.model import Env, Role, Some, Unset, why_not_computed
 from formiga_bt.lang.types import AgentRef
 

@@ -9,35 +9,35 @@ then carries out its effects. The same engine runs in production, dry runs, test
 from collections.abc import Callable, Collection, Mapping
 from typing import assert_never
 
-from formiga_bt.clock import Micros
-from formiga_bt.engine import changes as ch
-from formiga_bt.engine import inputs as inp
-from formiga_bt.engine import timers as tm
+from formiga_bt.base.clock import Micros
+from formiga_bt.base.errors import TaskError
+from formiga_bt.engine.agents.fleet import Fleet
 from formiga_bt.engine.allocation import Allocation
 from formiga_bt.engine.allocator.policy import Policy, closest_charged
-from formiga_bt.engine.authority import Authority
-from formiga_bt.engine.breaches import Breaches
-from formiga_bt.engine.clearances import Clearances
-from formiga_bt.engine.command import Command
-from formiga_bt.engine.core import Core
-from formiga_bt.engine.fleet import Fleet
-from formiga_bt.engine.gatekeeper import Gatekeeper
-from formiga_bt.engine.goals import Goals
-from formiga_bt.engine.happenings import Happenings
-from formiga_bt.engine.keeping import note_journal, refuse_if_full
-from formiga_bt.engine.lockdown import Lockdowns
-from formiga_bt.engine.orders import Orders
-from formiga_bt.engine.overload import note_behind
-from formiga_bt.engine.people import People
-from formiga_bt.engine.reconcile import Reconcile
-from formiga_bt.engine.replies import Accepted, Done, Refusal, Reply
-from formiga_bt.engine.rescue import Rescue
-from formiga_bt.engine.resume import restore_trees
-from formiga_bt.engine.state import EngineState
-from formiga_bt.engine.tasks import Tasks
-from formiga_bt.engine.treerun import CompiledTrees, TreesFactory
-from formiga_bt.engine.turns import Turns
-from formiga_bt.errors import TaskError
+from formiga_bt.engine.goals.clearances import Clearances
+from formiga_bt.engine.goals.gatekeeper import Gatekeeper
+from formiga_bt.engine.goals.goals import Goals
+from formiga_bt.engine.goals.people import People
+from formiga_bt.engine.kernel import changes as ch
+from formiga_bt.engine.kernel import inputs as inp
+from formiga_bt.engine.kernel import timers as tm
+from formiga_bt.engine.kernel.core import Core
+from formiga_bt.engine.kernel.overload import note_behind
+from formiga_bt.engine.kernel.replies import Accepted, Done, Refusal, Reply
+from formiga_bt.engine.kernel.state import EngineState
+from formiga_bt.engine.orders.authority import Authority
+from formiga_bt.engine.orders.breaches import Breaches
+from formiga_bt.engine.orders.command import Command
+from formiga_bt.engine.orders.lockdown import Lockdowns
+from formiga_bt.engine.orders.orders import Orders
+from formiga_bt.engine.restart.journal_backpressure import note_journal, refuse_if_full
+from formiga_bt.engine.restart.reconcile import Reconcile
+from formiga_bt.engine.restart.rescue import Rescue
+from formiga_bt.engine.restart.resume import restore_trees
+from formiga_bt.engine.tasks.agent_events import Happenings
+from formiga_bt.engine.tasks.tasks import Tasks
+from formiga_bt.engine.tasks.treerun import CompiledTrees, TreesFactory
+from formiga_bt.engine.tasks.wake_queue import Turns
 from formiga_bt.lang.model import Catalogue, Site, Task
 from formiga_bt.transport.messages import GoalEvent
 

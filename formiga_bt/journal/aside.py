@@ -5,8 +5,8 @@ from typing import Final
 
 import sqlalchemy as sa
 
-from formiga_bt.durable import move_aside
-from formiga_bt.errors import JournalError, SiteError
+from formiga_bt.base.durable import move_aside
+from formiga_bt.base.errors import JournalError, SiteError
 from formiga_bt.journal import schema
 from formiga_bt.journal.database import lock_file, mapped, read_url, writing
 from formiga_bt.journal.files import all_of

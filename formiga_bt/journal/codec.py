@@ -20,11 +20,11 @@ from msgspec import Struct
 from msgspec.msgpack import Ext
 from msgspec.structs import replace
 
-from formiga_bt.engine.inputs import Step
-from formiga_bt.engine.records import AgentRecord, GoalRecord
-from formiga_bt.engine.state import EngineState
-from formiga_bt.errors import JournalError
-from formiga_bt.geo import Place, Position, Region
+from formiga_bt.base.errors import JournalError
+from formiga_bt.base.geo import Place, Position, Region
+from formiga_bt.engine.kernel.inputs import Step
+from formiga_bt.engine.kernel.records import AgentRecord, GoalRecord
+from formiga_bt.engine.kernel.state import EngineState
 from formiga_bt.lang.types import AgentRef
 from formiga_bt.nodes.run import Failure
 from formiga_bt.transport.messages import AgentStatus

@@ -19,8 +19,8 @@ from sqlalchemy import Connection, Engine
 from sqlalchemy.engine import URL, make_url
 from sqlalchemy.exc import ArgumentError, DBAPIError, OperationalError, SQLAlchemyError
 
-from formiga_bt.errors import JournalError
-from formiga_bt.extras import install
+from formiga_bt.base.errors import JournalError
+from formiga_bt.base.extras import install
 from formiga_bt.journal import schema
 from formiga_bt.journal.codec import RESTORE
 from formiga_bt.journal.files import beside, check_file, size_of

@@ -17,12 +17,12 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any, Final, Literal, assert_never
 
-from formiga_bt.clock import Micros
-from formiga_bt.engine import changes as ch
-from formiga_bt.engine.records import GoalRecord, Question
-from formiga_bt.engine.replies import Accepted, Done, Refusal, Reply
-from formiga_bt.errors import JournalError
-from formiga_bt.extras import install
+from formiga_bt.base.clock import Micros
+from formiga_bt.base.errors import JournalError
+from formiga_bt.base.extras import install
+from formiga_bt.engine.kernel import changes as ch
+from formiga_bt.engine.kernel.records import GoalRecord, Question
+from formiga_bt.engine.kernel.replies import Accepted, Done, Refusal, Reply
 from formiga_bt.journal.past import Past
 from formiga_bt.journal.reading import Readable
 from formiga_bt.journal.writer import tasks_of

@@ -6,7 +6,7 @@ import sqlalchemy as sa
 from msgspec import Struct
 from msgspec.structs import replace
 
-from formiga_bt.clock import Micros
+from formiga_bt.base.clock import Micros
 from formiga_bt.journal import schema
 from formiga_bt.journal.database import mapped
 from formiga_bt.journal.keep import DAY_US, Retention

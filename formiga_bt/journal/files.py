@@ -9,7 +9,7 @@ import stat
 from pathlib import Path
 from typing import Final
 
-from formiga_bt.errors import JournalError
+from formiga_bt.base.errors import JournalError
 
 ANEW: Final = "begin anew, what is there is set aside: formiga up --start-anew"
 """What to do where nothing can be put back."""

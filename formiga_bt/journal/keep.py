@@ -14,8 +14,8 @@ from typing import Any, Final
 import sqlalchemy as sa
 from msgspec import Struct
 
-from formiga_bt.clock import SECOND, Micros
-from formiga_bt.errors import FormigaError, JournalError
+from formiga_bt.base.clock import SECOND, Micros
+from formiga_bt.base.errors import FormigaError, JournalError
 from formiga_bt.journal import schema
 from formiga_bt.journal.database import mapped, read_url, writing
 from formiga_bt.journal.files import all_of, size_of

@@ -17,7 +17,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory, gettempdir
 from typing import Final, NamedTuple
 
-from formiga_bt.errors import JournalError
+from formiga_bt.base.errors import JournalError
 from formiga_bt.journal.files import beside, index_of, size_of
 
 TRIES: Final = 3

@@ -4,14 +4,14 @@ from typing import Any, Final
 
 from msgspec.structs import replace
 
-from formiga_bt.blackboard import Blackboard
-from formiga_bt.clock import Micros
-from formiga_bt.engine import changes as ch
-from formiga_bt.engine.inputs import Step
-from formiga_bt.engine.state import EngineState, apply, board_of
-from formiga_bt.errors import JournalError
+from formiga_bt.base.clock import Micros
+from formiga_bt.base.errors import JournalError
+from formiga_bt.engine.kernel import changes as ch
+from formiga_bt.engine.kernel.inputs import Step
+from formiga_bt.engine.kernel.state import EngineState, apply, board_of
 from formiga_bt.journal.reading import Readable
 from formiga_bt.journal.thin import lay_over
+from formiga_bt.nodes.blackboard import Blackboard
 
 
 class Past:

@@ -10,10 +10,10 @@ import sqlalchemy as sa
 from sqlalchemy import Connection
 from sqlalchemy.exc import SQLAlchemyError
 
-from formiga_bt.clock import Micros
-from formiga_bt.engine.inputs import Step
-from formiga_bt.engine.state import EngineState
-from formiga_bt.errors import JournalError
+from formiga_bt.base.clock import Micros
+from formiga_bt.base.errors import JournalError
+from formiga_bt.engine.kernel.inputs import Step
+from formiga_bt.engine.kernel.state import EngineState
 from formiga_bt.journal import codec, schema
 from formiga_bt.journal.database import Database, Durability, mapped, read_url, told
 from formiga_bt.journal.records import BundleRow, Gap, Kept, Start

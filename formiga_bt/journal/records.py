@@ -4,8 +4,8 @@ from typing import Final, Literal
 
 from msgspec import Struct
 
-from formiga_bt.clock import Micros
-from formiga_bt.engine.inputs import Step
+from formiga_bt.base.clock import Micros
+from formiga_bt.engine.kernel.inputs import Step
 
 
 class Row(Struct, frozen=True):

@@ -10,7 +10,7 @@ from typing import Final
 import sqlalchemy as sa
 from sqlalchemy import Connection
 
-from formiga_bt.errors import JournalError
+from formiga_bt.base.errors import JournalError
 
 META: Final = "formiga_meta"
 APPLICATION_ID: Final = 0x464F524D

@@ -20,10 +20,10 @@ from sqlalchemy import Connection
 from sqlalchemy.exc import SQLAlchemyError
 
 from formiga_bt import __version__
-from formiga_bt.clock import Micros
-from formiga_bt.engine.inputs import Step
-from formiga_bt.engine.state import EngineState
-from formiga_bt.errors import JournalError, SiteError
+from formiga_bt.base.clock import Micros
+from formiga_bt.base.errors import JournalError, SiteError
+from formiga_bt.engine.kernel.inputs import Step
+from formiga_bt.engine.kernel.state import EngineState
 from formiga_bt.journal import codec, schema
 from formiga_bt.journal.database import CHECK_BYTES, OWN_S, Database, Durability, Prepared, mapped, told, writing
 from formiga_bt.journal.files import Identity

@@ -22,13 +22,13 @@ import msgspec
 from msgspec import Struct
 from msgspec.structs import replace
 
-from formiga_bt.clock import SECOND, Micros
-from formiga_bt.engine import changes as ch
-from formiga_bt.engine.inputs import AgentStatusInput, GoalEventInput, Step, WallDue
-from formiga_bt.engine.records import AgentRecord, GoalRecord
-from formiga_bt.engine.state import EngineState
-from formiga_bt.engine.timers import LiveDue, WallTimer
-from formiga_bt.geo import Position
+from formiga_bt.base.clock import SECOND, Micros
+from formiga_bt.base.geo import Position
+from formiga_bt.engine.kernel import changes as ch
+from formiga_bt.engine.kernel.inputs import AgentStatusInput, GoalEventInput, Step, WallDue
+from formiga_bt.engine.kernel.records import AgentRecord, GoalRecord
+from formiga_bt.engine.kernel.state import EngineState
+from formiga_bt.engine.kernel.timers import LiveDue, WallTimer
 
 THINNED: Final = ("position", "stood_at", "battery", "wind", "seq", "stamp", "heard_at", "heard_wall")
 """Fields of an agent that a status may change without its step being kept."""

@@ -10,14 +10,14 @@ from typing import Any, Final, Literal
 import msgspec
 from msgspec import Struct
 
-from formiga_bt.clock import Micros
-from formiga_bt.engine import inputs as inp
+from formiga_bt.base.clock import Micros
 from formiga_bt.engine.drivers.persist import DURABLE, Outcome
-from formiga_bt.engine.inputs import JournalState, Step
-from formiga_bt.engine.resume import copy_of
-from formiga_bt.engine.state import EngineState
+from formiga_bt.engine.kernel import inputs as inp
+from formiga_bt.engine.kernel.inputs import JournalState, Step
+from formiga_bt.engine.kernel.state import EngineState
+from formiga_bt.engine.restart.resume import copy_of
 from formiga_bt.journal.past import without_ended
-from formiga_bt.journal.shadow import SNAPSHOT_STEPS, Cadence, Item, Shadow
+from formiga_bt.journal.snapshotter import SNAPSHOT_STEPS, Cadence, Item, Shadow
 from formiga_bt.journal.store import Gap, Gone, Journal, Overtaken, Row, Unwritable
 from formiga_bt.journal.thin import Thinner
 

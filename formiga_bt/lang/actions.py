@@ -2,14 +2,14 @@
 
 from typing import Any, Final, Literal
 
-from formiga_bt.clock import micros
-from formiga_bt.lang.document import Entry, Mapping_, Node
+from formiga_bt.base.clock import micros
 from formiga_bt.lang.expressions import Scope, compile_value
 from formiga_bt.lang.keyed import read_keys
 from formiga_bt.lang.kinds import PARAM, Option
 from formiga_bt.lang.model import ActionSpec, Expr, FieldSpec
 from formiga_bt.lang.params import read_type
-from formiga_bt.lang.reading import (
+from formiga_bt.lang.text.document import Entry, Mapping_, Node
+from formiga_bt.lang.text.reading import (
     Problems,
     is_empty,
     read_flag,

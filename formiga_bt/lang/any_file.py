@@ -8,14 +8,14 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Final, Literal
 
-from formiga_bt.diagnostics import Diagnostic
+from formiga_bt.base.diagnostics import Diagnostic
+from formiga_bt.base.packaged import folder
 from formiga_bt.lang.catalogue import load_catalogue
 from formiga_bt.lang.files import read_file
 from formiga_bt.lang.loader import load_task_text
 from formiga_bt.lang.model import Catalogue, Site
 from formiga_bt.lang.scenario import load_scenario_text
 from formiga_bt.lang.site import load_site_text
-from formiga_bt.packaged import folder
 
 Kind = Literal["task", "library", "site", "scenario", "catalogue", "other"]
 """`other`: a test, or a profile; no fixes are offered for them."""

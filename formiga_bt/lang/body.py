@@ -11,22 +11,22 @@ from dataclasses import replace
 from operator import is_
 from typing import Any, Final
 
-from formiga_bt.diagnostics import Diagnostic, Fix, Mark, UnknownName
-from formiga_bt.lang.binding import never
-from formiga_bt.lang.document import Node, Scalar
+from formiga_bt.base.diagnostics import Diagnostic, Fix, Mark, UnknownName
+from formiga_bt.base.units import format_number
+from formiga_bt.lang.checks.outside import warn_outside
 from formiga_bt.lang.expr.helpers import STANDARD
 from formiga_bt.lang.expr.interpolation import holes
 from formiga_bt.lang.expressions import Scope, compile_bare, compile_cond, compile_expr, compile_value
 from formiga_bt.lang.flow import Around, Flow, Named
 from formiga_bt.lang.model import Expr
-from formiga_bt.lang.outside import warn_outside
 from formiga_bt.lang.own_names import BUILT_IN
-from formiga_bt.lang.reading import Problems, did_you_mean
-from formiga_bt.lang.synonyms import nearest, surely
+from formiga_bt.lang.request.binding import never
+from formiga_bt.lang.text.document import Node, Scalar
+from formiga_bt.lang.text.reading import Problems, did_you_mean
+from formiga_bt.lang.text.synonyms import nearest, surely
 from formiga_bt.lang.types import AGENT, ANY, DURATION, PERCENT, TEXT, Type
 from formiga_bt.lang.world import Resolver, World
 from formiga_bt.lang.written import saves, scalars
-from formiga_bt.units import format_number
 
 _FRACTION: Final = re.compile(r"(?<![\w.])(0?\.\d{1,6}|1(?:\.0{1,6})?)\s*%")
 _WORD: Final = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")

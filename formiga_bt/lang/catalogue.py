@@ -10,16 +10,19 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final
 
-from formiga_bt.clock import micros
-from formiga_bt.diagnostics import Diagnostic, Mark, in_order
+from formiga_bt.base.clock import micros
+from formiga_bt.base.diagnostics import Diagnostic, Mark, in_order
+from formiga_bt.base.packaged import folder
+from formiga_bt.base.units import parse_quantity
 from formiga_bt.lang.actions import read_action, read_optional_mapping, read_results
-from formiga_bt.lang.document import Entry, Node, Scalar, parse
-from formiga_bt.lang.envelope import read_envelope, read_on_breach
 from formiga_bt.lang.files import Shelf, read_file
 from formiga_bt.lang.keyed import read_keys
 from formiga_bt.lang.kinds import ENVELOPE, Option
 from formiga_bt.lang.model import ActionSpec, AgentType, Catalogue, Subtree
-from formiga_bt.lang.reading import (
+from formiga_bt.lang.site.envelope import read_envelope, read_on_breach
+from formiga_bt.lang.subtrees import Subtrees
+from formiga_bt.lang.text.document import Entry, Node, Scalar, parse
+from formiga_bt.lang.text.reading import (
     Problems,
     did_you_mean,
     fix_word,
@@ -33,12 +36,9 @@ from formiga_bt.lang.reading import (
     read_word,
     read_words,
 )
-from formiga_bt.lang.subtrees import Subtrees
-from formiga_bt.lang.synonyms import surely
+from formiga_bt.lang.text.synonyms import surely
 from formiga_bt.lang.types import Type
 from formiga_bt.lang.world import World
-from formiga_bt.packaged import folder
-from formiga_bt.units import parse_quantity
 
 FILE: Final = (
     Option("types", "map", "Agent types by name."),

@@ -7,8 +7,7 @@ units, habits of other languages), `checker` on `operands` on `parts` (names, ty
 
 import re
 
-from formiga_bt.diagnostics import Diagnostic, Fix
-from formiga_bt.lang.document import Node, Scalar
+from formiga_bt.base.diagnostics import Diagnostic, Fix
 from formiga_bt.lang.expr.compiling import compile_expr, poison
 from formiga_bt.lang.expr.interpolation import holes
 from formiga_bt.lang.expr.parts import facts
@@ -17,6 +16,7 @@ from formiga_bt.lang.expr.tokens import ExprSyntax, parse_expression
 from formiga_bt.lang.expr.typing_rules import fits
 from formiga_bt.lang.expr.values import read_value
 from formiga_bt.lang.model import Expr
+from formiga_bt.lang.text.document import Node, Scalar
 from formiga_bt.lang.types import BOOL, Type
 
 __all__ = [

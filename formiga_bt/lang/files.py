@@ -8,13 +8,13 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from formiga_bt.diagnostics import Fix, Mark
-from formiga_bt.lang.document import Entry, Mapping_, Scalar, parse
+from formiga_bt.base.diagnostics import Fix, Mark
 from formiga_bt.lang.keyed import read_keys
 from formiga_bt.lang.kinds import LIBRARY, TASK, Option
 from formiga_bt.lang.own_names import is_free
-from formiga_bt.lang.reading import Problems, did_you_mean, read_mapping, read_name, read_text, read_words, shorten
-from formiga_bt.lang.synonyms import nearest
+from formiga_bt.lang.text.document import Entry, Mapping_, Scalar, parse
+from formiga_bt.lang.text.reading import Problems, did_you_mean, read_mapping, read_name, read_text, read_words, shorten
+from formiga_bt.lang.text.synonyms import nearest
 
 LANGUAGE_VERSION = 1
 

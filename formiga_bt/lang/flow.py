@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field
 
-from formiga_bt.diagnostics import Mark
+from formiga_bt.base.diagnostics import Mark
 from formiga_bt.lang.types import Type
 
 

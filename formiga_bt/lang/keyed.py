@@ -7,11 +7,12 @@ that may stand there, units, limits, and what holds where nothing is written. `r
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
-from formiga_bt.diagnostics import Mark
-from formiga_bt.lang.colons import in_text
-from formiga_bt.lang.document import Entry, Mapping_, Node, Scalar, parse
+from formiga_bt.base.diagnostics import Mark
+from formiga_bt.base.units import format_quantity
 from formiga_bt.lang.kinds import Option
-from formiga_bt.lang.reading import (
+from formiga_bt.lang.text.colons import in_text
+from formiga_bt.lang.text.document import Entry, Mapping_, Node, Scalar, parse
+from formiga_bt.lang.text.reading import (
     Problems,
     fix_word,
     quoted_list,
@@ -26,8 +27,7 @@ from formiga_bt.lang.reading import (
     read_words,
     shorten,
 )
-from formiga_bt.lang.synonyms import ADVICE, BY_HAND, KEY_SYNONYMS, is_sure, key_for
-from formiga_bt.units import format_quantity
+from formiga_bt.lang.text.synonyms import ADVICE, BY_HAND, KEY_SYNONYMS, is_sure, key_for
 
 _MOST_WHOLE = 1e9
 

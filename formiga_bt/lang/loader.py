@@ -11,32 +11,32 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Final
 
-from formiga_bt.diagnostics import Diagnostic, Mark, in_order
-from formiga_bt.lang.aliases import TASK_NAME, read_task_aliases
+from formiga_bt.base.diagnostics import Diagnostic, Mark, in_order
+from formiga_bt.base.packaged import folder
+from formiga_bt.base.units import format_quantity
 from formiga_bt.lang.body import Body
 from formiga_bt.lang.catalogue import load_catalogue
 from formiga_bt.lang.checks.whole import check_task
-from formiga_bt.lang.document import Entry, Node
-from formiga_bt.lang.envelope import check_task as check_tightens
-from formiga_bt.lang.envelope import read_envelope
 from formiga_bt.lang.expr.scope import Scope
 from formiga_bt.lang.files import Shelf, Unit, read_file
 from formiga_bt.lang.flow import Flow, Named
 from formiga_bt.lang.model import Catalogue, Role, Site, Step, Subtree, Task
-from formiga_bt.lang.neighbours import Neighbours
 from formiga_bt.lang.params import read_params
-from formiga_bt.lang.reading import Problems, read_flag, read_text, read_word, shorten
 from formiga_bt.lang.records import ABORT, ERROR
-from formiga_bt.lang.roles import read_roles, read_vars
+from formiga_bt.lang.request.aliases import TASK_NAME, read_task_aliases
+from formiga_bt.lang.request.neighbours import Neighbours
 from formiga_bt.lang.site import load_site
+from formiga_bt.lang.site.envelope import check_task as check_tightens
+from formiga_bt.lang.site.envelope import read_envelope
+from formiga_bt.lang.steps.roles import read_roles, read_vars
 from formiga_bt.lang.steps.step import read_bound, read_steps
 from formiga_bt.lang.subtrees import Subtrees
+from formiga_bt.lang.text.document import Entry, Node
+from formiga_bt.lang.text.reading import Problems, read_flag, read_text, read_word, shorten
 from formiga_bt.lang.types import not_held
 from formiga_bt.lang.walk import size
 from formiga_bt.lang.world import World, agent_types_of
 from formiga_bt.lang.written import saves, writes
-from formiga_bt.packaged import folder
-from formiga_bt.units import format_quantity
 
 __all__ = ["Loaded", "bundle_hash", "load_catalogue", "load_library_text", "load_site", "load_task", "load_task_text"]
 

@@ -2,9 +2,9 @@
 
 from typing import Final
 
-from formiga_bt.lang.document import Scalar
 from formiga_bt.lang.expr.helpers import STANDARD
-from formiga_bt.lang.reading import Problems
+from formiga_bt.lang.text.document import Scalar
+from formiga_bt.lang.text.reading import Problems
 
 BUILT_IN: Final = frozenset({"base", "task", "now", "site", "error", "abort", "result", "agent"})
 """Names that no author may define."""

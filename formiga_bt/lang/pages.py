@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from functools import cache
 from typing import Final
 
-from formiga_bt.packaged import folder
+from formiga_bt.base.packaged import folder
 
 _ROW: Final = re.compile(r"^\| ([EW]\d{3}) \| (.*?) \| ?(.*?) ?\|$", re.MULTILINE)
 _SECTION: Final = re.compile(r"^## ([EW]\d{3})\n(.*?)(?=^## |\Z)", re.MULTILINE | re.DOTALL)

@@ -6,18 +6,18 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Final
 
-from formiga_bt.diagnostics import Diagnostic, Mark
-from formiga_bt.lang.aliases import check_params
-from formiga_bt.lang.binding import impossible
-from formiga_bt.lang.document import Entry, Listing, Mapping_, Node, Scalar
+from formiga_bt.base.diagnostics import Diagnostic, Mark
+from formiga_bt.lang.checks.outside import warn_outside
 from formiga_bt.lang.expr.scope import BUILT_INS, OUTSIDE
 from formiga_bt.lang.expressions import Scope, compile_value
 from formiga_bt.lang.keyed import read_keys
 from formiga_bt.lang.kinds import PARAM
 from formiga_bt.lang.model import AgentType, Expr, Param
-from formiga_bt.lang.outside import warn_outside
 from formiga_bt.lang.own_names import is_free
-from formiga_bt.lang.reading import (
+from formiga_bt.lang.request.aliases import check_params
+from formiga_bt.lang.request.binding import impossible
+from formiga_bt.lang.text.document import Entry, Listing, Mapping_, Node, Scalar
+from formiga_bt.lang.text.reading import (
     Problems,
     did_you_mean,
     fix_word,
@@ -28,7 +28,7 @@ from formiga_bt.lang.reading import (
     read_text,
     read_words,
 )
-from formiga_bt.lang.synonyms import surely
+from formiga_bt.lang.text.synonyms import surely
 from formiga_bt.lang.types import ANY, Type, list_of
 from formiga_bt.lang.world import World
 

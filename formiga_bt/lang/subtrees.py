@@ -1,16 +1,16 @@
 """Subtrees: found by name as seen from a file, read once, with what they need of the agents that are passed to them."""
 
 from formiga_bt.lang.body import Body
-from formiga_bt.lang.document import Entry, Scalar
 from formiga_bt.lang.files import Unit
 from formiga_bt.lang.flow import Named
 from formiga_bt.lang.keyed import read_keys
 from formiga_bt.lang.kinds import SUBTREE
 from formiga_bt.lang.model import Subtree
 from formiga_bt.lang.params import read_params
-from formiga_bt.lang.reading import Problems, did_you_mean, fix_word, quoted_list, read_mapping
 from formiga_bt.lang.steps.step import read_steps
-from formiga_bt.lang.synonyms import surely
+from formiga_bt.lang.text.document import Entry, Scalar
+from formiga_bt.lang.text.reading import Problems, did_you_mean, fix_word, quoted_list, read_mapping
+from formiga_bt.lang.text.synonyms import surely
 from formiga_bt.lang.types import ANY
 from formiga_bt.lang.world import Callee, World, agent_types_of
 from formiga_bt.lang.written import saves

@@ -19,7 +19,7 @@ from typing import Any
 
 from msgspec import Struct
 
-from formiga_bt.geo import Place, Position, Region
+from formiga_bt.base.geo import Place, Position, Region
 
 
 class AgentRef(Struct, frozen=True, tag_field="is", tag="agent"):

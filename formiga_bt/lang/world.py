@@ -3,11 +3,11 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
-from formiga_bt.diagnostics import Mark
-from formiga_bt.lang.document import Scalar
+from formiga_bt.base.diagnostics import Mark
 from formiga_bt.lang.expr.scope import Scope
 from formiga_bt.lang.model import Catalogue, Param, Site, Subtree
-from formiga_bt.lang.neighbours import Neighbours
+from formiga_bt.lang.request.neighbours import Neighbours
+from formiga_bt.lang.text.document import Scalar
 from formiga_bt.lang.types import Type
 
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from formiga_bt.lang.document import Listing, Mapping_, Node, Scalar
+from formiga_bt.lang.text.document import Listing, Mapping_, Node, Scalar
 
 
 def scalars(node: Node) -> Iterator[Scalar]:

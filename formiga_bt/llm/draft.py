@@ -18,7 +18,7 @@ from typing import Any, Final
 
 from msgspec import Struct, json, structs
 
-from formiga_bt.errors import UnusableFile
+from formiga_bt.base.errors import UnusableFile
 from formiga_bt.llm import prompt
 from formiga_bt.llm.client import Chat
 from formiga_bt.llm.edits.nearby import Near, nearest

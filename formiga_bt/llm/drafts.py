@@ -19,10 +19,10 @@ from typing import Any, Final
 
 import msgspec
 
-from formiga_bt.errors import UnusableFile
+from formiga_bt.base.errors import UnusableFile
+from formiga_bt.base.site_folder import FOLDER, write_durably
 from formiga_bt.llm.letters import whole
 from formiga_bt.llm.records import Draft, Origin
-from formiga_bt.site_folder import FOLDER, write_durably
 
 DRAFTS: Final = "drafts"
 TASK: Final = "task.yaml"

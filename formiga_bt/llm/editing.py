@@ -7,15 +7,15 @@ import json
 import re
 from typing import Any, Final
 
+from formiga_bt.base.units import parse_quantity
+from formiga_bt.lang.json_form.writing import from_yaml
 from formiga_bt.lang.kinds import MODIFIERS
-from formiga_bt.lang.llm_out import from_yaml
 from formiga_bt.llm.envelope import Form
 from formiga_bt.llm.shaping.lifting import Lifter
 from formiga_bt.llm.shaping.short import ASKED_FOR, expanded
 from formiga_bt.llm.vocabulary import verbs_of
 from formiga_bt.llm.words.wording import read
 from formiga_bt.llm.world import World
-from formiga_bt.units import parse_quantity
 
 VERSION: Final = "0.1.0"
 """Of a task that nobody gave one."""

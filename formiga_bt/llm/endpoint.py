@@ -16,7 +16,7 @@ from typing import Any, Final
 
 import msgspec
 
-from formiga_bt.extras import install
+from formiga_bt.base.extras import install
 from formiga_bt.llm import ladder
 from formiga_bt.llm.errors import Cancelled, LlmError, NoKey, Refused, TooLong, Unreachable
 from formiga_bt.llm.presets import OTHER, OWN_KEY, Preset, Price, cost_usd, is_loopback

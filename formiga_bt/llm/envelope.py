@@ -78,7 +78,7 @@ def schema_of(
             tree["properties"]["agents"] = _exactly(roles)
         kinds = [_closed({"tree": tree})]
     else:
-        from formiga_bt.schemas.llm import llm_schema
+        from formiga_bt.editor.llm_schema import llm_schema
 
         full = llm_schema(world.catalogue)
         definitions = full.pop("$defs")

@@ -1,6 +1,6 @@
 """What can go wrong between us and a model. Each text says what to do."""
 
-from formiga_bt.errors import FormigaError
+from formiga_bt.base.errors import FormigaError
 
 
 class LlmError(FormigaError):

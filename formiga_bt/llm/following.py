@@ -10,7 +10,7 @@ from typing import Final
 
 from msgspec import json
 
-from formiga_bt.errors import UnusableFile
+from formiga_bt.base.errors import UnusableFile
 from formiga_bt.lang.loader import load_task_text
 from formiga_bt.llm.editing import VERSION, as_answer
 from formiga_bt.llm.envelope import Answer, Form, NoAnswer, form_of, read_answer

@@ -21,7 +21,7 @@ from pathlib import Path
 from secrets import token_urlsafe
 from typing import IO, Any, Final
 
-from formiga_bt.extras import install
+from formiga_bt.base.extras import install
 from formiga_bt.llm.adapters import about
 from formiga_bt.llm.endpoint import Endpoint
 from formiga_bt.llm.errors import Cancelled, TooLong, Unreachable, UnusableModel

@@ -8,18 +8,18 @@ import msgspec
 from msgspec import Struct
 from msgspec.structs import replace
 
+from formiga_bt.base.packaged import files
+from formiga_bt.base.site_folder import write_durably
 from formiga_bt.lang.loader import load_task_text
 from formiga_bt.lang.model import Site, Task
 from formiga_bt.llm.drafts import ORIGIN, Kept, keep
 from formiga_bt.llm.records import Draft, Flight, Origin
 from formiga_bt.llm.world import World
-from formiga_bt.packaged import files
 from formiga_bt.safety.approval import approval_digest, others_than
 from formiga_bt.safety.drafted import Drafted, drafted, said_in, stamped
 from formiga_bt.safety.meaning import meaning
 from formiga_bt.services.crew import standing
-from formiga_bt.services.drafted import note
-from formiga_bt.site_folder import write_durably
+from formiga_bt.services.kept.drafted import note
 
 
 def kept_with_origin(

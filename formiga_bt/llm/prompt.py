@@ -10,7 +10,7 @@ import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, Final
 
-from formiga_bt.geo import Place, Region
+from formiga_bt.base.geo import Place, Region
 from formiga_bt.llm.envelope import Form
 from formiga_bt.llm.examples import Example
 from formiga_bt.llm.records import Message, Shortfall

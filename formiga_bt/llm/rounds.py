@@ -10,7 +10,7 @@ from typing import TypeVar
 
 from msgspec import structs
 
-from formiga_bt.errors import FormigaError
+from formiga_bt.base.errors import FormigaError
 from formiga_bt.llm.envelope import Answer, NoAnswer, read_answer
 from formiga_bt.llm.errors import LlmError
 from formiga_bt.llm.judging.agreeing import meaning

@@ -14,7 +14,7 @@ from formiga_bt.lang.model import Expr, Step, Task
 from formiga_bt.llm.records import Draft, Flight, Value
 from formiga_bt.llm.shaping.lifting import ASSUMED
 from formiga_bt.show.clean import cleaned
-from formiga_bt.show.phrases import label_of, source
+from formiga_bt.show.tree.phrases import label_of, source
 
 CALLS: Final[Mapping[str, str]] = {
     "FlyTo": "{drone} flies to {to} and hovers {height} over it",

@@ -9,10 +9,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from formiga_bt.lang.document import Mapping_, Scalar, parse
+from formiga_bt.base.packaged import folder
 from formiga_bt.lang.model import Catalogue
+from formiga_bt.lang.text.document import Mapping_, Scalar, parse
 from formiga_bt.llm.world import World
-from formiga_bt.packaged import folder
 
 LIBRARIES: Final = ("lib/flying.yaml", "lib/ways.yaml")
 """Of those that ship: what is offered."""

@@ -4,9 +4,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from formiga_bt.errors import UnusableFile
+from formiga_bt.base.errors import UnusableFile
+from formiga_bt.base.packaged import files, folder
 from formiga_bt.lang.model import Catalogue, Site
-from formiga_bt.packaged import files, folder
 
 
 @dataclass(frozen=True, slots=True)

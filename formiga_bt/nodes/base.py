@@ -17,7 +17,7 @@ from py_trees import common
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status as Status
 
-from formiga_bt.diagnostics import Mark
+from formiga_bt.base.diagnostics import Mark
 from formiga_bt.lang.model import EvalError, Step, UnknownState, Unset, why_not_computed
 from formiga_bt.nodes.ends import End
 from formiga_bt.nodes.memory import Mem

@@ -10,7 +10,7 @@ from msgspec.structs import replace
 from py_trees import decorators
 from py_trees.common import Status
 
-from formiga_bt.clock import Micros, micros
+from formiga_bt.base.clock import Micros, micros
 from formiga_bt.lang import model
 from formiga_bt.nodes import draining
 from formiga_bt.nodes.base import FAILURE, RUNNING, SUCCESS, Node

@@ -8,7 +8,7 @@ from typing import Any, ClassVar, TypeVar
 
 from py_trees.common import Status
 
-from formiga_bt.clock import Micros, micros
+from formiga_bt.base.clock import Micros, micros
 from formiga_bt.lang import model
 from formiga_bt.lang.model import UnknownState
 from formiga_bt.lang.types import AgentRef

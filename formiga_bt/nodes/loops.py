@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 from msgspec.structs import replace
 from py_trees.common import Status
 
-from formiga_bt.clock import micros
+from formiga_bt.base.clock import micros
 from formiga_bt.lang import model
 from formiga_bt.nodes.base import FAILURE, RUNNING, SUCCESS, Node
 from formiga_bt.nodes.composites import Chain, adopt_children

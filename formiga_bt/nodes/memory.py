@@ -7,7 +7,7 @@ from typing import Any, Final, Literal
 
 from msgspec import Struct
 
-from formiga_bt.clock import Micros
+from formiga_bt.base.clock import Micros
 from formiga_bt.nodes.ends import Drain
 
 NODE_STATE_VERSION: Final = 1

@@ -9,7 +9,7 @@ from typing import Any, Final, Literal, Protocol
 
 from msgspec import Struct
 
-from formiga_bt.clock import Micros
+from formiga_bt.base.clock import Micros
 from formiga_bt.lang.model import Env, Expr, Role
 from formiga_bt.nodes.ends import Drain, End, FinallyEnd
 from formiga_bt.nodes.memory import Mem

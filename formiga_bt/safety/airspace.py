@@ -5,12 +5,12 @@ Made once per site and kept; asking it is cheap. Holds no state of machines.
 
 from typing import Final
 
-from formiga_bt.clock import SECOND, Micros
-from formiga_bt.geo import Place, Position, Region
+from formiga_bt.base.clock import SECOND, Micros
+from formiga_bt.base.geo import Place, Position, Region
+from formiga_bt.base.sun import sun_is_up
 from formiga_bt.lang.model import Site
 from formiga_bt.safety.terrain import Terrain, terrain_of
 from formiga_bt.safety.zones import Zone
-from formiga_bt.sun import sun_is_up
 
 HIGHEST_LAYER_M: Final = 90.0
 """Of a site that lists no layers."""

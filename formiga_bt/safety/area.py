@@ -10,8 +10,8 @@ from typing import Final
 
 from msgspec import Struct
 
-from formiga_bt.energy import CALM, Power, Wind, way_pct
-from formiga_bt.geo import Outline, Place, Position, Region
+from formiga_bt.base.energy import CALM, Power, Wind, way_pct
+from formiga_bt.base.geo import Outline, Place, Position, Region
 from formiga_bt.safety.terrain import Found, Terrain, too_high, too_low
 from formiga_bt.safety.traffic import hull
 from formiga_bt.safety.zones import Offence, Zone

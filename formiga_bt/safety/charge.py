@@ -7,8 +7,8 @@ import math
 from collections.abc import Callable
 from typing import Final
 
-from formiga_bt.energy import CALM, Power, Wind, home_pct, hover_pct, way_pct
-from formiga_bt.geo import Place, Position
+from formiga_bt.base.energy import CALM, Power, Wind, home_pct, hover_pct, way_pct
+from formiga_bt.base.geo import Place, Position
 from formiga_bt.safety.airspace import Airspace
 from formiga_bt.safety.area import Area, cover_pct
 from formiga_bt.safety.flights import Breach, FlightState, GateFlight, ways_of

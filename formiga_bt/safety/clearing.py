@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 from itertools import pairwise
 from typing import Final
 
-from formiga_bt.geo import Place, Position
+from formiga_bt.base.geo import Place, Position
 from formiga_bt.safety.terrain import Found, Terrain, too_high, too_low
 from formiga_bt.safety.traffic import Way
 from formiga_bt.safety.zones import FORGIVEN_M

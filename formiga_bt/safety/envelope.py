@@ -14,8 +14,8 @@ from collections.abc import Iterator, Sequence
 
 from msgspec import structs
 
-from formiga_bt.energy import Wind
-from formiga_bt.geo import Place, Position
+from formiga_bt.base.energy import Wind
+from formiga_bt.base.geo import Place, Position
 from formiga_bt.safety.airspace import Airspace
 from formiga_bt.safety.area import Area, area_of, height_offence, zone_offence
 from formiga_bt.safety.charge import charge_at_gate, charge_in_flight

@@ -5,8 +5,8 @@ Made by the gate and the fleet of the engine, judged in `envelope`.
 
 from msgspec import Struct
 
-from formiga_bt.energy import Power
-from formiga_bt.geo import Place, Position, Region
+from formiga_bt.base.energy import Power
+from formiga_bt.base.geo import Place, Position, Region
 from formiga_bt.safety.airspace import Airspace
 from formiga_bt.safety.traffic import Way
 

@@ -12,8 +12,8 @@ from collections.abc import Callable, Sequence
 
 from msgspec import Struct
 
-from formiga_bt.clock import SECOND, Micros
-from formiga_bt.geo import Place, Position, Region, horizontal_m
+from formiga_bt.base.clock import SECOND, Micros
+from formiga_bt.base.geo import Place, Position, Region, horizontal_m
 from formiga_bt.safety.envelope import Breach
 from formiga_bt.safety.traffic import VERTICAL_M, Area, Traffic, Way, area_of, first_in_the_way, path, ways_into
 from formiga_bt.transport.messages import Clearance, Control, Landed

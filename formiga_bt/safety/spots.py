@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator, Sequence
 from typing import Final
 
-from formiga_bt.geo import Place, horizontal_m
+from formiga_bt.base.geo import Place, horizontal_m
 from formiga_bt.safety.airspace import Airspace
 from formiga_bt.safety.rules import Rules
 

@@ -11,8 +11,8 @@ from typing import Final, Protocol
 
 from msgspec import Struct
 
-from formiga_bt.geo import Place, Position
-from formiga_bt.heights import HeightGrid
+from formiga_bt.base.geo import Place, Position
+from formiga_bt.base.heights import HeightGrid
 from formiga_bt.lang.model import Site
 
 BLOCK: Final = 16

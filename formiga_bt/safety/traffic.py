@@ -10,7 +10,7 @@ from collections.abc import Iterable, Sequence
 
 from msgspec import Struct
 
-from formiga_bt.geo import Place, Position, horizontal_m, segment_distance_m
+from formiga_bt.base.geo import Place, Position, horizontal_m, segment_distance_m
 from formiga_bt.safety.grid import Box, box_of, grown
 from formiga_bt.transport.messages import Landed
 

@@ -9,7 +9,7 @@ from typing import Final
 
 from msgspec import Struct
 
-from formiga_bt.geo import Outline, Place, Position, Region
+from formiga_bt.base.geo import Outline, Place, Position, Region
 
 FORGIVEN_M: Final = 0.5
 """So much deeper than where it began the way out of a breach may lead: positions are not exact."""

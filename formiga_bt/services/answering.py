@@ -9,9 +9,9 @@ from concurrent.futures import Future
 from concurrent.futures import TimeoutError as TooLate
 from typing import Final
 
-from formiga_bt.engine import changes as ch
-from formiga_bt.engine.inputs import GoalEventInput, Step
-from formiga_bt.engine.replies import Done, Refusal
+from formiga_bt.engine.kernel import changes as ch
+from formiga_bt.engine.kernel.inputs import GoalEventInput, Step
+from formiga_bt.engine.kernel.replies import Done, Refusal
 from formiga_bt.services.refused import Refused
 from formiga_bt.transport.desk import DeskTransport, OpenQuestion
 

@@ -4,10 +4,10 @@ Engine time never goes back. In a simulation it goes on from where the former en
 In mode real it is the wall clock; a history that goes further than a little beyond the wall clock is a question to a person.
 """
 
-from formiga_bt.clock import MOST_AHEAD, Micros, wall_clock_us
-from formiga_bt.errors import SiteError
+from formiga_bt.base.clock import MOST_AHEAD, Micros, wall_clock_us
+from formiga_bt.base.errors import SiteError
 from formiga_bt.lang.model import Site
-from formiga_bt.services.resuming import Comeback
+from formiga_bt.services.kept.resuming import Comeback
 from formiga_bt.show.offset import span_words
 
 

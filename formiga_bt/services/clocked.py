@@ -2,8 +2,8 @@
 
 from collections.abc import Callable
 
-from formiga_bt.clock import SECOND, Micros
-from formiga_bt.services.door import App, Message, Receive, Scope, Send
+from formiga_bt.base.clock import SECOND, Micros
+from formiga_bt.services.http.door import App, Message, Receive, Scope, Send
 from formiga_bt.show.offset import AHEAD_HEADER
 
 

@@ -11,21 +11,21 @@ from typing import Any, Protocol
 
 from msgspec import Struct
 
-from formiga_bt.clock import Micros
-from formiga_bt.engine import changes as ch
-from formiga_bt.engine.inputs import Approve, Duty, Input, Step
-from formiga_bt.engine.library import Bundles
-from formiga_bt.engine.replies import Accepted, Done
-from formiga_bt.errors import FormigaError, TaskError
+from formiga_bt.base.clock import Micros
+from formiga_bt.base.errors import FormigaError, TaskError
+from formiga_bt.base.site_folder import APPROVALS, append_line, read_lines
+from formiga_bt.engine.kernel import changes as ch
+from formiga_bt.engine.kernel.inputs import Approve, Duty, Input, Step
+from formiga_bt.engine.kernel.library import Bundles
+from formiga_bt.engine.kernel.replies import Accepted, Done
 from formiga_bt.lang.model import Catalogue, Site
 from formiga_bt.lang.site.keys import APPROVERS
 from formiga_bt.safety.approval import TYPED, approval_digest, lands_away
 from formiga_bt.safety.drafted import written
-from formiga_bt.services.proving import Proofs
+from formiga_bt.services.http.proving import Proofs
 from formiga_bt.services.refused import Refused
 from formiga_bt.services.view import View
 from formiga_bt.services.words import hint_for
-from formiga_bt.site_folder import APPROVALS, append_line, read_lines
 
 
 class Driver(Protocol):

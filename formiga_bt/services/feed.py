@@ -10,7 +10,7 @@ from typing import Any, Final
 
 from msgspec import Struct
 
-from formiga_bt.clock import Micros
+from formiga_bt.base.clock import Micros
 
 KEPT: Final = 10_000
 

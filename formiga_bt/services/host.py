@@ -16,54 +16,56 @@ from typing import TYPE_CHECKING, Any
 from msgspec.structs import replace
 
 from formiga_bt import __version__
-from formiga_bt.clock import SECOND, passed_us
-from formiga_bt.endpoints import is_loopback
-from formiga_bt.engine import changes as ch
+from formiga_bt.base.clock import SECOND, passed_us
+from formiga_bt.base.endpoints import is_loopback
+from formiga_bt.base.errors import FormigaError, SiteError, TaskError
+from formiga_bt.base.site_folder import APPROVALS, SiteFolder
+from formiga_bt.engine.agents.epochs import TAKE_BACK, next_epoch
 from formiga_bt.engine.drivers.failpoints import Failpoint
 from formiga_bt.engine.drivers.realtime import Listener, RealtimeDriver, stop_words
 from formiga_bt.engine.engine import Engine
-from formiga_bt.engine.epochs import TAKE_BACK, next_epoch
-from formiga_bt.engine.inputs import Abort, Resumed, Step
-from formiga_bt.engine.library import Bundles
-from formiga_bt.engine.resume import copy_of
-from formiga_bt.errors import FormigaError, SiteError, TaskError
+from formiga_bt.engine.kernel import changes as ch
+from formiga_bt.engine.kernel.inputs import Abort, Resumed, Step
+from formiga_bt.engine.kernel.library import Bundles
+from formiga_bt.engine.restart.resume import copy_of
 from formiga_bt.lang.model import Catalogue, Site, Task
-from formiga_bt.services import api, beginning, crew, server, shown
-from formiga_bt.services import models as m
+from formiga_bt.services import beginning, crew
 from formiga_bt.services.answering import Answering
-from formiga_bt.services.bundles import BundleStore
 from formiga_bt.services.clocked import Clocked
 from formiga_bt.services.collector import uncollected
-from formiga_bt.services.connection import Connection
-from formiga_bt.services.crowd import Crowd, descriptors, http_places, local_places
-from formiga_bt.services.doubles import OneEach
+from formiga_bt.services.duplicate_people import OneEach
 from formiga_bt.services.feed import Feed
-from formiga_bt.services.flightlog import FlightLog
-from formiga_bt.services.house import House, Trouble, clock_check
+from formiga_bt.services.http import api, server
+from formiga_bt.services.http.connection import Connection
+from formiga_bt.services.http.crowd import Crowd, descriptors, http_places, local_places
+from formiga_bt.services.http.local import close_local, open_local
+from formiga_bt.services.http.past_routes import PastReader
+from formiga_bt.services.http.proving import Proofs
 from formiga_bt.services.journal_watch import Watch
-from formiga_bt.services.journaling import JournalAt, Journaling
+from formiga_bt.services.kept.bundles import BundleStore
+from formiga_bt.services.kept.flightlog import FlightLog
+from formiga_bt.services.kept.journaling import JournalAt, Journaling
+from formiga_bt.services.kept.recalling import Recall
+from formiga_bt.services.kept.resuming import Comeback, Pulse
 from formiga_bt.services.listening import check_listen, listen_of
 from formiga_bt.services.loading import Loading, served_again
-from formiga_bt.services.local import close_local, open_local
 from formiga_bt.services.not_served import NotServed
 from formiga_bt.services.orders import Orders
-from formiga_bt.services.past_routes import PastReader
-from formiga_bt.services.proving import Proofs
-from formiga_bt.services.recalling import Recall
-from formiga_bt.services.resuming import Comeback, Pulse
+from formiga_bt.services.replies import models as m
+from formiga_bt.services.replies import shown
 from formiga_bt.services.standing import lockdown_out, wall_us
+from formiga_bt.services.standing_alarms import House, Trouble, clock_check
 from formiga_bt.services.view import View
 from formiga_bt.show.facts import HouseFact
-from formiga_bt.show.folded import FoldedSource
+from formiga_bt.show.history.folded import FoldedSource
 from formiga_bt.show.offset import offset_words
 from formiga_bt.show.source import Source
-from formiga_bt.site_folder import APPROVALS, SiteFolder
 from formiga_bt.transport.base import AgentTransport
 from formiga_bt.transport.desk import DeskTransport
 from formiga_bt.transport.zenoh import ZenohTransport
 
 if TYPE_CHECKING:
-    from formiga_bt.replay.machine import TimeMachine
+    from formiga_bt.show.replay.machine import TimeMachine
 
 log = logging.getLogger("formiga.host")
 
@@ -298,7 +300,7 @@ class EngineHost:
             self.journaling.keep_again(task, loaded[name])
 
     def _time_machine(self) -> "TimeMachine":
-        from formiga_bt.replay.machine import TimeMachine  # loads SQLAlchemy
+        from formiga_bt.show.replay.machine import TimeMachine  # loads SQLAlchemy
 
         assert self.journaling.word is not None, "what is from an earlier start is from a journal"
         return TimeMachine(self.journaling.word, self.site.name)

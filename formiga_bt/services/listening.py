@@ -3,8 +3,8 @@
 from collections.abc import Mapping
 from typing import Any
 
-from formiga_bt.endpoints import open_to_others
-from formiga_bt.errors import SiteError
+from formiga_bt.base.endpoints import open_to_others
+from formiga_bt.base.errors import SiteError
 from formiga_bt.lang.model import Site
 from formiga_bt.transport.zenoh_session import DEFAULT_ENDPOINT
 

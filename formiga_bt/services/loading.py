@@ -11,21 +11,22 @@ from datetime import datetime
 from pathlib import Path, PurePosixPath
 from typing import Final
 
-from formiga_bt.diagnostics import Diagnostic, render
-from formiga_bt.engine.inputs import Input, Serve
-from formiga_bt.engine.library import Bundles, newest_of
-from formiga_bt.engine.state import EngineState
-from formiga_bt.errors import JournalError, SiteError
+from formiga_bt.base.diagnostics import Diagnostic, render
+from formiga_bt.base.errors import JournalError, SiteError
+from formiga_bt.base.packaged import folder
+from formiga_bt.engine.kernel.inputs import Input, Serve
+from formiga_bt.engine.kernel.library import Bundles, newest_of
+from formiga_bt.engine.kernel.state import EngineState
 from formiga_bt.lang.loader import Loaded, load_task_text
 from formiga_bt.lang.model import Catalogue, Site, Task
-from formiga_bt.packaged import folder
 from formiga_bt.safety.drafted import Drafted, merged, said_in
-from formiga_bt.services import drafted, shown
-from formiga_bt.services import library_models as out
-from formiga_bt.services.bundles import BundleStore, Stored
-from formiga_bt.services.drafted import known_below, who_drafted
+from formiga_bt.services.kept import drafted
+from formiga_bt.services.kept.bundles import BundleStore, Stored
+from formiga_bt.services.kept.drafted import known_below, who_drafted
 from formiga_bt.services.not_served import NotServed
 from formiga_bt.services.refused import Refused
+from formiga_bt.services.replies import library_models as out
+from formiga_bt.services.replies import shown
 from formiga_bt.services.view import View
 
 MOST_FILES: Final = 100

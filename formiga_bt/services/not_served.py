@@ -11,7 +11,7 @@ from itertools import islice
 from pathlib import Path
 from typing import Final
 
-from formiga_bt.lang.aliases import names_in
+from formiga_bt.lang.request.aliases import names_in
 
 MOST_LOOKED_AT: Final = 500
 """Files of a folder in which the name of a task is looked for."""

@@ -14,23 +14,23 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final, NamedTuple, Protocol, get_args
 
-from formiga_bt.clock import Micros
-from formiga_bt.diagnostics import render
-from formiga_bt.engine.inputs import Abort, Input, Operator, Submit
-from formiga_bt.engine.library import Bundles
-from formiga_bt.engine.records import Priority, Question, TaskRecord, TaskStatus
-from formiga_bt.engine.replies import Accepted, Done
-from formiga_bt.engine.state import EngineState
-from formiga_bt.errors import FormigaError, TaskError
-from formiga_bt.geo import Frame
-from formiga_bt.lang.aliases import find_task
-from formiga_bt.lang.binding import bind_params
+from formiga_bt.base.clock import Micros
+from formiga_bt.base.diagnostics import render
+from formiga_bt.base.errors import FormigaError, TaskError
+from formiga_bt.base.geo import Frame
+from formiga_bt.engine.kernel.inputs import Abort, Input, Operator, Submit
+from formiga_bt.engine.kernel.library import Bundles
+from formiga_bt.engine.kernel.records import Priority, Question, TaskRecord, TaskStatus
+from formiga_bt.engine.kernel.replies import Accepted, Done
+from formiga_bt.engine.kernel.state import EngineState
 from formiga_bt.lang.model import Catalogue, Site
-from formiga_bt.services import models as out
-from formiga_bt.services import shown
+from formiga_bt.lang.request.aliases import find_task
+from formiga_bt.lang.request.binding import bind_params
 from formiga_bt.services.answering import Answering
 from formiga_bt.services.not_served import NotServed, of_name, unread_in
 from formiga_bt.services.refused import Refused
+from formiga_bt.services.replies import models as out
+from formiga_bt.services.replies import shown
 from formiga_bt.services.standing import lockdown_out, wall_us
 from formiga_bt.services.stops import Stops
 from formiga_bt.services.telling import Telling

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from formiga_bt.errors import TaskError
+from formiga_bt.base.errors import TaskError
 
 
 class Refused(TaskError):  # noqa: N818 - it names what happened

@@ -14,9 +14,9 @@ from types import TracebackType
 from typing import IO, Final
 
 from agents_sim.launch import FleetProcesses
-from formiga_bt.errors import SiteError
+from formiga_bt.base.errors import SiteError
 from formiga_bt.lang.model import Catalogue, Site
-from formiga_bt.rehearsal import fleet_of
+from formiga_bt.rehearsal.rehearsal import fleet_of
 
 STARTS: Final = 3
 """So often an agent whose process ended by itself is started again."""

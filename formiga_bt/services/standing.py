@@ -1,9 +1,9 @@
 """Standing orders and lockdown as the API shows them; their words are in `show.why.standing`."""
 
-from formiga_bt.clock import Micros, passed_us
-from formiga_bt.engine.records import StandingOrder
-from formiga_bt.engine.state import EngineState
-from formiga_bt.services.order_models import LockdownOut, StandingOrderOut
+from formiga_bt.base.clock import Micros, passed_us
+from formiga_bt.engine.kernel.records import StandingOrder
+from formiga_bt.engine.kernel.state import EngineState
+from formiga_bt.services.replies.order_models import LockdownOut, StandingOrderOut
 from formiga_bt.show.why.standing import doing, lockdown_text, stands
 
 

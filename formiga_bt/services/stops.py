@@ -7,14 +7,15 @@ what each machine does now, and what must be done next. That is read off the vie
 from collections.abc import Callable, Iterable
 from typing import Final
 
-from formiga_bt.clock import Micros
-from formiga_bt.engine.inputs import Input, LockdownOrder, Operator, OperatorOrder
-from formiga_bt.engine.records import AgentRecord, StandingOrder, TaskRecord
-from formiga_bt.engine.replies import Accepted, Done
-from formiga_bt.engine.state import EngineState
+from formiga_bt.base.clock import Micros
+from formiga_bt.engine.kernel.inputs import Input, LockdownOrder, Operator, OperatorOrder
+from formiga_bt.engine.kernel.records import AgentRecord, StandingOrder, TaskRecord
+from formiga_bt.engine.kernel.replies import Accepted, Done
+from formiga_bt.engine.kernel.state import EngineState
 from formiga_bt.lang.model import Catalogue, Site
-from formiga_bt.services import order_models as out
-from formiga_bt.services.order_replies import (
+from formiga_bt.services.refused import Refused
+from formiga_bt.services.replies import order_models as out
+from formiga_bt.services.replies.order_replies import (
     after_stop,
     count,
     held_tasks,
@@ -26,7 +27,6 @@ from formiga_bt.services.order_replies import (
     sorted_out,
     told_of,
 )
-from formiga_bt.services.refused import Refused
 from formiga_bt.services.standing import lockdown_out, wall_us
 from formiga_bt.services.view import View
 from formiga_bt.services.words import hint_for, with_keeping

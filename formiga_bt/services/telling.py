@@ -6,10 +6,10 @@ Agents with a wire of their own tell their events themselves.
 from collections.abc import Callable, Collection, Mapping
 from difflib import get_close_matches
 
-from formiga_bt.clock import Micros
-from formiga_bt.diagnostics import render
-from formiga_bt.lang.binding import bind_fields
+from formiga_bt.base.clock import Micros
+from formiga_bt.base.diagnostics import render
 from formiga_bt.lang.model import AgentType, Catalogue, Site
+from formiga_bt.lang.request.binding import bind_fields
 from formiga_bt.services.refused import Refused
 from formiga_bt.services.view import View
 from formiga_bt.transport.desk import DeskTransport

@@ -14,16 +14,24 @@ from typing import Final
 
 from msgspec import Struct
 
-from formiga_bt.clock import Micros
-from formiga_bt.engine import changes as ch
-from formiga_bt.engine.inputs import Abort, Alarm, LockdownOrder, Notify, Operator, Step
-from formiga_bt.engine.records import AgentRecord, GoalRecord, Lockdown, Question, StandingOrder, TaskRecord, Version
-from formiga_bt.engine.replies import Refusal
-from formiga_bt.engine.state import EngineState
+from formiga_bt.base.clock import Micros
+from formiga_bt.engine.kernel import changes as ch
+from formiga_bt.engine.kernel.inputs import Abort, Alarm, LockdownOrder, Notify, Operator, Step
+from formiga_bt.engine.kernel.records import (
+    AgentRecord,
+    GoalRecord,
+    Lockdown,
+    Question,
+    StandingOrder,
+    TaskRecord,
+    Version,
+)
+from formiga_bt.engine.kernel.replies import Refusal
+from formiga_bt.engine.kernel.state import EngineState
 from formiga_bt.services.feed import Feed
 from formiga_bt.services.standing import wall_us
-from formiga_bt.show.ledger import Bounds, Ledger
-from formiga_bt.show.rows import ActionRow, rest_words
+from formiga_bt.show.history.ledger import Bounds, Ledger
+from formiga_bt.show.history.rows import ActionRow, rest_words
 from formiga_bt.show.why.standing import AGAIN, doing, given, lockdown_text
 
 ENDED_KEPT: Final = 2000

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Final
 
-from formiga_bt.engine.replies import Accepted, Done
+from formiga_bt.engine.kernel.replies import Accepted, Done
 
 NOT_KEPT: Final = "not kept: the journal cannot be written, and an engine that is killed now will know nothing of it"
 """Follows the answer to an order that was carried out all the same."""

@@ -3,8 +3,8 @@
 from collections.abc import Mapping
 from typing import Any, Final
 
-from formiga_bt.clock import Micros
-from formiga_bt.geo import Place, Position, Region
+from formiga_bt.base.clock import Micros
+from formiga_bt.base.geo import Place, Position, Region
 from formiga_bt.lang.model import Call, For, Site, Task
 from formiga_bt.lang.places import steps_around, steps_with_paths
 from formiga_bt.lang.types import AGENT, AgentRef, Type

@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 from msgspec import Struct
 
-from formiga_bt.clock import Micros
+from formiga_bt.base.clock import Micros
 
 # -- the tree of a task ------------------------------------------------------------------------------------------------
 Style = Literal["plain", "title", "kind", "agent", "dim", "warn"]

@@ -1,9 +1,9 @@
 """When an open question lapses."""
 
-from formiga_bt.clock import Micros
-from formiga_bt.engine.records import Question
-from formiga_bt.engine.state import EngineState
-from formiga_bt.engine.timers import ClearanceDue
+from formiga_bt.base.clock import Micros
+from formiga_bt.engine.kernel.records import Question
+from formiga_bt.engine.kernel.state import EngineState
+from formiga_bt.engine.kernel.timers import ClearanceDue
 
 
 def cleared_machine(question: Question) -> str:

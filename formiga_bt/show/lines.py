@@ -2,11 +2,11 @@
 
 from msgspec import Struct
 
-from formiga_bt.clock import Micros
-from formiga_bt.engine.inputs import Abort, Alarm, Effect, LockdownOrder, Notify, Operator, PublishState, Step
-from formiga_bt.engine.records import Question
-from formiga_bt.engine.replies import Refusal
-from formiga_bt.engine.state import EngineState
+from formiga_bt.base.clock import Micros
+from formiga_bt.engine.kernel.inputs import Abort, Alarm, Effect, LockdownOrder, Notify, Operator, PublishState, Step
+from formiga_bt.engine.kernel.records import Question
+from formiga_bt.engine.kernel.replies import Refusal
+from formiga_bt.engine.kernel.state import EngineState
 from formiga_bt.show.facts import LineFact
 
 

@@ -3,8 +3,8 @@
 import re
 from typing import Protocol
 
-from formiga_bt.engine.records import AgentRecord
-from formiga_bt.geo import horizontal_m
+from formiga_bt.base.geo import horizontal_m
+from formiga_bt.engine.kernel.records import AgentRecord
 from formiga_bt.lang.model import Site
 from formiga_bt.safety.gate import AT_PORT_M
 

@@ -9,12 +9,12 @@ from rich.live import Live
 from rich.table import Table
 from rich.text import Text
 
-from formiga_bt.clock import Micros
-from formiga_bt.engine.records import AgentRecord, GoalRecord, TaskRecord
-from formiga_bt.engine.state import EngineState
+from formiga_bt.base.clock import Micros
+from formiga_bt.engine.kernel.records import AgentRecord, GoalRecord, TaskRecord
+from formiga_bt.engine.kernel.state import EngineState
+from formiga_bt.show.history.rows import rest_words
+from formiga_bt.show.history.runlog import ActionRow, RunLog
 from formiga_bt.show.listed import listing
-from formiga_bt.show.rows import rest_words
-from formiga_bt.show.runlog import ActionRow, RunLog
 
 if TYPE_CHECKING:
     from agents_sim.referee import Verdict

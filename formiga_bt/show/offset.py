@@ -2,7 +2,7 @@
 
 from typing import Final
 
-from formiga_bt.clock import SECOND, Micros
+from formiga_bt.base.clock import SECOND, Micros
 
 AHEAD_HEADER: Final = "Formiga-Ahead-S"
 """Header of an answer of the API: engine time less the wall clock, seconds."""

@@ -13,8 +13,8 @@ from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Literal
 
-from formiga_bt.errors import UnusableFile
-from formiga_bt.extras import need_charts
+from formiga_bt.base.errors import UnusableFile
+from formiga_bt.base.extras import need_charts
 from formiga_bt.show.clean import cleaned
 
 if TYPE_CHECKING:

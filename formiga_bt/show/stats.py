@@ -9,9 +9,9 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from formiga_bt.clock import SECOND
+from formiga_bt.base.clock import SECOND
 from formiga_bt.show.facts import Spread, Stats
-from formiga_bt.show.terminal import Line, Piece, columns_of, cut_to, safe
+from formiga_bt.show.tree.terminal import Line, Piece, columns_of, cut_to, safe
 
 TABLES: Final = (
     ("tasks", "tasks", "from the first step to the end"),

@@ -6,7 +6,7 @@ from typing import Final
 
 from msgspec import Struct
 
-from formiga_bt.clock import SECOND, Micros
+from formiga_bt.base.clock import SECOND, Micros
 
 STEPS_S: Final = (
     0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 30, 60, 120, 300, 600, 1200, 1800, 3600, 7200, 10800, 21600, 43200, 86400,

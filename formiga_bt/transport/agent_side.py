@@ -15,9 +15,9 @@ from typing import Any, Final
 
 import msgspec
 
-from formiga_bt.clock import SECOND, Micros, micros
+from formiga_bt.base.bounds import BEAT_STEP, EPOCH_STEP, MOST_EPOCH, MOST_INT
+from formiga_bt.base.clock import SECOND, Micros, micros
 from formiga_bt.transport.base import AgentBody, AgentLink
-from formiga_bt.transport.bounds import BEAT_STEP, EPOCH_STEP, MOST_EPOCH, MOST_INT
 from formiga_bt.transport.messages import (
     TERMINAL,
     AgentCard,

@@ -11,7 +11,7 @@ rules in between (remembered ids, epochs, expiry, repeated goals) live once, in 
 from collections.abc import Callable, Sequence
 from typing import Protocol, runtime_checkable
 
-from formiga_bt.clock import Micros
+from formiga_bt.base.clock import Micros
 from formiga_bt.transport.messages import (
     AgentCard,
     AgentEvent,

@@ -13,10 +13,10 @@ from typing import Any, Final, Literal, TypeVar
 import msgspec
 from msgspec import Struct
 
-from formiga_bt.errors import TransportError
-from formiga_bt.geo import Position
+from formiga_bt.base.bounds import ID_LIMIT, MOST, MOST_INT, are_within, fault_of
+from formiga_bt.base.errors import TransportError
+from formiga_bt.base.geo import Position
 from formiga_bt.transport.agent_side import AgentSide
-from formiga_bt.transport.bounds import ID_LIMIT, MOST, MOST_INT, are_within, fault_of
 from formiga_bt.transport.messages import (
     AgentCard,
     AgentEvent,

@@ -15,8 +15,8 @@ from typing import Any, Final
 import msgspec
 from msgspec import Struct
 
-from formiga_bt.clock import Micros
-from formiga_bt.errors import TransportError
+from formiga_bt.base.clock import Micros
+from formiga_bt.base.errors import TransportError
 from formiga_bt.transport.agent_side import CONFIRM, AgentSide
 from formiga_bt.transport.codec import Asked, CancelRequest, GoalsRequest, WireError, encode, read_reply, serve_request
 from formiga_bt.transport.messages import (

@@ -18,7 +18,7 @@ from typing import Final, Literal
 
 from msgspec import Struct
 
-from formiga_bt.clock import SECOND, Micros, Scheduler, Timer
+from formiga_bt.base.clock import SECOND, Micros, Scheduler, Timer
 from formiga_bt.transport.agent_side import AgentSide
 from formiga_bt.transport.codec import (
     Asked,

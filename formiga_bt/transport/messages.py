@@ -9,8 +9,8 @@ from typing import Any, Final, Literal
 
 from msgspec import Struct
 
-from formiga_bt.clock import Micros
-from formiga_bt.geo import Place, Position, Region
+from formiga_bt.base.clock import Micros
+from formiga_bt.base.geo import Place, Position, Region
 
 Control = Literal["engine", "pilot", "failsafe", "unknown"]
 """Who is in command of an agent. Unless "engine", the engine sends that agent nothing but queries."""

@@ -18,7 +18,7 @@ from typing import Any, Final, Literal
 
 import zenoh
 
-from formiga_bt.errors import TransportError
+from formiga_bt.base.errors import TransportError
 from formiga_bt.transport.codec import (
     FRAME_LIMIT,
     Asked,

@@ -12,7 +12,7 @@ from typing import Any, Final, Literal
 
 import zenoh
 
-from formiga_bt.errors import TransportError
+from formiga_bt.base.errors import TransportError
 from formiga_bt.transport.agent_side import AgentSide
 from formiga_bt.transport.codec import (
     Asked,

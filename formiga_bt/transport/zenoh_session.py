@@ -14,7 +14,7 @@ from typing import Any, Final
 
 import zenoh
 
-from formiga_bt.errors import TransportError
+from formiga_bt.base.errors import TransportError
 
 DEFAULT_ENDPOINT: Final = "tcp/127.0.0.1:7447"
 LEASE_MS: Final = 3000

@@ -20,8 +20,8 @@ import time
 from collections.abc import Callable
 from typing import Any, Protocol
 
-from formiga_bt.clock import SECOND
-from formiga_bt.geo import Position
+from formiga_bt.base.clock import SECOND
+from formiga_bt.base.geo import Position
 from formiga_bt.transport.agent_side import AgentSide
 from formiga_bt.transport.base import AgentLink
 from formiga_bt.transport.messages import TERMINAL, AgentCard, AgentEvent, AgentStatus, GoalEvent, GoalRequest

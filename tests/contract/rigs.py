@@ -17,7 +17,7 @@ from typing import Any, TypeVar
 
 import peer as scripted
 
-from formiga_bt.clock import SECOND, VirtualScheduler, micros
+from formiga_bt.base.clock import SECOND, VirtualScheduler, micros
 from formiga_bt.transport.agent_side import AgentSide
 from formiga_bt.transport.base import AgentTransport
 from formiga_bt.transport.memory import MemoryHub

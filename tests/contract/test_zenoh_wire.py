@@ -9,8 +9,8 @@ import msgspec
 import pytest
 from rigs import Rig, ZenohRig
 
-from formiga_bt.clock import SECOND
-from formiga_bt.errors import TransportError
+from formiga_bt.base.clock import SECOND
+from formiga_bt.base.errors import TransportError
 from formiga_bt.transport.agent_side import AgentSide
 from formiga_bt.transport.messages import AgentCard, AgentSeen, BadMessage, ClockBeat, GoalRequest, StatusArrived
 from formiga_bt.transport.zenoh import ZenohTransport

@@ -29,11 +29,11 @@ from msgspec.structs import replace
 
 from agents_sim.launch import FleetProcesses
 from agents_sim.world import AgentSpec
+from formiga_bt.base.packaged import folder as packaged
+from formiga_bt.base.site_folder import EngineAddress, find_engines
 from formiga_bt.cli.inputs import read_world
 from formiga_bt.engine.drivers.failpoints import VARIABLE
-from formiga_bt.packaged import folder as packaged
-from formiga_bt.rehearsal import fleet_of
-from formiga_bt.site_folder import EngineAddress, find_engines
+from formiga_bt.rehearsal.rehearsal import fleet_of
 
 SITE: Final = "rovaniemi"
 BACK: Final = re.compile(r"resumed after \d[\d.]* (?:s|min): .* (?:on|HELD)")

@@ -21,14 +21,14 @@ from agents_sim.goalbook import GoalNote, read_books
 from agents_sim.ledger import judge as tell_referee
 from agents_sim.referee import Referee
 from formiga_bt.cli.inputs import read_task, read_world, shipped_tasks
-from formiga_bt.engine import changes as ch
-from formiga_bt.engine.gatekeeper import TTL_BEATS
-from formiga_bt.engine.inputs import GoalEventInput
-from formiga_bt.engine.state import EngineState
+from formiga_bt.engine.goals.gatekeeper import TTL_BEATS
+from formiga_bt.engine.kernel import changes as ch
+from formiga_bt.engine.kernel.inputs import GoalEventInput
+from formiga_bt.engine.kernel.state import EngineState
 from formiga_bt.journal.past import Past
 from formiga_bt.journal.store import Journal
-from formiga_bt.lang.binding import bind_params
-from formiga_bt.rehearsal import Rehearsal
+from formiga_bt.lang.request.binding import bind_params
+from formiga_bt.rehearsal.rehearsal import Rehearsal
 from tests.e2e.killing import SITE, WORK, Accepted, Death, fleet
 
 PEOPLE: Final = ("Confirm", "MiniFinder")

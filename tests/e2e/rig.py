@@ -10,14 +10,14 @@ from typing import Any
 from msgspec.structs import replace
 
 from agents_sim.world import AgentSpec
-from formiga_bt.demo import Demo
-from formiga_bt.engine.inputs import Abort, Step, Submit
-from formiga_bt.engine.records import AgentRecord, GoalRecord, TaskRecord
-from formiga_bt.engine.replies import Accepted
+from formiga_bt.engine.kernel.inputs import Abort, Step, Submit
+from formiga_bt.engine.kernel.records import AgentRecord, GoalRecord, TaskRecord
+from formiga_bt.engine.kernel.replies import Accepted
 from formiga_bt.lang.loader import load_catalogue, load_site, load_task
 from formiga_bt.lang.model import Catalogue, Site, Task
 from formiga_bt.lang.types import AgentRef
-from formiga_bt.rehearsal import fleet_of
+from formiga_bt.rehearsal.rehearsal import fleet_of
+from formiga_bt.services.demo import Demo
 
 ROOT = Path(__file__).parents[2]
 

@@ -15,7 +15,7 @@ from urllib.parse import urlsplit
 
 import pytest
 
-from formiga_bt.site_folder import EngineAddress
+from formiga_bt.base.site_folder import EngineAddress
 from tests.e2e.rig import wait_until
 from tests.e2e.test_service import UP, Shell, new_site
 

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import pytest
 import zenoh
 
-from formiga_bt.errors import TransportError
+from formiga_bt.base.errors import TransportError
 from tests.e2e.rig import Rig, children
 
 pytestmark = pytest.mark.network
@@ -103,7 +103,7 @@ def test_nonsense_on_a_status_key_is_counted_and_the_engine_goes_on(fly: Fly) ->
 
 
 def _bad_messages(rig: Rig, agent: str) -> int:
-    from formiga_bt.engine.inputs import BadStatusInput
+    from formiga_bt.engine.kernel.inputs import BadStatusInput
 
     return sum(isinstance(s.input, BadStatusInput) and s.input.agent == agent for s in list(rig.steps))
 

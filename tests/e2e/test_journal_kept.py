@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
+from formiga_bt.base.site_folder import EngineAddress
 from formiga_bt.cli.calling import Client
-from formiga_bt.site_folder import EngineAddress
 from tests.e2e.test_resume import kill
 from tests.e2e.test_service import ASK, Shell, new_site
 

@@ -14,8 +14,8 @@ import pytest
 from anyio.from_thread import BlockingPortal, start_blocking_portal
 from mcp import Client, Implementation, MCPError, StdioServerParameters, stdio_client
 
-from formiga_bt.mcp_server.tools import TOOLS
-from formiga_bt.packaged import folder
+from formiga_bt.base.packaged import folder
+from formiga_bt.llm.mcp.tools import TOOLS
 from tests.e2e.rig import children, is_running
 
 pytestmark = pytest.mark.network

@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from formiga_bt.cli.inputs import read_task, read_world
-from formiga_bt.show.drawing import drawing_of
-from formiga_bt.show.mermaid import mermaid_of
-from formiga_bt.testing import packaged_task
+from formiga_bt.rehearsal.testing import packaged_task
+from formiga_bt.show.tree.drawing import drawing_of
+from formiga_bt.show.tree.mermaid import mermaid_of
 
 PACKAGES = ("mermaid@11.17.2", "jsdom@25.0.1")
 GOLDEN = Path(__file__).parents[1] / "unit" / "show" / "golden"

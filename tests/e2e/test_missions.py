@@ -54,7 +54,7 @@ def test_a_pick_up_aborted_in_flight_brings_its_drone_home(fly: Fly) -> None:
 
 
 def test_an_abort_before_the_grant_or_after_the_end_is_answered(fly: Fly) -> None:
-    from formiga_bt.errors import TaskError
+    from formiga_bt.base.errors import TaskError
 
     rig = fly()
     task = rig.move("lwd_1")

@@ -11,7 +11,7 @@ import pytest
 
 from agents_sim.launch import FleetProcesses
 from formiga_bt.cli.inputs import read_world
-from formiga_bt.rehearsal import fleet_of
+from formiga_bt.rehearsal.rehearsal import fleet_of
 from tests.e2e.test_service import Shell, new_site
 
 pytestmark = pytest.mark.network

@@ -15,7 +15,7 @@ import pytest
 
 from agents_sim.launch import FleetProcesses
 from formiga_bt.cli.inputs import read_world
-from formiga_bt.rehearsal import fleet_of
+from formiga_bt.rehearsal.rehearsal import fleet_of
 from tests.e2e.terminal import at_terminal
 from tests.e2e.test_service import Shell, wait_for_agents
 

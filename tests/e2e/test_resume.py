@@ -13,11 +13,11 @@ from urllib.request import urlopen
 import pytest
 
 from agents_sim.launch import FleetProcesses
+from formiga_bt.base.site_folder import EngineAddress, find_engines
 from formiga_bt.cli.inputs import read_world
-from formiga_bt.engine.inputs import GoalEventInput
+from formiga_bt.engine.kernel.inputs import GoalEventInput
 from formiga_bt.journal.store import Journal
-from formiga_bt.rehearsal import fleet_of
-from formiga_bt.site_folder import EngineAddress, find_engines
+from formiga_bt.rehearsal.rehearsal import fleet_of
 from tests.e2e.test_service import Shell, new_site, wait_for_agents
 
 pytestmark = pytest.mark.network

@@ -15,10 +15,10 @@ from typing import Any
 import pytest
 
 from agents_sim.launch import FleetProcesses
+from formiga_bt.base.site_folder import EngineAddress, find_engines
 from formiga_bt.cli.calling import Client
 from formiga_bt.cli.inputs import read_world
-from formiga_bt.rehearsal import fleet_of
-from formiga_bt.site_folder import EngineAddress, find_engines
+from formiga_bt.rehearsal.rehearsal import fleet_of
 from tests.e2e.rig import agent_pid
 
 pytestmark = pytest.mark.network

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from formiga_bt.packaged import folder
-from formiga_bt.site_folder import find_engines
+from formiga_bt.base.packaged import folder
+from formiga_bt.base.site_folder import find_engines
 from tests.e2e.rig import wait_until
 
 pytestmark = pytest.mark.network

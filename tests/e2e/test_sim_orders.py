@@ -10,7 +10,7 @@ from agents_sim.launch import FleetProcesses
 from agents_sim.ledger import BodyFile
 from agents_sim.motion import BodyState
 from agents_sim.world import AgentSpec
-from formiga_bt.geo import Place, Position
+from formiga_bt.base.geo import Place, Position
 from formiga_bt.transport.messages import AgentGone, AgentSeen, BadMessage
 from tests.e2e.test_sim_process import Engine, engine
 

@@ -17,8 +17,8 @@ from agents_sim.launch import FleetProcesses
 from agents_sim.ledger import judge
 from agents_sim.referee import Referee, Verdict
 from agents_sim.world import AgentSpec
-from formiga_bt.clock import SECOND
-from formiga_bt.geo import Place, Position
+from formiga_bt.base.clock import SECOND
+from formiga_bt.base.geo import Place, Position
 from formiga_bt.transport.messages import (
     AgentGone,
     AgentSeen,

@@ -8,8 +8,8 @@ from msgspec.structs import replace
 
 from agents_sim.world import AgentSpec
 from formiga_bt.lang.model import Task
-from formiga_bt.rehearsal import Rehearsal, fleet_of
-from formiga_bt.testing import check_rehearsal, packaged_task, packaged_world
+from formiga_bt.rehearsal.rehearsal import Rehearsal, fleet_of
+from formiga_bt.rehearsal.testing import check_rehearsal, packaged_task, packaged_world
 
 Fly = Callable[..., Rehearsal]
 

@@ -10,13 +10,13 @@ from typing import Any, Literal
 
 from msgspec import Struct
 
-from formiga_bt.clock import SECOND
-from formiga_bt.engine import inputs as inp
+from formiga_bt.base.clock import SECOND
 from formiga_bt.engine.drivers.persist import DURABLE, Outcome
 from formiga_bt.engine.drivers.virtual import VirtualDriver
 from formiga_bt.engine.engine import Engine
-from formiga_bt.engine.state import EngineState, load_snapshot, snapshot
-from formiga_bt.rehearsal import Rehearsal
+from formiga_bt.engine.kernel import inputs as inp
+from formiga_bt.engine.kernel.state import EngineState, load_snapshot, snapshot
+from formiga_bt.rehearsal.rehearsal import Rehearsal
 from formiga_bt.transport.messages import GoalRequest
 
 When = Literal["lost", "kept"]

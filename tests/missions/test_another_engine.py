@@ -1,8 +1,8 @@
 """Another engine of a later epoch commands the site for a while."""
 
-from formiga_bt.engine.inputs import Resumed
+from formiga_bt.engine.kernel.inputs import Resumed
 from formiga_bt.lang.types import AgentRef
-from formiga_bt.testing import alarms
+from formiga_bt.rehearsal.testing import alarms
 from formiga_bt.transport.messages import ClockBeat
 from tests.missions.conftest import Fly
 

@@ -5,12 +5,12 @@ from collections.abc import Iterator
 import pytest
 
 from agents_sim.drone import Drone
-from formiga_bt.geo import horizontal_m
+from formiga_bt.base.geo import horizontal_m
+from formiga_bt.base.packaged import files, folder
 from formiga_bt.lang.loader import load_catalogue
 from formiga_bt.lang.scenario import load_scenario
-from formiga_bt.packaged import files, folder
-from formiga_bt.show.runlog import RunLog
-from formiga_bt.simulation import VirtualRun
+from formiga_bt.rehearsal.simulation import VirtualRun
+from formiga_bt.show.history.runlog import RunLog
 
 
 @pytest.fixture(scope="module")

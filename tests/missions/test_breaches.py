@@ -2,10 +2,10 @@
 
 from dataclasses import replace
 
-from formiga_bt.clock import SECOND
-from formiga_bt.engine.inputs import Alarm, SendGoal
-from formiga_bt.rehearsal import Rehearsal, fleet_of
-from formiga_bt.testing import alarms, check_rehearsal, effects, packaged_task, packaged_world
+from formiga_bt.base.clock import SECOND
+from formiga_bt.engine.kernel.inputs import Alarm, SendGoal
+from formiga_bt.rehearsal.rehearsal import Rehearsal, fleet_of
+from formiga_bt.rehearsal.testing import alarms, check_rehearsal, effects, packaged_task, packaged_world
 from formiga_bt.transport.memory import Faults
 from tests.missions.conftest import Fly
 from tests.missions.test_faults import crossing, pool

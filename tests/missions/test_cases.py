@@ -4,12 +4,12 @@ from pathlib import Path
 
 import pytest
 
-from formiga_bt.casework.coverage import Coverage
-from formiga_bt.casework.judging import judge
-from formiga_bt.casework.reading import load_cases
-from formiga_bt.casework.running import play
-from formiga_bt.packaged import folder
-from formiga_bt.testing import packaged_world
+from formiga_bt.base.packaged import folder
+from formiga_bt.rehearsal.cases.coverage import Coverage
+from formiga_bt.rehearsal.cases.judging import judge
+from formiga_bt.rehearsal.cases.reading import load_cases
+from formiga_bt.rehearsal.cases.running import play
+from formiga_bt.rehearsal.testing import packaged_world
 
 TREES = folder("trees")
 SHELVES = (TREES, TREES / "cookbook")

@@ -5,12 +5,12 @@ from typing import Any
 import pytest
 
 from agents_sim.planning import Leg, way_down
-from formiga_bt.engine.inputs import Operator, SendGoal
-from formiga_bt.engine.timers import ClearanceDue
-from formiga_bt.geo import Place, Position
+from formiga_bt.base.geo import Place, Position
+from formiga_bt.engine.kernel.inputs import Operator, SendGoal
+from formiga_bt.engine.kernel.timers import ClearanceDue
 from formiga_bt.lang.types import AgentRef
-from formiga_bt.rehearsal import Rehearsal
-from formiga_bt.testing import alarms, effects, packaged_world, task_of
+from formiga_bt.rehearsal.rehearsal import Rehearsal
+from formiga_bt.rehearsal.testing import alarms, effects, packaged_world, task_of
 from tests.missions.conftest import Fly
 from tests.missions.test_shipped import pick_up
 

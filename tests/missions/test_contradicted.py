@@ -1,8 +1,8 @@
 """A TakeOff that says it is done while its machine stands: the next leg never leaves."""
 
-from formiga_bt.engine.inputs import SendGoal
+from formiga_bt.engine.kernel.inputs import SendGoal
 from formiga_bt.lang.types import AgentRef
-from formiga_bt.testing import effects
+from formiga_bt.rehearsal.testing import effects
 from formiga_bt.transport.messages import GoalRequest
 from tests.missions.conftest import Fly
 

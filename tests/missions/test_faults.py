@@ -3,10 +3,10 @@
 import msgspec
 import pytest
 
-from formiga_bt.engine.inputs import CancelGoal, Operator, QueryGoal, SendGoal
-from formiga_bt.errors import TaskError
-from formiga_bt.rehearsal import Rehearsal
-from formiga_bt.testing import alarms, effects
+from formiga_bt.base.errors import TaskError
+from formiga_bt.engine.kernel.inputs import CancelGoal, Operator, QueryGoal, SendGoal
+from formiga_bt.rehearsal.rehearsal import Rehearsal
+from formiga_bt.rehearsal.testing import alarms, effects
 from tests.missions.conftest import Fly
 from tests.missions.test_shipped import pick_up
 

@@ -2,9 +2,9 @@
 
 import pytest
 
-from formiga_bt.engine.inputs import SendGoal
-from formiga_bt.geo import Place, horizontal_m
-from formiga_bt.testing import effects, packaged_world, task_of
+from formiga_bt.base.geo import Place, horizontal_m
+from formiga_bt.engine.kernel.inputs import SendGoal
+from formiga_bt.rehearsal.testing import effects, packaged_world, task_of
 from tests.missions.conftest import Fly
 
 TASK = """

@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import pytest
 
-from formiga_bt.clock import SECOND
-from formiga_bt.engine.inputs import Operator
-from formiga_bt.engine.timers import OrderDue
+from formiga_bt.base.clock import SECOND
+from formiga_bt.engine.kernel.inputs import Operator
+from formiga_bt.engine.kernel.timers import OrderDue
+from formiga_bt.rehearsal.testing import Bench, ScriptedAgent, alarms, packaged_world, task_of
 from formiga_bt.safety.charge import way_home
-from formiga_bt.testing import Bench, ScriptedAgent, alarms, packaged_world, task_of
 from formiga_bt.transport.messages import AgentCard
 
 SITE, CATALOGUE = packaged_world()

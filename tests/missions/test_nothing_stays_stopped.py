@@ -1,9 +1,9 @@
 """What an order stopped waits for a word that somebody can say, or goes on: nothing waits for nobody."""
 
-from formiga_bt.engine.inputs import GoalEventInput, LockdownOrder
-from formiga_bt.engine.replies import Done
+from formiga_bt.engine.kernel.inputs import GoalEventInput, LockdownOrder
+from formiga_bt.engine.kernel.replies import Done
+from formiga_bt.rehearsal.testing import packaged_world, task_of
 from formiga_bt.show.why.causes import causes_of
-from formiga_bt.testing import packaged_world, task_of
 from formiga_bt.transport.messages import GoalEvent
 from tests.missions.conftest import Fly
 from tests.missions.test_faults import crossing, pool

@@ -2,12 +2,12 @@
 
 import pytest
 
-from formiga_bt.engine.inputs import GoalEventInput, LockdownOrder, Operator, SendGoal, Submit
-from formiga_bt.engine.replies import Accepted, Done
-from formiga_bt.errors import TaskError
-from formiga_bt.geo import Place, Position, horizontal_m
-from formiga_bt.rehearsal import Rehearsal
-from formiga_bt.testing import alarms, effects, packaged_world, task_of
+from formiga_bt.base.errors import TaskError
+from formiga_bt.base.geo import Place, Position, horizontal_m
+from formiga_bt.engine.kernel.inputs import GoalEventInput, LockdownOrder, Operator, SendGoal, Submit
+from formiga_bt.engine.kernel.replies import Accepted, Done
+from formiga_bt.rehearsal.rehearsal import Rehearsal
+from formiga_bt.rehearsal.testing import alarms, effects, packaged_world, task_of
 from formiga_bt.transport.messages import GoalEvent
 from tests.missions.conftest import Fly
 from tests.missions.test_faults import crossing, pool

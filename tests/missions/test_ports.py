@@ -3,13 +3,13 @@
 from dataclasses import replace
 
 from agents_sim.world import AgentSpec
-from formiga_bt.engine.inputs import SendGoal
-from formiga_bt.engine.timers import PortDue
-from formiga_bt.geo import Place, horizontal_m
+from formiga_bt.base.geo import Place, horizontal_m
+from formiga_bt.engine.kernel.inputs import SendGoal
+from formiga_bt.engine.kernel.timers import PortDue
 from formiga_bt.lang.model import Port
 from formiga_bt.lang.types import AgentRef
-from formiga_bt.rehearsal import Rehearsal, fleet_of
-from formiga_bt.testing import alarms, check_rehearsal, effects, packaged_task, packaged_world, task_of
+from formiga_bt.rehearsal.rehearsal import Rehearsal, fleet_of
+from formiga_bt.rehearsal.testing import alarms, check_rehearsal, effects, packaged_task, packaged_world, task_of
 
 AWAY = """
 imports: [lib/flying.yaml]

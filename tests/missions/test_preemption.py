@@ -2,11 +2,11 @@
 
 from typing import Any
 
-from formiga_bt.engine.inputs import SendGoal
+from formiga_bt.engine.kernel.inputs import SendGoal
 from formiga_bt.lang.model import Task
 from formiga_bt.lang.types import AgentRef
-from formiga_bt.rehearsal import Rehearsal
-from formiga_bt.testing import effects, packaged_task, packaged_world, task_of
+from formiga_bt.rehearsal.rehearsal import Rehearsal
+from formiga_bt.rehearsal.testing import effects, packaged_task, packaged_world, task_of
 from tests.missions.conftest import Fly
 
 SITE, CATALOGUE = packaged_world()

@@ -9,15 +9,15 @@ from typing import Any
 import pytest
 from msgspec.structs import replace
 
-from formiga_bt.clock import SECOND
+from formiga_bt.base.clock import SECOND
+from formiga_bt.base.errors import TaskError
+from formiga_bt.base.geo import Place
 from formiga_bt.engine.drivers.persist import Outcome
-from formiga_bt.engine.inputs import Abort, Operator, SendGoal, Step
-from formiga_bt.errors import TaskError
-from formiga_bt.geo import Place
+from formiga_bt.engine.kernel.inputs import Abort, Operator, SendGoal, Step
 from formiga_bt.lang.types import AgentRef
-from formiga_bt.rehearsal import Rehearsal, fleet_of
+from formiga_bt.rehearsal.rehearsal import Rehearsal, fleet_of
+from formiga_bt.rehearsal.testing import alarms, check_rehearsal, effects, packaged_task, packaged_world
 from formiga_bt.show.why.causes import causes_of
-from formiga_bt.testing import alarms, check_rehearsal, effects, packaged_task, packaged_world
 from tests.missions.conftest import Fly
 from tests.missions.crashing import Crashing, Killed, Killer
 

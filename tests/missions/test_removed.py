@@ -3,11 +3,11 @@
 import pytest
 
 from agents_sim.world import AgentSpec
-from formiga_bt.engine.inputs import Alarm, Notify, Operator
-from formiga_bt.errors import TaskError
-from formiga_bt.geo import Place
-from formiga_bt.rehearsal import Rehearsal
-from formiga_bt.testing import alarms, effects, folded
+from formiga_bt.base.errors import TaskError
+from formiga_bt.base.geo import Place
+from formiga_bt.engine.kernel.inputs import Alarm, Notify, Operator
+from formiga_bt.rehearsal.rehearsal import Rehearsal
+from formiga_bt.rehearsal.testing import alarms, effects, folded
 from tests.missions.conftest import Fly
 from tests.missions.crashing import Crashing
 from tests.missions.test_shipped import SITE, pick_up

@@ -6,10 +6,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from formiga_bt.engine.inputs import Operator
+from formiga_bt.engine.kernel.inputs import Operator
 from formiga_bt.lang.types import AgentRef
-from formiga_bt.rehearsal import Rehearsal, fleet_of
-from formiga_bt.testing import check_rehearsal, packaged_task, packaged_world
+from formiga_bt.rehearsal.rehearsal import Rehearsal, fleet_of
+from formiga_bt.rehearsal.testing import check_rehearsal, packaged_task, packaged_world
 from formiga_bt.transport.memory import Faults
 from tests.missions.crashing import Crashing, When
 

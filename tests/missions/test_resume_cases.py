@@ -5,14 +5,14 @@ from typing import Any
 
 import pytest
 
-from formiga_bt.engine import inputs as inp
-from formiga_bt.engine.records import GoalRecord, TaskRecord
-from formiga_bt.engine.timers import NodeDue
-from formiga_bt.errors import TaskError
+from formiga_bt.base.errors import TaskError
+from formiga_bt.engine.kernel import inputs as inp
+from formiga_bt.engine.kernel.records import GoalRecord, TaskRecord
+from formiga_bt.engine.kernel.timers import NodeDue
 from formiga_bt.lang.model import Catalogue, Site
-from formiga_bt.rehearsal import Rehearsal, fleet_of
+from formiga_bt.rehearsal.rehearsal import Rehearsal, fleet_of
+from formiga_bt.rehearsal.testing import check_rehearsal, packaged_world, task_of
 from formiga_bt.show.why.front import explain
-from formiga_bt.testing import check_rehearsal, packaged_world, task_of
 from tests.missions.crashing import Crashing, Killed
 
 SITE, CATALOGUE = packaged_world()

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from formiga_bt.engine.drivers.persist import Outcome
-from formiga_bt.engine.inputs import Step
+from formiga_bt.engine.kernel.inputs import Step
 from formiga_bt.journal.past import Past
 from formiga_bt.journal.store import Journal
 from formiga_bt.journal.writer import Writer

@@ -1,12 +1,12 @@
 """Keeping apart (safety 5): a leg waits while another is in the way, and goes on when it is free."""
 
 from agents_sim.world import AgentSpec
-from formiga_bt.engine.inputs import Abort, Operator
-from formiga_bt.engine.records import GoalRecord
-from formiga_bt.geo import Place, Position
+from formiga_bt.base.geo import Place, Position
+from formiga_bt.engine.kernel.inputs import Abort, Operator
+from formiga_bt.engine.kernel.records import GoalRecord
 from formiga_bt.lang.types import AgentRef
-from formiga_bt.rehearsal import Rehearsal
-from formiga_bt.testing import packaged_task, packaged_world, task_of
+from formiga_bt.rehearsal.rehearsal import Rehearsal
+from formiga_bt.rehearsal.testing import packaged_task, packaged_world, task_of
 from tests.missions.conftest import Fly
 from tests.missions.test_shipped import SITE, pick_up
 

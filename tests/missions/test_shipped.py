@@ -1,11 +1,11 @@
 """The shipped missions end as they should, in virtual time, without a crash."""
 
 from agents_sim.world import AgentSpec
-from formiga_bt.engine.inputs import PublishState, SendGoal
-from formiga_bt.geo import Place, Position
+from formiga_bt.base.geo import Place, Position
+from formiga_bt.engine.kernel.inputs import PublishState, SendGoal
 from formiga_bt.lang.types import AgentRef
-from formiga_bt.rehearsal import Rehearsal
-from formiga_bt.testing import effects, packaged_world
+from formiga_bt.rehearsal.rehearsal import Rehearsal
+from formiga_bt.rehearsal.testing import effects, packaged_world
 from tests.missions.conftest import Fly
 
 SITE = packaged_world()[0]

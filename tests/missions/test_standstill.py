@@ -4,11 +4,11 @@ from typing import Any
 
 import pytest
 
-from formiga_bt.clock import SECOND
-from formiga_bt.engine.changes import ResumePut
-from formiga_bt.engine.inputs import Alarm, Operator, Outage, QueryGoal, SendGoal, Step, TimerDue, WallDue
-from formiga_bt.engine.replies import Done
-from formiga_bt.testing import check_rehearsal
+from formiga_bt.base.clock import SECOND
+from formiga_bt.engine.kernel.changes import ResumePut
+from formiga_bt.engine.kernel.inputs import Alarm, Operator, Outage, QueryGoal, SendGoal, Step, TimerDue, WallDue
+from formiga_bt.engine.kernel.replies import Done
+from formiga_bt.rehearsal.testing import check_rehearsal
 from tests.missions.crashing import Crashing
 from tests.missions.test_resume import MISSIONS, Plain, begin
 

@@ -1,9 +1,9 @@
 """Two machines that want each other's place at one height (safety: keeping apart): after 60 s one goes to another layer."""
 
 from agents_sim.world import AgentSpec
-from formiga_bt.engine.inputs import SendGoal
-from formiga_bt.rehearsal import Rehearsal, fleet_of
-from formiga_bt.testing import check_rehearsal, packaged_world, task_of
+from formiga_bt.engine.kernel.inputs import SendGoal
+from formiga_bt.rehearsal.rehearsal import Rehearsal, fleet_of
+from formiga_bt.rehearsal.testing import check_rehearsal, packaged_world, task_of
 
 SWAP = """
 imports: [lib/flying.yaml]

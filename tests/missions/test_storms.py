@@ -6,10 +6,10 @@ from collections.abc import Callable
 
 import pytest
 
-from formiga_bt.engine.inputs import Operator
-from formiga_bt.errors import TaskError
+from formiga_bt.base.errors import TaskError
+from formiga_bt.engine.kernel.inputs import Operator
 from formiga_bt.lang.types import AgentRef
-from formiga_bt.rehearsal import Rehearsal
+from formiga_bt.rehearsal.rehearsal import Rehearsal
 from formiga_bt.transport.memory import Faults
 from tests.missions.conftest import Fly
 from tests.missions.test_shipped import SITE

@@ -4,16 +4,16 @@ from collections.abc import Callable, Iterator
 
 import pytest
 
-from formiga_bt.engine.inputs import LockdownOrder, Operator, SendGoal
-from formiga_bt.engine.records import GoalRecord, family
-from formiga_bt.engine.replies import Done
-from formiga_bt.errors import TaskError
-from formiga_bt.rehearsal import Rehearsal, fleet_of
-from formiga_bt.show.notes import goal_words
-from formiga_bt.show.records import goal_fact
-from formiga_bt.show.rows import row_of
+from formiga_bt.base.errors import TaskError
+from formiga_bt.engine.kernel.inputs import LockdownOrder, Operator, SendGoal
+from formiga_bt.engine.kernel.records import GoalRecord, family
+from formiga_bt.engine.kernel.replies import Done
+from formiga_bt.rehearsal.rehearsal import Rehearsal, fleet_of
+from formiga_bt.rehearsal.testing import alarms, check_rehearsal, effects, packaged_task, packaged_world, task_of
+from formiga_bt.show.history.notes import goal_words
+from formiga_bt.show.history.records import goal_fact
+from formiga_bt.show.history.rows import row_of
 from formiga_bt.show.why.front import explain
-from formiga_bt.testing import alarms, check_rehearsal, effects, packaged_task, packaged_world, task_of
 from tests.missions.conftest import Fly
 from tests.missions.test_shipped import pick_up
 from tests.safety.monitor import Monitor

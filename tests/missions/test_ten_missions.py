@@ -6,17 +6,17 @@ from typing import Any
 
 import pytest
 
-from formiga_bt.engine.inputs import GoalEventInput, SendGoal
-from formiga_bt.geo import Place, Position, horizontal_m
-from formiga_bt.lang.binding import bind_params
+from formiga_bt.base.geo import Place, Position, horizontal_m
+from formiga_bt.base.packaged import folder
+from formiga_bt.engine.kernel.inputs import GoalEventInput, SendGoal
 from formiga_bt.lang.loader import load_task
-from formiga_bt.lang.profiles import load_profile, profile_file
+from formiga_bt.lang.request.binding import bind_params
+from formiga_bt.lang.request.profiles import load_profile, profile_file
 from formiga_bt.lang.scenario import load_scenario
 from formiga_bt.lang.types import AgentRef
-from formiga_bt.packaged import folder
-from formiga_bt.rehearsal import Rehearsal
-from formiga_bt.simulation import VirtualRun
-from formiga_bt.testing import check_rehearsal, effects, packaged_task, packaged_world
+from formiga_bt.rehearsal.rehearsal import Rehearsal
+from formiga_bt.rehearsal.simulation import VirtualRun
+from formiga_bt.rehearsal.testing import check_rehearsal, effects, packaged_task, packaged_world
 from tests.missions.conftest import Fly
 
 SITE, CATALOGUE = packaged_world()

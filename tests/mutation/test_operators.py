@@ -7,8 +7,8 @@ from typing import Any
 import pytest
 import yaml
 
+from formiga_bt.base.packaged import folder
 from formiga_bt.lang.loader import load_catalogue, load_site, load_task_text
-from formiga_bt.packaged import folder
 from tests.mutation.operators import faults
 
 CATALOGUE = load_catalogue([folder("actions") / "base.yaml"])[0]

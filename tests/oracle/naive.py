@@ -9,8 +9,8 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
-from formiga_bt.clock import micros
-from formiga_bt.engine.treerun import Ended, TreeHost
+from formiga_bt.base.clock import micros
+from formiga_bt.engine.tasks.treerun import Ended, TreeHost
 from formiga_bt.lang import model
 from formiga_bt.lang.types import AgentRef
 from formiga_bt.nodes.ends import ChildEnd, End, GoalEnd, Release

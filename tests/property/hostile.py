@@ -11,12 +11,12 @@ from pathlib import Path
 from random import Random
 from typing import Final
 
-from formiga_bt.diagnostics import Diagnostic, render
+from formiga_bt.base.diagnostics import Diagnostic, render
 from formiga_bt.lang.any_file import check_text
-from formiga_bt.lang.formatting import format_text
 from formiga_bt.lang.loader import load_catalogue, load_site
-from formiga_bt.lang.mending import mend
 from formiga_bt.lang.model import Catalogue, Site
+from formiga_bt.lang.text.fixing import mend
+from formiga_bt.lang.text.formatting import format_text
 
 ROOT: Final = Path(__file__).parents[2]
 MOST_S: Final = 2.0

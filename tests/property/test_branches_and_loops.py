@@ -9,9 +9,9 @@ from typing import Any
 
 import pytest
 
-from formiga_bt.engine import changes as ch
-from formiga_bt.engine import inputs as inp
-from formiga_bt.engine.treerun import CompiledTrees
+from formiga_bt.engine.kernel import changes as ch
+from formiga_bt.engine.kernel import inputs as inp
+from formiga_bt.engine.tasks.treerun import CompiledTrees
 from tests.oracle.naive import NaiveTrees
 from tests.property.strategies import Mission, load
 from tests.property.test_differential import assert_equal

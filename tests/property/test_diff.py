@@ -12,9 +12,9 @@ import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from formiga_bt.lang.formatting import format_text
 from formiga_bt.lang.loader import load_catalogue, load_task_text
 from formiga_bt.lang.model import Task
+from formiga_bt.lang.text.formatting import format_text
 from formiga_bt.show.diff.changes import Difference, compare
 from formiga_bt.show.diff.terminal import draw
 from tests.mutation import operators

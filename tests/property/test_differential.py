@@ -9,9 +9,9 @@ from typing import Any
 import pytest
 from msgspec.structs import replace
 
-from formiga_bt.engine import changes as ch
-from formiga_bt.engine.inputs import Step
-from formiga_bt.engine.treerun import CompiledTrees, TreesFactory
+from formiga_bt.engine.kernel import changes as ch
+from formiga_bt.engine.kernel.inputs import Step
+from formiga_bt.engine.tasks.treerun import CompiledTrees, TreesFactory
 from tests.oracle.naive import NaiveTrees
 from tests.property.strategies import Mission, missions
 from tests.property.world import World

@@ -11,10 +11,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from formiga_bt.diagnostics import Mark
-from formiga_bt.lang.document import Listing, Mapping_, Node, Scalar, parse
-from formiga_bt.lang.formatting import format_text
+from formiga_bt.base.diagnostics import Mark
 from formiga_bt.lang.loader import load_catalogue, load_task_text
+from formiga_bt.lang.text.document import Listing, Mapping_, Node, Scalar, parse
+from formiga_bt.lang.text.formatting import format_text
 from tests.property.strategies import load, task_text
 from tests.property.test_loader_never_raises import mutated
 

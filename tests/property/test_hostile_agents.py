@@ -11,12 +11,12 @@ from typing import Any, Final
 import msgspec
 import pytest
 
-from formiga_bt.engine.inputs import LockdownOrder, Operator
-from formiga_bt.errors import TaskError
-from formiga_bt.geo import Position
+from formiga_bt.base.errors import TaskError
+from formiga_bt.base.geo import Position
+from formiga_bt.engine.kernel.inputs import LockdownOrder, Operator
 from formiga_bt.journal.codec import Codec
 from formiga_bt.journal.thin import Thinner, pack
-from formiga_bt.testing import Bench, ScriptedAgent, packaged_task, packaged_world
+from formiga_bt.rehearsal.testing import Bench, ScriptedAgent, packaged_task, packaged_world
 from formiga_bt.transport.codec import (
     GoalsReply,
     WireError,

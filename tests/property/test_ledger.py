@@ -4,10 +4,10 @@ from collections import Counter
 
 import pytest
 
-from formiga_bt.engine.inputs import Step
-from formiga_bt.engine.state import snapshot
+from formiga_bt.engine.kernel.inputs import Step
+from formiga_bt.engine.kernel.state import snapshot
 from formiga_bt.lang.places import static_path, steps_with_paths
-from formiga_bt.show.ledger import Ledger
+from formiga_bt.show.history.ledger import Ledger
 from tests.property.strategies import missions
 from tests.property.world import World
 

@@ -5,7 +5,7 @@ from pathlib import Path
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from formiga_bt.diagnostics import render
+from formiga_bt.base.diagnostics import render
 from formiga_bt.lang.loader import Loaded, load_catalogue, load_task_text
 from formiga_bt.lang.site import load_site_text
 

@@ -9,8 +9,8 @@ import os
 import pytest
 
 from benchmarks.false_alarms import SCENARIOS, check, is_nobodys, judge, report, run, unchecked
-from formiga_bt.engine.records import AgentRecord, StandingOrder
-from formiga_bt.engine.state import EngineState
+from formiga_bt.engine.kernel.records import AgentRecord, StandingOrder
+from formiga_bt.engine.kernel.state import EngineState
 from tests.property.sound import good_task
 
 CHECKED = int(os.environ.get("FORMIGA_EXAMPLES", "0")) or 100

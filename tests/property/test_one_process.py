@@ -8,9 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
-from formiga_bt.clock import SECOND, Micros
-from formiga_bt.engine.inputs import AgentStatusInput, Alarm
-from formiga_bt.testing import effects
+from formiga_bt.base.clock import SECOND, Micros
+from formiga_bt.engine.kernel.inputs import AgentStatusInput, Alarm
+from formiga_bt.rehearsal.testing import effects
 from formiga_bt.transport.messages import AgentStatus
 from tests.unit.engine.yard import CART, Yard
 

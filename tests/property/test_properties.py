@@ -5,10 +5,10 @@ import json
 import msgspec
 import pytest
 
-from formiga_bt.engine import inputs as inp
 from formiga_bt.engine.engine import Engine
-from formiga_bt.engine.state import load_snapshot, snapshot
-from formiga_bt.engine.timers import GoalTimer
+from formiga_bt.engine.kernel import inputs as inp
+from formiga_bt.engine.kernel.state import load_snapshot, snapshot
+from formiga_bt.engine.kernel.timers import GoalTimer
 from formiga_bt.lang.model import Task
 from tests.property.strategies import load, missions
 from tests.property.test_differential import fly

@@ -6,10 +6,10 @@ from typing import Any
 
 import pytest
 
-from formiga_bt.engine.inputs import TimerDue
-from formiga_bt.engine.taskrun import TaskRun
-from formiga_bt.engine.timers import NodeDue
-from formiga_bt.engine.treerun import CompiledTrees, TreesFactory
+from formiga_bt.engine.kernel.inputs import TimerDue
+from formiga_bt.engine.kernel.timers import NodeDue
+from formiga_bt.engine.tasks.taskrun import TaskRun
+from formiga_bt.engine.tasks.treerun import CompiledTrees, TreesFactory
 from formiga_bt.lang.model import Loop, Task
 from tests.oracle.naive import NaiveTrees
 from tests.property.strategies import load

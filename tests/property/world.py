@@ -11,14 +11,14 @@ from typing import Any
 
 from msgspec import Struct
 
-from formiga_bt.clock import SECOND, Micros, VirtualScheduler
-from formiga_bt.engine import changes as ch
-from formiga_bt.engine import inputs as inp
+from formiga_bt.base.clock import SECOND, Micros, VirtualScheduler
+from formiga_bt.base.geo import Position
 from formiga_bt.engine.drivers.virtual import VirtualDriver
 from formiga_bt.engine.engine import Engine
-from formiga_bt.engine.inputs import Step
-from formiga_bt.engine.treerun import CompiledTrees, TreesFactory
-from formiga_bt.geo import Position
+from formiga_bt.engine.kernel import changes as ch
+from formiga_bt.engine.kernel import inputs as inp
+from formiga_bt.engine.kernel.inputs import Step
+from formiga_bt.engine.tasks.treerun import CompiledTrees, TreesFactory
 from formiga_bt.lang.loader import load_catalogue, load_site
 from formiga_bt.lang.model import Catalogue, Site, Task
 from formiga_bt.transport.agent_side import AgentSide

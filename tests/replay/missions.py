@@ -9,14 +9,14 @@ from typing import Any
 
 import msgspec
 
-from formiga_bt.engine import inputs as inp
+from formiga_bt.base.packaged import folder
 from formiga_bt.engine.engine import Engine
-from formiga_bt.engine.state import load_snapshot, snapshot
+from formiga_bt.engine.kernel import inputs as inp
+from formiga_bt.engine.kernel.state import load_snapshot, snapshot
 from formiga_bt.lang.loader import load_catalogue, load_site, load_task, load_task_text
 from formiga_bt.lang.model import Catalogue, Site, Task
 from formiga_bt.lang.types import AgentRef
-from formiga_bt.packaged import folder
-from formiga_bt.rehearsal import Rehearsal, fleet_of
+from formiga_bt.rehearsal.rehearsal import Rehearsal, fleet_of
 
 AHEAD = 25
 """So many steps are played again from most of the snapshots."""
@@ -386,7 +386,7 @@ def save(steps: Sequence[Recorded], shots: list[bytes]) -> bytes:
 
 
 def load(data: bytes) -> tuple[list[Recorded], list[bytes]]:
-    from formiga_bt.engine.state import revive
+    from formiga_bt.engine.kernel.state import revive
 
     film = msgspec.msgpack.decode(data, type=Film)
     given = [

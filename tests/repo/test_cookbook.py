@@ -13,7 +13,7 @@ import pytest
 
 from formiga_bt.cli.app import run
 from formiga_bt.cli.inputs import read_world
-from formiga_bt.cli.library import read_library
+from formiga_bt.cli.operator.library import read_library
 
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "cookbook.md"

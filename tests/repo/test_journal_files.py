@@ -22,7 +22,11 @@ JOURNAL_ROOM: Final = {
 """The room where journals are: module -> calls of `OPENERS` in it, all else is refused."""
 SQLITE: Final = {"formiga_bt/journal/database.py", "formiga_bt/journal/looking.py"}
 """Modules that may speak to SQLite without SQLAlchemy: they say how a file is opened."""
-KNOW_ITS_NAME: Final = {"formiga_bt/site_folder.py", "formiga_bt/services/journaling.py", "formiga_bt/cli/journal.py"}
+KNOW_ITS_NAME: Final = {
+    "formiga_bt/base/site_folder.py",
+    "formiga_bt/services/kept/journaling.py",
+    "formiga_bt/cli/operator/journal.py",
+}
 """Modules outside the room that name the file; see to it that they open others only."""
 
 

@@ -10,7 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from formiga_bt.heights import parse_heights
+from formiga_bt.base.heights import parse_heights
+from formiga_bt.base.units import LIKELY, UNITS, format_quantity
 from formiga_bt.lang import kinds
 from formiga_bt.lang.actions import ACTION
 from formiga_bt.lang.catalogue import TYPE
@@ -21,7 +22,6 @@ from formiga_bt.lang.loader import load_catalogue, load_task_text
 from formiga_bt.lang.model import ActionSpec, Catalogue, FieldSpec
 from formiga_bt.lang.site import SITE, load_site_text
 from formiga_bt.lang.types import Type
-from formiga_bt.units import LIKELY, UNITS, format_quantity
 
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "reference.md"

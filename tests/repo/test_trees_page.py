@@ -9,14 +9,14 @@ from pathlib import Path
 
 import pytest
 
-from formiga_bt.casework.judging import judge
-from formiga_bt.casework.options import AGENT, ANSWER, CASE, EXPECT, GOAL
-from formiga_bt.casework.reading import load_cases
-from formiga_bt.casework.running import play
+from formiga_bt.base.units import LIKELY, format_quantity
 from formiga_bt.lang.model import Param, Role, Task
-from formiga_bt.lang.profiles import load_profile
-from formiga_bt.testing import packaged_task, packaged_world
-from formiga_bt.units import LIKELY, format_quantity
+from formiga_bt.lang.request.profiles import load_profile
+from formiga_bt.rehearsal.cases.judging import judge
+from formiga_bt.rehearsal.cases.options import AGENT, ANSWER, CASE, EXPECT, GOAL
+from formiga_bt.rehearsal.cases.reading import load_cases
+from formiga_bt.rehearsal.cases.running import play
+from formiga_bt.rehearsal.testing import packaged_task, packaged_world
 
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "trees.md"

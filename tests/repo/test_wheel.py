@@ -47,7 +47,7 @@ def test_the_wheel_checks_its_own_trees_from_an_empty_folder(installed: Path, tm
 
 def test_the_wheel_does_not_use_the_checkout(installed: Path, tmp_path: Path) -> None:
     env = {**os.environ, "PYTHONPATH": str(installed)}
-    code = "import formiga_bt.packaged as p; print(p.folder('actions'))"
+    code = "import formiga_bt.base.packaged as p; print(p.folder('actions'))"
     done = subprocess.run(
         [sys.executable, "-c", code], cwd=tmp_path, env=env, capture_output=True, text=True, check=True
     )
@@ -55,7 +55,7 @@ def test_the_wheel_does_not_use_the_checkout(installed: Path, tmp_path: Path) ->
 
 
 def test_the_wheel_has_the_guide_to_the_language_for_assistants(installed: Path, tmp_path: Path) -> None:
-    code = "from formiga_bt.mcp_server.pages import language, topics; print(len(topics()), language('roles')[:7])"
+    code = "from formiga_bt.llm.mcp.pages import language, topics; print(len(topics()), language('roles')[:7])"
     env = {**os.environ, "PYTHONPATH": str(installed)}
     done = subprocess.run(
         [sys.executable, "-c", code], cwd=tmp_path, env=env, capture_output=True, text=True, check=True

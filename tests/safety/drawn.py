@@ -11,7 +11,7 @@ from typing import Any
 
 from formiga_bt.lang.loader import load_task_text
 from formiga_bt.lang.model import Task
-from formiga_bt.testing import packaged_world
+from formiga_bt.rehearsal.testing import packaged_world
 
 COUNT = 40
 Step = dict[str, Any]

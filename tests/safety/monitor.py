@@ -18,16 +18,16 @@ from msgspec import Struct
 
 from agents_sim.drone import Drone
 from agents_sim.world import AgentSpec
-from formiga_bt.blackboard import Blackboard
-from formiga_bt.clock import SECOND, Micros
-from formiga_bt.engine import changes as ch
-from formiga_bt.engine import inputs as inp
-from formiga_bt.engine.records import AgentRecord, GoalRecord, Question, StandingOrder, TaskRecord
-from formiga_bt.engine.replies import Done, Refusal
-from formiga_bt.engine.state import EngineState, fold, snapshot
-from formiga_bt.engine.timers import HomeOverdue
-from formiga_bt.geo import Place, Position, horizontal_m
-from formiga_bt.rehearsal import Rehearsal
+from formiga_bt.base.clock import SECOND, Micros
+from formiga_bt.base.geo import Place, Position, horizontal_m
+from formiga_bt.engine.kernel import changes as ch
+from formiga_bt.engine.kernel import inputs as inp
+from formiga_bt.engine.kernel.records import AgentRecord, GoalRecord, Question, StandingOrder, TaskRecord
+from formiga_bt.engine.kernel.replies import Done, Refusal
+from formiga_bt.engine.kernel.state import EngineState, fold, snapshot
+from formiga_bt.engine.kernel.timers import HomeOverdue
+from formiga_bt.nodes.blackboard import Blackboard
+from formiga_bt.rehearsal.rehearsal import Rehearsal
 from formiga_bt.transport.messages import TERMINAL, AgentStatus, GoalEvent
 from tests.safety.sky import AT_PORT_M, WORD_LASTS_US, Sky
 

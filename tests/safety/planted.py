@@ -14,20 +14,20 @@ from typing import Any
 import pytest
 from msgspec.structs import replace
 
-from formiga_bt.clock import SECOND
-from formiga_bt.engine import changes as ch
+from formiga_bt.base.clock import SECOND
+from formiga_bt.engine.agents.fleet import Fleet
 from formiga_bt.engine.allocation import Allocation
-from formiga_bt.engine.authority import Authority
-from formiga_bt.engine.breaches import Breaches
-from formiga_bt.engine.clearances import Clearances
-from formiga_bt.engine.core import Core
-from formiga_bt.engine.fleet import Fleet
-from formiga_bt.engine.gateview import GateView
-from formiga_bt.engine.goals import Goals
-from formiga_bt.engine.lockdown import Lockdowns
-from formiga_bt.engine.orders import Orders
-from formiga_bt.engine.recovery import Recovery
-from formiga_bt.engine.timers import AcceptDue, GoalTimer
+from formiga_bt.engine.goals.clearances import Clearances
+from formiga_bt.engine.goals.gateview import GateView
+from formiga_bt.engine.goals.goals import Goals
+from formiga_bt.engine.kernel import changes as ch
+from formiga_bt.engine.kernel.core import Core
+from formiga_bt.engine.kernel.timers import AcceptDue, GoalTimer
+from formiga_bt.engine.orders.authority import Authority
+from formiga_bt.engine.orders.breaches import Breaches
+from formiga_bt.engine.orders.lockdown import Lockdowns
+from formiga_bt.engine.orders.orders import Orders
+from formiga_bt.engine.tasks.recovery import Recovery
 from formiga_bt.safety import gate
 from tests.safety.monitor import Violation
 from tests.safety.runs import run
@@ -160,7 +160,7 @@ def gate_checks_no_limit(patch: Patch) -> None:
 
 def gate_checks_ends_only(patch: Patch) -> None:
     """The gate looks at where a leg ends, not at the way there."""
-    from formiga_bt.engine import gateview
+    from formiga_bt.engine.goals import gateview
 
     ways_of = gateview.ways_of
 

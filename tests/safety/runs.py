@@ -16,12 +16,12 @@ from typing import Any
 from msgspec import Struct
 
 from agents_sim.drone import Drone
-from formiga_bt.clock import SECOND
-from formiga_bt.engine import inputs as inp
-from formiga_bt.engine.replies import Accepted, Done
-from formiga_bt.errors import TaskError
-from formiga_bt.rehearsal import Rehearsal
-from formiga_bt.testing import packaged_world
+from formiga_bt.base.clock import SECOND
+from formiga_bt.base.errors import TaskError
+from formiga_bt.engine.kernel import inputs as inp
+from formiga_bt.engine.kernel.replies import Accepted, Done
+from formiga_bt.rehearsal.rehearsal import Rehearsal
+from formiga_bt.rehearsal.testing import packaged_world
 from formiga_bt.transport.memory import Faults
 from formiga_bt.transport.messages import TERMINAL
 from tests.safety.monitor import Monitor, Violation

@@ -13,11 +13,11 @@ from typing import Any
 from msgspec import Struct
 
 from agents_sim.world import AgentSpec
-from formiga_bt.geo import Place, Region
+from formiga_bt.base.geo import Place, Region
 from formiga_bt.lang.loader import load_task
 from formiga_bt.lang.model import Site, SiteAgent, Task
 from formiga_bt.lang.types import AgentRef
-from formiga_bt.testing import packaged_task, packaged_world
+from formiga_bt.rehearsal.testing import packaged_task, packaged_world
 from tests.safety.drawn import COUNT, drawn
 
 SHIPPED = ("move_task", "pick_up", "explore_region", "watch_dog_sos", "watch_dog_request")

@@ -14,8 +14,8 @@ from msgspec import Struct
 from agents_sim.drone import Drone
 from agents_sim.motion import MotionKind, Recorder, Segment, closest_approach
 from agents_sim.world import SimAgent
-from formiga_bt.clock import SECOND, Micros
-from formiga_bt.geo import Place, Region, horizontal_m
+from formiga_bt.base.clock import SECOND, Micros
+from formiga_bt.base.geo import Place, Region, horizontal_m
 from formiga_bt.lang.model import Catalogue, Site
 from formiga_bt.transport.messages import Clearance, GoalRequest
 

@@ -8,11 +8,11 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from agents_sim.world import AgentSpec
-from formiga_bt.engine import inputs as inp
-from formiga_bt.errors import TaskError
-from formiga_bt.geo import Place, Position
+from formiga_bt.base.errors import TaskError
+from formiga_bt.base.geo import Place, Position
+from formiga_bt.engine.kernel import inputs as inp
 from formiga_bt.lang.model import SiteAgent
-from formiga_bt.testing import packaged_world
+from formiga_bt.rehearsal.testing import packaged_world
 from tests.safety.runs import PERSON, Run
 from tests.safety.scenes import Request, Scene
 

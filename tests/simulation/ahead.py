@@ -9,10 +9,10 @@ from functools import partial
 from random import Random
 from typing import TYPE_CHECKING, Final
 
-from formiga_bt.clock import Micros
-from formiga_bt.engine import changes as ch
-from formiga_bt.engine import inputs as inp
+from formiga_bt.base.clock import Micros
 from formiga_bt.engine.drivers.virtual import VirtualDriver
+from formiga_bt.engine.kernel import changes as ch
+from formiga_bt.engine.kernel import inputs as inp
 
 if TYPE_CHECKING:
     from tests.simulation.world import World

@@ -8,10 +8,10 @@ from collections.abc import Iterator
 from typing import Final
 
 from formiga_bt.engine.engine import Engine
-from formiga_bt.engine.records import TaskRecord
-from formiga_bt.engine.state import EngineState
-from formiga_bt.engine.taskrun import TaskRun
-from formiga_bt.engine.treerun import CompiledTrees
+from formiga_bt.engine.kernel.records import TaskRecord
+from formiga_bt.engine.kernel.state import EngineState
+from formiga_bt.engine.tasks.taskrun import TaskRun
+from formiga_bt.engine.tasks.treerun import CompiledTrees
 from formiga_bt.nodes.base import RUNNING
 from formiga_bt.nodes.live import WaitForNode
 from formiga_bt.show.why.causes import CAUSES, causes_of

@@ -9,10 +9,10 @@ from typing import Any, Final, Literal
 
 import msgspec
 
-from formiga_bt.clock import Micros
+from formiga_bt.base.clock import Micros
 from formiga_bt.engine.drivers.persist import Outcome
-from formiga_bt.engine.inputs import Step
-from formiga_bt.engine.state import EngineState
+from formiga_bt.engine.kernel.inputs import Step
+from formiga_bt.engine.kernel.state import EngineState
 from formiga_bt.journal.codec import Codec
 from formiga_bt.journal.past import Past
 from formiga_bt.journal.store import Gap, Journal, Kept, Row, Unwritable

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any, Final
 
 from msgspec import Struct
 
-from formiga_bt.blackboard import Blackboard
-from formiga_bt.clock import SECOND, Micros
-from formiga_bt.engine import changes as ch
-from formiga_bt.engine import inputs as inp
-from formiga_bt.engine.records import AgentRecord, TaskRecord
-from formiga_bt.engine.state import APPLY, EngineState, snapshot
+from formiga_bt.base.clock import SECOND, Micros
+from formiga_bt.engine.kernel import changes as ch
+from formiga_bt.engine.kernel import inputs as inp
+from formiga_bt.engine.kernel.records import AgentRecord, TaskRecord
+from formiga_bt.engine.kernel.state import APPLY, EngineState, snapshot
+from formiga_bt.nodes.blackboard import Blackboard
 from formiga_bt.transport.messages import GoalRequest
 from tests.simulation.causes import cause_of, unwoken, waits
 from tests.simulation.lifecycle import Recorder

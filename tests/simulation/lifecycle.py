@@ -13,11 +13,11 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Final
 
-from formiga_bt.engine import changes as ch
-from formiga_bt.engine.inputs import Step
-from formiga_bt.engine.keeping import JOURNAL, LEVELS
-from formiga_bt.engine.records import AgentRecord, GoalRecord, Question, Request, StandingOrder, TaskRecord
-from formiga_bt.engine.state import EngineState
+from formiga_bt.engine.kernel import changes as ch
+from formiga_bt.engine.kernel.inputs import Step
+from formiga_bt.engine.kernel.records import AgentRecord, GoalRecord, Question, Request, StandingOrder, TaskRecord
+from formiga_bt.engine.kernel.state import EngineState
+from formiga_bt.engine.restart.journal_backpressure import JOURNAL, LEVELS
 from formiga_bt.show.why.causes import CAUSES
 
 Row = tuple[str, str, str]

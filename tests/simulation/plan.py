@@ -12,7 +12,7 @@ from typing import Any, Final
 from msgspec import Struct
 
 from agents_sim.world import AgentSpec
-from formiga_bt.geo import Place, Region
+from formiga_bt.base.geo import Place, Region
 from formiga_bt.lang.model import Site, SiteAgent
 from formiga_bt.lang.types import AgentRef
 from tests.simulation.more import APPROVER, MORE_FROM, PILOTS, more

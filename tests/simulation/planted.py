@@ -13,27 +13,27 @@ from typing import Any, Final
 import pytest
 from msgspec.structs import replace
 
-from formiga_bt.blackboard import Blackboard
-from formiga_bt.engine import changes as ch
-from formiga_bt.engine import holds
+from formiga_bt.engine.agents.fleet import Fleet
 from formiga_bt.engine.allocation import Allocation
 from formiga_bt.engine.allocator.roster import Roster
-from formiga_bt.engine.clearances import Clearances
-from formiga_bt.engine.core import Core
 from formiga_bt.engine.drivers.virtual import VirtualDriver
 from formiga_bt.engine.engine import Engine
-from formiga_bt.engine.errands import Errands
-from formiga_bt.engine.fleet import Fleet
-from formiga_bt.engine.gateview import GateView
-from formiga_bt.engine.goals import Goals
-from formiga_bt.engine.index import DeadlineHeap
-from formiga_bt.engine.people import People
-from formiga_bt.engine.reconcile import Reconcile
-from formiga_bt.engine.recovery import Recovery
-from formiga_bt.engine.tasks import Tasks
-from formiga_bt.engine.tidying import Tidies
-from formiga_bt.engine.timers import AcceptDue, CancelDue, ClearanceDue, GraceDue, LiveDue, NodeDue, WallTimer
+from formiga_bt.engine.goals.clearances import Clearances
+from formiga_bt.engine.goals.gateview import GateView
+from formiga_bt.engine.goals.goals import Goals
+from formiga_bt.engine.goals.people import People
+from formiga_bt.engine.kernel import changes as ch
+from formiga_bt.engine.kernel import holds
+from formiga_bt.engine.kernel.core import Core
+from formiga_bt.engine.kernel.index import DeadlineHeap
+from formiga_bt.engine.kernel.timers import AcceptDue, CancelDue, ClearanceDue, GraceDue, LiveDue, NodeDue, WallTimer
+from formiga_bt.engine.restart.reconcile import Reconcile
+from formiga_bt.engine.tasks.cleanup import Tidies
+from formiga_bt.engine.tasks.recovery import Recovery
+from formiga_bt.engine.tasks.system_tasks import Errands
+from formiga_bt.engine.tasks.tasks import Tasks
 from formiga_bt.nodes import draining
+from formiga_bt.nodes.blackboard import Blackboard
 from formiga_bt.nodes.decorators import RetryNode
 from formiga_bt.nodes.leaves import WaitNode
 from tests.simulation.plan import Deed, Plan, plan
@@ -428,7 +428,7 @@ def a_hold_of_an_outage_is_left_out(patch: Patch) -> None:
         if cause == "resume" and core.state.tasks[task_id].paused:
             core.put_task(task_id, paused=())
 
-    from formiga_bt.engine import reconcile
+    from formiga_bt.engine.restart import reconcile
 
     patch.setattr(reconcile, "hold", holding)
 

@@ -5,9 +5,9 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Final
 
 from agents_sim.drone import Drone
-from formiga_bt.clock import SECOND, Micros
-from formiga_bt.engine import inputs as inp
-from formiga_bt.geo import Position, horizontal_m
+from formiga_bt.base.clock import SECOND, Micros
+from formiga_bt.base.geo import Position, horizontal_m
+from formiga_bt.engine.kernel import inputs as inp
 from formiga_bt.safety.approval import approval_digest
 from formiga_bt.transport.messages import ClockBeat, GoalRequest
 from tests.simulation.more import APPROVER, PILOTS

@@ -15,7 +15,7 @@ from collections.abc import Callable
 from msgspec import Struct
 from msgspec.structs import replace
 
-from formiga_bt.clock import SECOND
+from formiga_bt.base.clock import SECOND
 from tests.simulation.invariants import Violation
 from tests.simulation.plan import Plan, plan
 from tests.simulation.world import World

@@ -6,14 +6,14 @@ And what a step may not do (`of_step`): looked at with each, before its changes 
 from collections.abc import Iterator
 from typing import Final
 
-from formiga_bt.engine import changes as ch
-from formiga_bt.engine import inputs as inp
-from formiga_bt.engine.core import clock_stands
 from formiga_bt.engine.engine import Engine
-from formiga_bt.engine.records import TaskRecord
-from formiga_bt.engine.state import EngineState
-from formiga_bt.engine.timers import GoalTimer
-from formiga_bt.engine.treerun import CompiledTrees
+from formiga_bt.engine.kernel import changes as ch
+from formiga_bt.engine.kernel import inputs as inp
+from formiga_bt.engine.kernel.core import clock_stands
+from formiga_bt.engine.kernel.records import TaskRecord
+from formiga_bt.engine.kernel.state import EngineState
+from formiga_bt.engine.kernel.timers import GoalTimer
+from formiga_bt.engine.tasks.treerun import CompiledTrees
 from formiga_bt.nodes.base import RUNNING
 from formiga_bt.nodes.memory import ItemsMem
 

@@ -5,12 +5,12 @@ from typing import Any, get_args, get_type_hints
 import pytest
 from msgspec.structs import replace
 
-from formiga_bt.engine import changes as ch
-from formiga_bt.engine import records as rec
-from formiga_bt.engine.inputs import Step, TimerDue
-from formiga_bt.engine.keeping import LEVELS
-from formiga_bt.engine.state import EngineState
-from formiga_bt.engine.timers import AllocationDue
+from formiga_bt.engine.kernel import changes as ch
+from formiga_bt.engine.kernel import records as rec
+from formiga_bt.engine.kernel.inputs import Step, TimerDue
+from formiga_bt.engine.kernel.state import EngineState
+from formiga_bt.engine.kernel.timers import AllocationDue
+from formiga_bt.engine.restart.journal_backpressure import LEVELS
 from tests.simulation.lifecycle import LIFE, TABLES, Recorder, unseen
 from tests.simulation.runs import play
 

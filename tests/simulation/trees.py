@@ -8,10 +8,10 @@ from functools import cache
 from random import Random
 from typing import Any
 
+from formiga_bt.base.packaged import folder
 from formiga_bt.lang.loader import load_site, load_task_text
 from formiga_bt.lang.model import Site, Task
-from formiga_bt.packaged import folder
-from formiga_bt.testing import packaged_task, packaged_world
+from formiga_bt.rehearsal.testing import packaged_task, packaged_world
 
 TEN = (
     "move_task", "pick_up", "explore_region", "watch_dog_sos", "watch_dog_request", "circle", "triangle", "zig_zag",

@@ -17,16 +17,16 @@ import msgspec
 from msgspec import Struct
 
 from agents_sim.drone import Drone
-from formiga_bt.clock import SECOND, Micros
-from formiga_bt.engine import inputs as inp
+from formiga_bt.base.clock import SECOND, Micros
 from formiga_bt.engine.drivers.persist import Outcome
 from formiga_bt.engine.drivers.virtual import VirtualDriver
 from formiga_bt.engine.engine import Engine
-from formiga_bt.engine.replies import Accepted, Done, Refusal, Reply
-from formiga_bt.engine.state import EngineState, load_snapshot, snapshot
+from formiga_bt.engine.kernel import inputs as inp
+from formiga_bt.engine.kernel.replies import Accepted, Done, Refusal, Reply
+from formiga_bt.engine.kernel.state import EngineState, load_snapshot, snapshot
 from formiga_bt.lang.model import Catalogue
-from formiga_bt.rehearsal import Rehearsal
-from formiga_bt.testing import packaged_world
+from formiga_bt.rehearsal.rehearsal import Rehearsal
+from formiga_bt.rehearsal.testing import packaged_world
 from formiga_bt.transport.memory import NO_FAULTS, Faults
 from formiga_bt.transport.messages import GoalRequest
 from tests.simulation.ahead import AheadDriver

@@ -3,7 +3,7 @@
 import pytest
 from py_trees.blackboard import Blackboard as PyTreesBlackboard
 
-from formiga_bt.blackboard import Blackboard
+from formiga_bt.nodes.blackboard import Blackboard
 
 
 def test_a_write_that_changes_nothing_is_no_change() -> None:

@@ -2,7 +2,7 @@
 
 import pytest
 
-from formiga_bt.endpoints import is_local, is_tls, open_to_others
+from formiga_bt.base.endpoints import is_local, is_tls, open_to_others
 
 
 @pytest.mark.parametrize(

@@ -2,7 +2,7 @@
 
 import pytest
 
-from formiga_bt.clock import MOST_SLEW, SECOND, EngineClock, Micros
+from formiga_bt.base.clock import MOST_SLEW, SECOND, EngineClock, Micros
 
 HOUR = 3600 * SECOND
 

@@ -7,9 +7,9 @@ from typing import get_args
 
 import pytest
 
-from formiga_bt import extras
+from formiga_bt.base import extras
+from formiga_bt.base.extras import Extra, install, packages
 from formiga_bt.cli.app import run
-from formiga_bt.extras import Extra, install, packages
 
 ROOT = Path(__file__).parents[2]
 

@@ -4,9 +4,9 @@ import math
 
 import pytest
 
-from formiga_bt.clock import SECOND, VirtualScheduler, micros, seconds
-from formiga_bt.diagnostics import Diagnostic, Mark, in_order, render
-from formiga_bt.geo import Frame, Place, Position, distance_m, horizontal_m, mm, segment_distance_m
+from formiga_bt.base.clock import SECOND, VirtualScheduler, micros, seconds
+from formiga_bt.base.diagnostics import Diagnostic, Mark, in_order, render
+from formiga_bt.base.geo import Frame, Place, Position, distance_m, horizontal_m, mm, segment_distance_m
 
 # -- clock ---------------------------------------------------------------------------------------------------------------
 

@@ -6,8 +6,8 @@ import re
 
 import pytest
 
-from formiga_bt.geo import Place
-from formiga_bt.heights import HeightGrid, parse_heights
+from formiga_bt.base.geo import Place
+from formiga_bt.base.heights import HeightGrid, parse_heights
 
 HILL = """\
 ncols 3

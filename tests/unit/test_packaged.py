@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from formiga_bt.packaged import files, folder
+from formiga_bt.base.packaged import files, folder
 
 ROOT = Path(__file__).parents[2]
 

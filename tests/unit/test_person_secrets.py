@@ -8,9 +8,9 @@ from typing import Any
 
 import pytest
 
-from formiga_bt.durable import PRIVATE_FILE
-from formiga_bt.errors import FormigaError, SiteError, TaskError
-from formiga_bt.person_secrets import (
+from formiga_bt.base.durable import PRIVATE_FILE
+from formiga_bt.base.errors import FormigaError, SiteError, TaskError
+from formiga_bt.base.person_secrets import (
     LEAST_N,
     SECRETS,
     changing,

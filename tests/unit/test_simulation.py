@@ -7,18 +7,26 @@ from msgspec import structs
 
 from agents_sim.referee import Verdict
 from agents_sim.world import grid_fleet
-from formiga_bt.clock import SECOND
-from formiga_bt.demo import ScenarioDemo
-from formiga_bt.engine.inputs import Abort, LockdownOrder, Operator
-from formiga_bt.engine.records import GoalRecord, TaskRecord
-from formiga_bt.engine.state import EngineState
-from formiga_bt.errors import TaskError
-from formiga_bt.geo import horizontal_m
+from formiga_bt.base.clock import SECOND
+from formiga_bt.base.errors import TaskError
+from formiga_bt.base.geo import horizontal_m
+from formiga_bt.base.packaged import files, folder
+from formiga_bt.engine.kernel.inputs import Abort, LockdownOrder, Operator
+from formiga_bt.engine.kernel.records import GoalRecord, TaskRecord
+from formiga_bt.engine.kernel.state import EngineState
 from formiga_bt.lang.loader import load_catalogue
 from formiga_bt.lang.scenario import Scenario, ScenarioFault, ScenarioOrder, load_scenario
-from formiga_bt.packaged import files, folder
-from formiga_bt.show.runlog import RunLog
-from formiga_bt.simulation import Timetable, VirtualRun, describe, fleet_site, order_of, specs_of, waiting_for_people
+from formiga_bt.rehearsal.simulation import (
+    Timetable,
+    VirtualRun,
+    describe,
+    fleet_site,
+    order_of,
+    specs_of,
+    waiting_for_people,
+)
+from formiga_bt.services.demo import ScenarioDemo
+from formiga_bt.show.history.runlog import RunLog
 
 
 def shipped(name: str) -> Scenario:

@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from formiga_bt import site_folder
-from formiga_bt.errors import SiteError
-from formiga_bt.site_folder import (
+from formiga_bt.base import site_folder
+from formiga_bt.base.errors import SiteError
+from formiga_bt.base.site_folder import (
     LEFT,
     RESERVE,
     UNTOLD,
@@ -36,7 +36,7 @@ def test_a_second_engine_on_the_site_is_told_who_has_it(tmp_path: Path) -> None:
 
 def test_the_lock_goes_with_its_process(tmp_path: Path) -> None:
     code = (
-        "import sys, os; from pathlib import Path; from formiga_bt.site_folder import SiteFolder\n"
+        "import sys, os; from pathlib import Path; from formiga_bt.base.site_folder import SiteFolder\n"
         "SiteFolder(Path(sys.argv[1]), 'meadow').take(); print('has it', flush=True); os.kill(os.getpid(), 9)"
     )
     done = subprocess.run([sys.executable, "-c", code, str(tmp_path)], capture_output=True, text=True, check=False)

@@ -4,8 +4,8 @@ from datetime import UTC, datetime
 
 import pytest
 
+from formiga_bt.base.sun import daylight, sun_elevation_deg, sun_is_up
 from formiga_bt.safety.airspace import Airspace
-from formiga_bt.sun import daylight, sun_elevation_deg, sun_is_up
 from tests.unit.safety.grounds import site
 
 

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from formiga_bt.geo import Outline, Place, Region, is_within, way_enters, way_leaves
+from formiga_bt.base.geo import Outline, Place, Region, is_within, way_enters, way_leaves
 
 SQUARE = Region((Place(0, 0), Place(100, 0), Place(100, 100), Place(0, 100)))
 U = Region(

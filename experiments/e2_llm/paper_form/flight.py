@@ -12,9 +12,9 @@ from typing import Any, Final
 from agents_sim.world import SimFleet
 from experiments.e2_llm.flown import Asked, Done, Flown, Machine
 from experiments.e2_llm.fly import REST_S, Scene, Tape, World, place_of, specs_of
-from formiga_bt.clock import SECOND, Micros, VirtualScheduler
-from formiga_bt.geo import Frame, Place, Position
-from formiga_bt.rehearsal import START
+from formiga_bt.base.clock import SECOND, Micros, VirtualScheduler
+from formiga_bt.base.geo import Frame, Place, Position
+from formiga_bt.rehearsal.rehearsal import START
 from formiga_bt.transport.memory import MemoryHub
 from formiga_bt.transport.messages import TERMINAL, GoalEvent, GoalReported, GoalRequest, SendFailed
 

@@ -12,7 +12,7 @@ from typing import Final
 
 from experiments.e2_llm.fly import World, place_of
 from experiments.e2_llm.requests import Request
-from formiga_bt.geo import Frame, Place
+from formiga_bt.base.geo import Frame, Place
 
 _EXAMPLES: Final[Mapping[str, str]] = {
     "T1": 'MoveTask("lwd_2")',

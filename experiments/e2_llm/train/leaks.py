@@ -16,9 +16,9 @@ from experiments.e2_llm.measures import NEAR, is_near
 from experiments.e2_llm.requests import WORDS
 from experiments.e2_llm.second_set import families, second_set
 from experiments.e2_llm.trees import steps_of
-from formiga_bt.lang.llm_out import from_yaml
+from formiga_bt.base.packaged import folder
+from formiga_bt.lang.json_form.writing import from_yaml
 from formiga_bt.lang.model import Catalogue
-from formiga_bt.packaged import folder
 
 WINDOW: Final = 6
 THRESHOLD: Final = NEAR

@@ -32,7 +32,7 @@ from experiments.e2_llm.train.leaks import Guard, leaked, shape
 from experiments.e2_llm.train.phrases.cases import TOLD
 from experiments.e2_llm.train.sites import Practice, practice
 from experiments.e2_llm.train.speaker import Speaker
-from formiga_bt.lang.llm_in import load_task_json
+from formiga_bt.lang.json_form.reading import load_task_json
 from formiga_bt.llm.envelope import Answer
 from formiga_bt.llm.judging.compare import compare
 from formiga_bt.llm.judging.judge import Judged, judge

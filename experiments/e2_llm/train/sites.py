@@ -18,13 +18,13 @@ import yaml
 
 from experiments.e2_llm.train.renaming import Renaming, catalogue_of, library_of, verbs_renamed
 from experiments.e2_llm.train.speaker import Spot, side_in
-from formiga_bt.geo import Frame, Place
+from formiga_bt.base.geo import Frame, Place
+from formiga_bt.base.packaged import folder
 from formiga_bt.lang.loader import load_catalogue, load_site
 from formiga_bt.lang.model import Site
 from formiga_bt.llm.prompt import brief_prompt
 from formiga_bt.llm.vocabulary import Verb, offered, verbs_of
 from formiga_bt.llm.world import World
-from formiga_bt.packaged import folder
 
 PLACES: Final[Mapping[str, tuple[str, str]]] = {
     "barn": ("the barn", "el granero"),

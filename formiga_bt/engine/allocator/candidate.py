@@ -2,8 +2,8 @@
 
 from msgspec import Struct
 
+from formiga_bt.base.geo import Position
 from formiga_bt.engine.allocator.energy import Charge
-from formiga_bt.geo import Position
 from formiga_bt.transport.messages import PreflightCheck
 
 

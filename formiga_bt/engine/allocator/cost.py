@@ -15,10 +15,10 @@ So it is the closest one among those that the job leaves `COMFORT_PCT` over thei
 from collections.abc import Callable
 from typing import Final, NamedTuple
 
+from formiga_bt.base.geo import Place, horizontal_m, mm
 from formiga_bt.engine.allocator.candidate import Candidate
 from formiga_bt.engine.allocator.energy import round_trip_pct
-from formiga_bt.engine.records import RoleRequest
-from formiga_bt.geo import Place, horizontal_m, mm
+from formiga_bt.engine.kernel.records import RoleRequest
 
 PREFERRED: Final = -1e6
 """Metres, of the preferred agent: it wins if it fits."""

@@ -9,8 +9,8 @@ import math
 from msgspec import Struct
 from msgspec.structs import replace
 
-from formiga_bt.energy import CALM, Power, home_pct, way_pct
-from formiga_bt.geo import Place, Position
+from formiga_bt.base.energy import CALM, Power, home_pct, way_pct
+from formiga_bt.base.geo import Place, Position
 
 
 class Charge(Struct, frozen=True, kw_only=True):

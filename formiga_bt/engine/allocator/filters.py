@@ -5,7 +5,7 @@ from typing import Final
 
 from formiga_bt.engine.allocator.candidate import Candidate
 from formiga_bt.engine.allocator.energy import never_enough, short_of
-from formiga_bt.engine.records import Request, RoleRequest, Verdict
+from formiga_bt.engine.kernel.records import Request, RoleRequest, Verdict
 
 FOR_EVER: Final = frozenset({"wrong_type", "not_this_one", "no_action", "not_admitted", "failed_before"})
 """Refusals that waiting does not change."""

@@ -20,7 +20,7 @@ from formiga_bt.engine.allocator.candidate import Candidate
 from formiga_bt.engine.allocator.cost import CostOf, far, far_and_low, in_words
 from formiga_bt.engine.allocator.filters import refused_there
 from formiga_bt.engine.allocator.roster import Roster
-from formiga_bt.engine.records import Request, RoleRequest, Verdict
+from formiga_bt.engine.kernel.records import Request, RoleRequest, Verdict
 
 
 class Grant(Struct, frozen=True):

@@ -9,7 +9,7 @@ from typing import Final, NamedTuple
 
 from formiga_bt.engine.allocator.candidate import Candidate
 from formiga_bt.engine.allocator.filters import refused_anywhere
-from formiga_bt.engine.records import RoleRequest, Verdict
+from formiga_bt.engine.kernel.records import RoleRequest, Verdict
 
 MOST_SAID: Final = 200_000
 """So many verdicts are kept to be shared; beyond, sharing begins anew."""

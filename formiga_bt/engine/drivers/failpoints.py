@@ -12,10 +12,10 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from typing import Final
 
-from formiga_bt.engine import inputs as inp
+from formiga_bt.base.errors import SiteError
 from formiga_bt.engine.drivers.persist import Outcome, Persist, PersistAhead
-from formiga_bt.engine.state import EngineState
-from formiga_bt.errors import SiteError
+from formiga_bt.engine.kernel import inputs as inp
+from formiga_bt.engine.kernel.state import EngineState
 from formiga_bt.transport.base import AgentTransport
 from formiga_bt.transport.messages import TERMINAL, ClockBeat, GoalRequest, TransportEvent
 

@@ -13,8 +13,8 @@ from typing import Any, Final
 
 from msgspec import Struct
 
-from formiga_bt.clock import Micros
-from formiga_bt.engine import inputs as inp
+from formiga_bt.base.clock import Micros
+from formiga_bt.engine.kernel import inputs as inp
 
 ORDERS, URGENT_HIGH, URGENT, HIGH, NORMAL, TELEMETRY = range(6)
 LANES: Final = ("orders", "news of HIGH tasks", "news", "HIGH requests", "requests", "telemetry")

@@ -6,7 +6,7 @@ from typing import Generic, Protocol, TypeVar, runtime_checkable
 
 from msgspec import Struct
 
-from formiga_bt.engine.inputs import JournalState, Step
+from formiga_bt.engine.kernel.inputs import JournalState, Step
 
 
 class Outcome(Struct, frozen=True):

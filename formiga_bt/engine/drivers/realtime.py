@@ -22,19 +22,19 @@ from typing import Final, Literal
 
 from msgspec import Struct
 
-from formiga_bt.clock import SECOND, EngineClock, Micros, passed_us, wall_clock_us
-from formiga_bt.engine import changes as ch
-from formiga_bt.engine import inputs as inp
+from formiga_bt.base.clock import SECOND, EngineClock, Micros, passed_us, wall_clock_us
+from formiga_bt.base.errors import FormigaError, TaskError
 from formiga_bt.engine.drivers.inbox import MOST_REQUESTS, Inbox, InboxLoad
 from formiga_bt.engine.drivers.persist import DURABLE, Ahead, Outcome, Persist, PersistAhead
 from formiga_bt.engine.drivers.waiting import CALLER, Waiter, never_expires, refusal_of_old, since_boot
 from formiga_bt.engine.drivers.wiring import Switchboard, to_input
 from formiga_bt.engine.engine import Engine
-from formiga_bt.engine.keeping import LACKS, LEVELS, begins_something
-from formiga_bt.engine.replies import Accepted, Done, Refusal, Reply, granted
-from formiga_bt.engine.timers import LiveDue, WallTimer
-from formiga_bt.engine.turns import REST
-from formiga_bt.errors import FormigaError, TaskError
+from formiga_bt.engine.kernel import changes as ch
+from formiga_bt.engine.kernel import inputs as inp
+from formiga_bt.engine.kernel.replies import Accepted, Done, Refusal, Reply, granted
+from formiga_bt.engine.kernel.timers import LiveDue, WallTimer
+from formiga_bt.engine.restart.journal_backpressure import LACKS, LEVELS, begins_something
+from formiga_bt.engine.tasks.wake_queue import REST
 from formiga_bt.lang.model import Catalogue
 from formiga_bt.transport.base import AgentTransport
 from formiga_bt.transport.messages import ClockBeat

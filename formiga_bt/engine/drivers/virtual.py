@@ -8,13 +8,13 @@ import heapq
 from collections.abc import Callable, Sequence
 from functools import partial
 
-from formiga_bt.clock import SECOND, Micros, VirtualScheduler
-from formiga_bt.engine import changes as ch
-from formiga_bt.engine import inputs as inp
+from formiga_bt.base.clock import SECOND, Micros, VirtualScheduler
 from formiga_bt.engine.drivers.persist import Persist
 from formiga_bt.engine.drivers.wiring import Switchboard, to_input
 from formiga_bt.engine.engine import Engine
-from formiga_bt.engine.timers import LiveDue, WallTimer
+from formiga_bt.engine.kernel import changes as ch
+from formiga_bt.engine.kernel import inputs as inp
+from formiga_bt.engine.kernel.timers import LiveDue, WallTimer
 from formiga_bt.transport.base import AgentTransport
 from formiga_bt.transport.messages import ClockBeat
 

@@ -12,8 +12,8 @@ from concurrent.futures import Future
 from contextvars import ContextVar
 from typing import Final
 
-from formiga_bt.engine import inputs as inp
-from formiga_bt.engine.replies import Refusal, Reply
+from formiga_bt.engine.kernel import inputs as inp
+from formiga_bt.engine.kernel.replies import Refusal, Reply
 
 AGE_S: Final = 30.0
 """Seconds that an order may be old which lets something go on."""

@@ -2,9 +2,9 @@
 
 from collections.abc import Callable, Sequence
 
-from formiga_bt.clock import Micros
-from formiga_bt.engine import inputs as inp
-from formiga_bt.errors import FormigaError
+from formiga_bt.base.clock import Micros
+from formiga_bt.base.errors import FormigaError
+from formiga_bt.engine.kernel import inputs as inp
 from formiga_bt.transport import messages as msg
 from formiga_bt.transport.base import AgentTransport, Hearing
 

@@ -2,9 +2,9 @@
 
 from collections.abc import Iterable
 
-from formiga_bt.lang.checks.destinations import HOME, Goal, Meaning, Meanings, first_goals, meanings_of, roots_of
+from formiga_bt.lang.checks.flight.destinations import HOME, Goal, Meaning, Meanings, first_goals, meanings_of, roots_of
 from formiga_bt.lang.model import Call, Catalogue, Expr, Role, Step, Task, WithAgents
-from formiga_bt.lang.reading import Problems
+from formiga_bt.lang.text.reading import Problems
 from formiga_bt.lang.types import Type
 from formiga_bt.lang.walk import bare, children
 

@@ -10,9 +10,9 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import PurePath
 
-from formiga_bt.diagnostics import Diagnostic, Mark
+from formiga_bt.base.diagnostics import Diagnostic, Mark
 from formiga_bt.lang.model import Call, Catalogue, Parallel, Role, Step, Task, WithAgents
-from formiga_bt.lang.reading import Problems
+from formiga_bt.lang.text.reading import Problems
 from formiga_bt.lang.walk import children
 
 _HELP = "ask for both together, in one with_agents or in agents: they are granted all or none"

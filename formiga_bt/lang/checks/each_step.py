@@ -5,11 +5,12 @@ E042 (`spinning`), W102 (`haste`), E046, E065, E074 of an order that asks, W049 
 
 from typing import Final
 
-from formiga_bt.lang.checks.contention import check_contention
+from formiga_bt.base.units import format_quantity
+from formiga_bt.lang.checks.busy_loops import check_spin
 from formiga_bt.lang.checks.deadlock import check_blocks
+from formiga_bt.lang.checks.flight.contention import check_contention
+from formiga_bt.lang.checks.flight.same_machine import check_same_machine
 from formiga_bt.lang.checks.haste import check_haste
-from formiga_bt.lang.checks.same_machine import check_same_machine
-from formiga_bt.lang.checks.spinning import check_spin
 from formiga_bt.lang.model import (
     ActionSpec,
     Ask,
@@ -32,10 +33,9 @@ from formiga_bt.lang.model import (
     WaitUntil,
     WithAgents,
 )
-from formiga_bt.lang.reading import Problems, shorten
+from formiga_bt.lang.text.reading import Problems, shorten
 from formiga_bt.lang.types import agent_type
 from formiga_bt.lang.walk import children, orders, requests_inside, roles_inside
-from formiga_bt.units import format_quantity
 
 _QUESTION: Final = "Confirm"
 """The action that `ask` stands for."""

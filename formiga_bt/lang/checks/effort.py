@@ -4,15 +4,15 @@ A walk over the steps, calls included, that adds up the least: the cheaper of tw
 round of a loop whose rounds nobody knows. Ways count where both ends are known before any run (or the first one is a port of
 the site); other actions count with their `typical` duration against a timeout, and not at all against the charge. So what is
 reported is too much even on a good day. The formulae of charge are those of the gate
-(`formiga_bt.energy`). `spending` has what machines take, `known` the values known before a run, `effort_told` the reports.
+(`formiga_bt.base.energy`). `spending` has what machines take, `known` the values known before a run, `effort_told` the reports.
 """
 
 import math
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any, Final
 
-from formiga_bt.geo import Position, Region
-from formiga_bt.lang.checks.effort_told import Told
+from formiga_bt.base.geo import Position, Region
+from formiga_bt.lang.checks.effort_findings import Told
 from formiga_bt.lang.checks.known import Names, value_of
 from formiga_bt.lang.checks.spending import Spending, Sum, Where, forget, of_branches
 from formiga_bt.lang.expressions import plain_name
@@ -35,7 +35,7 @@ from formiga_bt.lang.model import (
     Task,
     Wait,
 )
-from formiga_bt.lang.reading import Problems
+from formiga_bt.lang.text.reading import Problems
 from formiga_bt.lang.types import Value
 from formiga_bt.lang.walk import agent_params, children, commands
 

@@ -6,9 +6,9 @@ from itertools import pairwise
 from typing import Final
 
 from formiga_bt.lang.checks.bodies import flat, in_order
-from formiga_bt.lang.checks.destinations import Meanings, meanings_of, roots_of
+from formiga_bt.lang.checks.flight.destinations import Meanings, meanings_of, roots_of
 from formiga_bt.lang.model import BreakIf, Catalogue, Do, Expr, Fallback, For, Loop, Parallel, Step, Task
-from formiga_bt.lang.reading import Problems
+from formiga_bt.lang.text.reading import Problems
 from formiga_bt.lang.walk import bare, children
 
 _ENDS: Final = re.compile(r"(?:zigzag|line)\(([^(),]+),([^(),]+)(?:,.*)?\)")

@@ -8,7 +8,7 @@ says nothing about its fleet. Agents without charge, or busy, may fit later: tha
 from collections.abc import Iterable, Mapping
 
 from formiga_bt.lang.model import AgentType, Catalogue, Role, Site, Step, Task, WithAgents
-from formiga_bt.lang.reading import Problems, quoted_list
+from formiga_bt.lang.text.reading import Problems, quoted_list
 from formiga_bt.lang.types import AgentRef
 from formiga_bt.lang.walk import all_roles, children
 

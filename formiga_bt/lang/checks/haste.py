@@ -24,7 +24,7 @@ from formiga_bt.lang.model import (
     WaitUntil,
     WithAgents,
 )
-from formiga_bt.lang.reading import Problems
+from formiga_bt.lang.text.reading import Problems
 from formiga_bt.lang.walk import children
 
 SLOW_S: Final = 1.0

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 
 from formiga_bt.lang.checks.fleet import least, machines_of, most_of
 from formiga_bt.lang.model import Call, Catalogue, Release, Request, Role, Site, Step, Task, WithAgents
-from formiga_bt.lang.reading import Problems
+from formiga_bt.lang.text.reading import Problems
 from formiga_bt.lang.walk import children
 
 _HELP = "release it before, or let the other task have it: wait: false with detached: true"

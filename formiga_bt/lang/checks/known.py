@@ -3,8 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
-from formiga_bt.geo import Place
-from formiga_bt.lang.binding import BASE, SiteEnv
+from formiga_bt.base.geo import Place
 from formiga_bt.lang.model import (
     EvalError,
     Expr,
@@ -12,6 +11,7 @@ from formiga_bt.lang.model import (
     UnknownState,
     Unset,
 )
+from formiga_bt.lang.request.binding import BASE, SiteEnv
 from formiga_bt.lang.types import AgentRef, Value, agent_type
 
 Names = Mapping[str, Value]

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 
 from formiga_bt.lang.checks.bodies import in_order, is_plain
 from formiga_bt.lang.model import Catalogue, Do, Fallback, For, Parallel, Sequence, Step
-from formiga_bt.lang.reading import Problems
+from formiga_bt.lang.text.reading import Problems
 from formiga_bt.lang.walk import children, orders
 
 

@@ -7,10 +7,10 @@ time of its own. `wait: 0 s` of a role is something else (it does not queue), an
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+from formiga_bt.base.units import format_quantity
 from formiga_bt.lang.model import Expr, Retry, Sequence, Step, Task, Wait
-from formiga_bt.lang.reading import Problems
+from formiga_bt.lang.text.reading import Problems
 from formiga_bt.lang.walk import children
-from formiga_bt.units import format_quantity
 
 
 @dataclass(frozen=True, slots=True)

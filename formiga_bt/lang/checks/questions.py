@@ -6,13 +6,13 @@ What an answer means is read from its words: `no`, `not_yet`, `later` refuse; `y
 import re
 from typing import Any, Final
 
-from formiga_bt.lang.binding import BASE
+from formiga_bt.base.units import format_quantity
 from formiga_bt.lang.checks.bodies import in_order
 from formiga_bt.lang.model import Ask, Catalogue, EvalError, Expr, Step, UnknownState, Unset
-from formiga_bt.lang.reading import Problems
+from formiga_bt.lang.request.binding import BASE
+from formiga_bt.lang.text.reading import Problems
 from formiga_bt.lang.types import AgentRef, Value
 from formiga_bt.lang.walk import children, orders
-from formiga_bt.units import format_quantity
 
 _REFUSES: Final = frozenset((
     "no", "not", "never", "nope", "none", "later", "wait", "refuse", "refused", "deny", "denied", "reject", "rejected",

@@ -12,7 +12,7 @@ from itertools import pairwise
 from typing import Any, Final, cast
 
 from formiga_bt.lang.model import BreakIf, Catalogue, Do, Expr, Set, Step, Subtree, Wait
-from formiga_bt.lang.reading import Problems
+from formiga_bt.lang.text.reading import Problems
 from formiga_bt.lang.walk import bare, children
 
 _MAY_REPEAT: Final = (Wait, Set, BreakIf)

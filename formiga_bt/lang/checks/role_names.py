@@ -1,7 +1,7 @@
 """W097: a role that is called like an agent type that it is not of."""
 
 from formiga_bt.lang.model import Catalogue, Task
-from formiga_bt.lang.reading import Problems
+from formiga_bt.lang.text.reading import Problems
 from formiga_bt.lang.walk import all_roles
 
 

@@ -4,17 +4,17 @@ Called by `checks` for a task without an error.
 """
 
 from formiga_bt.lang.checks.chosen import check_chosen
+from formiga_bt.lang.checks.constant_results import check_foregone
 from formiga_bt.lang.checks.endings import check_endings
-from formiga_bt.lang.checks.errands import check_errands
-from formiga_bt.lang.checks.foregone import check_foregone
-from formiga_bt.lang.checks.layers import check_layers
+from formiga_bt.lang.checks.flight.layers import check_layers
+from formiga_bt.lang.checks.flight.needless_landings import check_errands
 from formiga_bt.lang.checks.nesting import check_nesting
 from formiga_bt.lang.checks.no_effect import check_no_effect
 from formiga_bt.lang.checks.questions import check_questions
 from formiga_bt.lang.checks.repeats import check_repeats
 from formiga_bt.lang.checks.role_names import check_role_names
 from formiga_bt.lang.model import Catalogue, Site, Step, Task
-from formiga_bt.lang.reading import Problems
+from formiga_bt.lang.text.reading import Problems
 
 
 def check_sense(task: Task, catalogue: Catalogue, site: Site | None, problems: Problems) -> None:

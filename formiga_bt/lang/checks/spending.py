@@ -4,15 +4,15 @@ import math
 from dataclasses import dataclass, field
 from typing import Any
 
-from formiga_bt.energy import Power, hover_pct, power_of, way_pct
-from formiga_bt.geo import Position, Region
+from formiga_bt.base.energy import Power, hover_pct, power_of, way_pct
+from formiga_bt.base.geo import Position, Region
 from formiga_bt.lang.checks.fleet import types_that_fit
-from formiga_bt.lang.envelope import key_of
 from formiga_bt.lang.model import (
     Catalogue,
     Site,
     Task,
 )
+from formiga_bt.lang.site.envelope import key_of
 
 
 @dataclass(slots=True)

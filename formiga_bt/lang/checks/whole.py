@@ -1,18 +1,18 @@
 """All checks of a whole task, in their order. A new one is called here, or in `sense` if all it says is a warning."""
 
-from formiga_bt.lang.checks.contention import check_contention
 from formiga_bt.lang.checks.deadlock import check_blocks
 from formiga_bt.lang.checks.each_step import StepChecks
 from formiga_bt.lang.checks.effort import check_effort
 from formiga_bt.lang.checks.fleet import check_fleet
-from formiga_bt.lang.checks.flight import check_flight
+from formiga_bt.lang.checks.flight.contention import check_contention
+from formiga_bt.lang.checks.flight.landing import check_landings
+from formiga_bt.lang.checks.flight.same_machine import check_same_machine
+from formiga_bt.lang.checks.flight.spacing import check_spacing
+from formiga_bt.lang.checks.flight.whole import check_flight
 from formiga_bt.lang.checks.held_back import check_requests
-from formiga_bt.lang.checks.landing import check_landings
-from formiga_bt.lang.checks.same_machine import check_same_machine
 from formiga_bt.lang.checks.sense import check_sense
-from formiga_bt.lang.checks.spacing import check_spacing
 from formiga_bt.lang.model import MIN_SPACING_M, Catalogue, Site, Task
-from formiga_bt.lang.reading import Problems
+from formiga_bt.lang.text.reading import Problems
 from formiga_bt.lang.types import agent_type
 from formiga_bt.lang.walk import all_roles
 

@@ -9,8 +9,8 @@ from dataclasses import replace
 from types import MappingProxyType
 from typing import Any, Final
 
-from formiga_bt.diagnostics import Mark
-from formiga_bt.geo import Place, Position, Region
+from formiga_bt.base.diagnostics import Mark
+from formiga_bt.base.geo import Place, Position, Region
 from formiga_bt.lang.expr.typed import Run
 from formiga_bt.lang.expr.typing_rules import QUANTITIES, in_words
 from formiga_bt.lang.model import Env, EvalError, Expr, Unset

@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import Final
 
-from formiga_bt.diagnostics import UnknownName
+from formiga_bt.base.diagnostics import UnknownName
 from formiga_bt.lang.expr.calls import Bound, bind
 from formiga_bt.lang.expr.daytime import TODAY
 from formiga_bt.lang.expr.fleet_calls import type_of, why_no_type

@@ -5,8 +5,7 @@ Below `values` and `literals`, which need it for what stands in `${}`; `expressi
 
 from typing import Any
 
-from formiga_bt.diagnostics import Diagnostic
-from formiga_bt.lang.document import Node, Scalar
+from formiga_bt.base.diagnostics import Diagnostic
 from formiga_bt.lang.expr.at_run import guarded, is_open, named, of_type
 from formiga_bt.lang.expr.checker import Checker
 from formiga_bt.lang.expr.instants import deadlines
@@ -15,6 +14,7 @@ from formiga_bt.lang.expr.tokens import ExprSyntax, parse_expression
 from formiga_bt.lang.expr.typed import Mismatch, Problems, Run, Typed, mismatch, never
 from formiga_bt.lang.expr.typing_rules import fits, in_words, widen
 from formiga_bt.lang.model import Expr
+from formiga_bt.lang.text.document import Node, Scalar
 from formiga_bt.lang.types import ANY, BOOL, Type
 
 

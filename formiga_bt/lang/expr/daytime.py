@@ -9,10 +9,10 @@ from datetime import UTC, datetime, time, timedelta
 from typing import Final
 from zoneinfo import ZoneInfo
 
-from formiga_bt.clock import SECOND, Micros
-from formiga_bt.geo import Place
+from formiga_bt.base.clock import SECOND, Micros
+from formiga_bt.base.geo import Place
+from formiga_bt.base.sun import daylight
 from formiga_bt.lang.model import Env, EvalError, Read, Unset
-from formiga_bt.sun import daylight
 
 TODAY: Final = Read("today")
 """What an expression reads that depends on the day of `now`, and on nothing else of it."""

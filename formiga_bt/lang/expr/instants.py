@@ -11,7 +11,7 @@ import ast
 from collections.abc import Callable, Iterable, Iterator
 from typing import Any, Final
 
-from formiga_bt.clock import SECOND, Micros
+from formiga_bt.base.clock import SECOND, Micros
 from formiga_bt.lang.expr.daytime import TODAY, next_midnight
 from formiga_bt.lang.expr.members import type_read
 from formiga_bt.lang.expr.parts import NOW, Compared, Parts

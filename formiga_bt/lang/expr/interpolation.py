@@ -6,11 +6,11 @@ Called by `values` for texts with holes, and by whatever shows a value of a runn
 from datetime import UTC, datetime
 from typing import Any, Final
 
-from formiga_bt.clock import SECOND
-from formiga_bt.geo import Place, Position, Region, horizontal_m
+from formiga_bt.base.clock import SECOND
+from formiga_bt.base.geo import Place, Position, Region, horizontal_m
+from formiga_bt.base.units import LIKELY, format_number, format_quantity
 from formiga_bt.lang.model import Env, EvalError, Unset
 from formiga_bt.lang.types import AgentRef, Type
-from formiga_bt.units import LIKELY, format_number, format_quantity
 
 MAX_TEXT: Final = 10_000
 SAME_PLACE_M: Final = 1.0

@@ -10,10 +10,10 @@ from datetime import datetime
 from types import MappingProxyType
 from typing import Any, Final
 
-from formiga_bt.clock import micros
-from formiga_bt.diagnostics import About, Diagnostic, Fix, OnGround, UnknownName
-from formiga_bt.geo import Place
-from formiga_bt.lang.document import Node, Scalar
+from formiga_bt.base.clock import micros
+from formiga_bt.base.diagnostics import About, Diagnostic, Fix, OnGround, UnknownName
+from formiga_bt.base.geo import Place
+from formiga_bt.base.units import LARGEST, LIKELY, UNITS, parse_quantity, too_large
 from formiga_bt.lang.expr.at_run import named
 from formiga_bt.lang.expr.compiling import compile_expr, poison
 from formiga_bt.lang.expr.daytime import TODAY, at_site, at_site_of, time_of_day, today
@@ -22,8 +22,8 @@ from formiga_bt.lang.expr.scope import BUILT_INS, Scope
 from formiga_bt.lang.expr.typed import closest, constant, did_you_mean, sure_of, unit_choices
 from formiga_bt.lang.expr.typing_rules import QUANTITIES, fits, in_words
 from formiga_bt.lang.model import Env, EvalError, Expr, Read
+from formiga_bt.lang.text.document import Node, Scalar
 from formiga_bt.lang.types import BOOL, INT, NUMBER, POSITION, TEXT, AgentRef, Type
-from formiga_bt.units import LARGEST, LIKELY, UNITS, parse_quantity, too_large
 
 Result = tuple[Expr, list[Diagnostic]]
 

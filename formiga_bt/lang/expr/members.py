@@ -8,7 +8,7 @@ The call is checked in `fleet_calls`.
 
 from typing import Any, Final
 
-from formiga_bt.geo import Place, Position
+from formiga_bt.base.geo import Place, Position
 from formiga_bt.lang.expr.shapes import between
 from formiga_bt.lang.model import Env, EvalError, Read, UnknownState
 from formiga_bt.lang.types import AgentRef

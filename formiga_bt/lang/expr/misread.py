@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Final
 
+from formiga_bt.base.units import UNITS, format_quantity, parse_quantity
 from formiga_bt.lang.expr.typed import unit_choices
-from formiga_bt.units import UNITS, format_quantity, parse_quantity
 
 _COMMA: Final = re.compile(r"([+-]?\d+),(\d+)\s*(\S+)", re.ASCII)
 _BARE_POINT: Final = re.compile(r"([+-]?)(\d*)\.(\d*)\s*(\S+)", re.ASCII)

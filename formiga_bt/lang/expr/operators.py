@@ -10,8 +10,8 @@ from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import Any, Final
 
-from formiga_bt.clock import SECOND
-from formiga_bt.geo import Place, Position
+from formiga_bt.base.clock import SECOND
+from formiga_bt.base.geo import Place, Position
 from formiga_bt.lang.expr.typed import Run, Typed, constant
 from formiga_bt.lang.model import NOT_CONST, Env, EvalError, Unset
 from formiga_bt.lang.types import AgentRef

@@ -10,7 +10,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any, Final
 
-from formiga_bt.diagnostics import About
+from formiga_bt.base.diagnostics import About
 from formiga_bt.lang.expr.scope import Scope
 from formiga_bt.lang.expr.tokens import Parsed
 from formiga_bt.lang.expr.typed import Mismatch, Problems, Run, Typed, constant, never

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from itertools import pairwise
 from typing import Any, Final
 
-from formiga_bt.geo import Place, Position, Region, mm
+from formiga_bt.base.geo import Place, Position, Region, mm
 from formiga_bt.lang.model import Env, EvalError
 
 MAX_PARTS: Final = 100

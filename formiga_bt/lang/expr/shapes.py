@@ -7,7 +7,7 @@ shape of positions of positions.
 import math
 from typing import Final, TypeVar, cast
 
-from formiga_bt.geo import Place, Position, distance_m, horizontal_m, mm
+from formiga_bt.base.geo import Place, Position, distance_m, horizontal_m, mm
 from formiga_bt.lang.model import Env, EvalError
 
 Point = TypeVar("Point", bound=Place | Position)

@@ -16,7 +16,7 @@ from itertools import pairwise
 from types import MappingProxyType
 from typing import Final, Literal, cast
 
-from formiga_bt.units import LARGEST, NUMBER, UNIT, UNITS, to_si
+from formiga_bt.base.units import LARGEST, NUMBER, UNIT, UNITS, to_si
 
 MAX_CHARS: Final = 500
 MAX_NODES: Final = 200

@@ -10,14 +10,14 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any, Final
 
-from formiga_bt.diagnostics import About, Diagnostic, Fix, OnGround
-from formiga_bt.lang.document import Scalar
+from formiga_bt.base.diagnostics import About, Diagnostic, Fix, OnGround
+from formiga_bt.base.units import LIKELY
 from formiga_bt.lang.expr.scope import Scope
 from formiga_bt.lang.expr.typing_rules import NUMBERS, QUANTITIES, in_words
 from formiga_bt.lang.model import NOT_CONST, Env, Read
-from formiga_bt.lang.synonyms import is_sure
+from formiga_bt.lang.text.document import Scalar
+from formiga_bt.lang.text.synonyms import is_sure
 from formiga_bt.lang.types import ANY, TEXT, Type
-from formiga_bt.units import LIKELY
 
 Run = Callable[[Env], Any]
 

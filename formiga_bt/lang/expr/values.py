@@ -7,9 +7,8 @@ import re
 from itertools import pairwise
 from typing import Any, Final
 
-from formiga_bt.diagnostics import Diagnostic
-from formiga_bt.geo import Frame, Place, Position, Region, mm
-from formiga_bt.lang.document import Entry, Listing, Mapping_, Node, Scalar
+from formiga_bt.base.diagnostics import Diagnostic
+from formiga_bt.base.geo import Frame, Place, Position, Region, mm
 from formiga_bt.lang.expr.at_run import named
 from formiga_bt.lang.expr.compiling import compile_expr, poison
 from formiga_bt.lang.expr.interpolation import holes, joined, shown
@@ -18,6 +17,7 @@ from formiga_bt.lang.expr.scope import Scope
 from formiga_bt.lang.expr.typed import did_you_mean
 from formiga_bt.lang.expr.typing_rules import fits, in_words, join
 from formiga_bt.lang.model import Env, Expr, Read
+from formiga_bt.lang.text.document import Entry, Listing, Mapping_, Node, Scalar
 from formiga_bt.lang.types import ANY, DISTANCE, NUMBER, PLACE, POSITION, TEXT, Type, list_of
 
 

@@ -4,8 +4,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
-from formiga_bt.clock import Micros
-from formiga_bt.diagnostics import Mark
+from formiga_bt.base.clock import Micros
+from formiga_bt.base.diagnostics import Mark
 from formiga_bt.lang.types import AgentRef, Type, Value
 
 

@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field
 from typing import Literal
 
-from formiga_bt.diagnostics import Fix, Mark
+from formiga_bt.base.diagnostics import Fix, Mark
 from formiga_bt.lang.model.expr import Expr
 from formiga_bt.lang.types import Type
 

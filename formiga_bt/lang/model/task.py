@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Final, Literal
 
-from formiga_bt.diagnostics import Mark
+from formiga_bt.base.diagnostics import Mark
 from formiga_bt.lang.model.expr import Expr
 from formiga_bt.lang.model.needs import Param, Role
 from formiga_bt.lang.model.steps import Step, Subtree

@@ -4,8 +4,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Final, Literal
 
-from formiga_bt.clock import Micros
-from formiga_bt.diagnostics import Mark
+from formiga_bt.base.clock import Micros
+from formiga_bt.base.diagnostics import Mark
 from formiga_bt.lang.model.expr import Expr
 from formiga_bt.lang.model.steps import Subtree
 from formiga_bt.lang.types import Type

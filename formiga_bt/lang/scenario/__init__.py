@@ -19,17 +19,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
 
-from formiga_bt.diagnostics import Diagnostic, in_order
+from formiga_bt.base.diagnostics import Diagnostic, in_order
+from formiga_bt.base.packaged import folder
 from formiga_bt.lang.keyed import Keys, read_root, text_of
 from formiga_bt.lang.loader import load_site
 from formiga_bt.lang.model import Catalogue, Site
-from formiga_bt.lang.reading import (
-    Problems,
-    did_you_mean,
-    fix_word,
-    quoted_list,
-    shorten,
-)
 from formiga_bt.lang.scenario.agents import read_agents
 from formiga_bt.lang.scenario.book import Book
 from formiga_bt.lang.scenario.entries import (
@@ -45,8 +39,8 @@ from formiga_bt.lang.scenario.faults import read_faults
 from formiga_bt.lang.scenario.options import FAULTS, ORDERS, SCENARIO, WIND
 from formiga_bt.lang.scenario.orders import read_orders
 from formiga_bt.lang.scenario.requests import Requests
-from formiga_bt.lang.synonyms import surely
-from formiga_bt.packaged import folder
+from formiga_bt.lang.text.reading import Problems, did_you_mean, fix_word, quoted_list, shorten
+from formiga_bt.lang.text.synonyms import surely
 
 __all__ = [
     "FAULTS",

@@ -3,20 +3,15 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from formiga_bt.diagnostics import Mark
-from formiga_bt.geo import Place, Position, horizontal_m
-from formiga_bt.lang.document import Entry, Mapping_, Scalar
+from formiga_bt.base.diagnostics import Mark
+from formiga_bt.base.geo import Place, Position, horizontal_m
 from formiga_bt.lang.keyed import Keys, read_keys
-from formiga_bt.lang.reading import (
-    did_you_mean,
-    fix_word,
-    quoted_list,
-    shorten,
-)
 from formiga_bt.lang.scenario.book import Book
 from formiga_bt.lang.scenario.entries import ScenarioAgent
 from formiga_bt.lang.scenario.options import AGENT, ANSWER, FOR_DRONES_ONLY, PERSON
-from formiga_bt.lang.synonyms import surely
+from formiga_bt.lang.text.document import Entry, Mapping_, Scalar
+from formiga_bt.lang.text.reading import did_you_mean, fix_word, quoted_list, shorten
+from formiga_bt.lang.text.synonyms import surely
 
 
 def read_agents(book: Book) -> list[ScenarioAgent]:

@@ -5,15 +5,15 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Final
 
-from formiga_bt.diagnostics import Mark
-from formiga_bt.geo import Place, Position
-from formiga_bt.lang.binding import SiteEnv, impossible, outside, run_outside
-from formiga_bt.lang.document import Mapping_, Node, Scalar
+from formiga_bt.base.diagnostics import Mark
+from formiga_bt.base.geo import Place, Position
 from formiga_bt.lang.expr.scope import OUTSIDE
 from formiga_bt.lang.expressions import Scope, compile_value
 from formiga_bt.lang.keyed import Keys
 from formiga_bt.lang.model import Catalogue, Param, Site
-from formiga_bt.lang.reading import (
+from formiga_bt.lang.request.binding import SiteEnv, impossible, outside, run_outside
+from formiga_bt.lang.text.document import Mapping_, Node, Scalar
+from formiga_bt.lang.text.reading import (
     Problems,
     did_you_mean,
     fix_word,
@@ -22,7 +22,7 @@ from formiga_bt.lang.reading import (
     read_text,
     shorten,
 )
-from formiga_bt.lang.synonyms import surely
+from formiga_bt.lang.text.synonyms import surely
 from formiga_bt.lang.types import PLACE, AgentRef
 
 _LAT_LNG: Final = re.compile(r"\s*(-?\d+(?:\.\d+)?)\s*,\s*(-?\d+(?:\.\d+)?)\s*")

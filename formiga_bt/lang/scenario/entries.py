@@ -4,8 +4,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-from formiga_bt.clock import Micros
-from formiga_bt.geo import Place, Position
+from formiga_bt.base.clock import Micros
+from formiga_bt.base.geo import Place, Position
 from formiga_bt.lang.model import Catalogue, Site, Task
 
 FaultKind = Literal[

@@ -4,13 +4,13 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
-from formiga_bt.clock import micros
-from formiga_bt.lang.document import Mapping_, Node
+from formiga_bt.base.clock import micros
 from formiga_bt.lang.keyed import Keys, read_keys
-from formiga_bt.lang.reading import did_you_mean, quoted_list, read_word
 from formiga_bt.lang.scenario.book import Book
 from formiga_bt.lang.scenario.entries import FaultKind, ScenarioFault
 from formiga_bt.lang.scenario.options import ENDS, FAULT, FAULTS, FOR_DRONES
+from formiga_bt.lang.text.document import Mapping_, Node
+from formiga_bt.lang.text.reading import did_you_mean, quoted_list, read_word
 
 _KINDS: Mapping[str, FaultKind] = {one: one for one in FAULTS}  # type: ignore[misc]  # its keys are the kinds
 _FIELDS: Mapping[str, str] = {

@@ -3,13 +3,13 @@
 from collections.abc import Iterable, Mapping
 from typing import Literal
 
-from formiga_bt.clock import micros
-from formiga_bt.lang.document import Mapping_, Scalar
+from formiga_bt.base.clock import micros
 from formiga_bt.lang.keyed import Keys, read_keys
-from formiga_bt.lang.reading import read_word
 from formiga_bt.lang.scenario.book import Book
 from formiga_bt.lang.scenario.entries import OrderWord, ScenarioOrder
 from formiga_bt.lang.scenario.options import ABORT, HANDBACK, LOCKDOWN, ORDER, ORDERS
+from formiga_bt.lang.text.document import Mapping_, Scalar
+from formiga_bt.lang.text.reading import read_word
 
 Target = Literal["agent", "task", "all", "site"]
 

@@ -4,27 +4,20 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from formiga_bt.clock import micros
-from formiga_bt.diagnostics import Mark
-from formiga_bt.lang.aliases import by_alias, degrees_of, names_in
-from formiga_bt.lang.binding import half_a_place
-from formiga_bt.lang.document import Entry, Mapping_, Scalar
+from formiga_bt.base.clock import micros
+from formiga_bt.base.diagnostics import Mark
 from formiga_bt.lang.keyed import read_keys
 from formiga_bt.lang.loader import load_task
 from formiga_bt.lang.model import Param, Task
-from formiga_bt.lang.reading import (
-    did_you_mean,
-    fix_word,
-    plain,
-    quoted_list,
-    read_mapping,
-    shorten,
-)
-from formiga_bt.lang.requested import with_requested
+from formiga_bt.lang.request.aliases import by_alias, degrees_of, names_in
+from formiga_bt.lang.request.binding import half_a_place
+from formiga_bt.lang.request.requested import with_requested
 from formiga_bt.lang.scenario.book import Book
 from formiga_bt.lang.scenario.entries import Priority, ScenarioTask
 from formiga_bt.lang.scenario.options import TASK
-from formiga_bt.lang.synonyms import surely
+from formiga_bt.lang.text.document import Entry, Mapping_, Scalar
+from formiga_bt.lang.text.reading import did_you_mean, fix_word, plain, quoted_list, read_mapping, shorten
+from formiga_bt.lang.text.synonyms import surely
 
 
 class Requests:

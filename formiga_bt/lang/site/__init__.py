@@ -6,12 +6,12 @@ line, the engine's front and tests. `reader` reads the keys, `points` the places
 
 from pathlib import Path
 
-from formiga_bt.diagnostics import Diagnostic, in_order
+from formiga_bt.base.diagnostics import Diagnostic, in_order
 from formiga_bt.lang.keyed import read_root, text_of
 from formiga_bt.lang.model import Catalogue, Site
-from formiga_bt.lang.reading import Problems
 from formiga_bt.lang.site.keys import AGENT, APPROVERS, BASE, PILOT, PORT, SITE, TERRAIN
 from formiga_bt.lang.site.reader import SiteReader
+from formiga_bt.lang.text.reading import Problems
 
 __all__ = ["AGENT", "APPROVERS", "BASE", "PILOT", "PORT", "SITE", "TERRAIN", "load_site", "load_site_text"]
 

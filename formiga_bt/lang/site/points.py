@@ -2,15 +2,17 @@
 
 from typing import Any, Final
 
-from formiga_bt.diagnostics import Mark
-from formiga_bt.geo import Frame, Place, Position, Region, mm
-from formiga_bt.lang.document import Entry, Mapping_, Node, Scalar
-from formiga_bt.lang.far import warn_degrees, warn_metres
-from formiga_bt.lang.fence import crossing
+from formiga_bt.base.diagnostics import Mark
+from formiga_bt.base.geo import Frame, Place, Position, Region, mm
 from formiga_bt.lang.keyed import Keys, read_keys
 from formiga_bt.lang.kinds import Option
 from formiga_bt.lang.model import Catalogue
-from formiga_bt.lang.reading import (
+from formiga_bt.lang.site.far import warn_degrees, warn_metres
+from formiga_bt.lang.site.fence import crossing
+from formiga_bt.lang.site.keys import BASE, LAT, LNG
+from formiga_bt.lang.site.whole import Written
+from formiga_bt.lang.text.document import Entry, Mapping_, Node, Scalar
+from formiga_bt.lang.text.reading import (
     Problems,
     did_you_mean,
     fix_word,
@@ -20,9 +22,7 @@ from formiga_bt.lang.reading import (
     shorten,
     what_is,
 )
-from formiga_bt.lang.site.keys import BASE, LAT, LNG
-from formiga_bt.lang.site.whole import Written
-from formiga_bt.lang.synonyms import surely
+from formiga_bt.lang.text.synonyms import surely
 
 _METRES: Final = tuple(Option(key, "value", "", type="distance", required=True) for key in ("east", "north"))
 _HEIGHT: Final = (Option("height", "value", "", type="distance", required=True),)

@@ -6,15 +6,18 @@ from pathlib import Path
 from typing import Any, Literal
 from zoneinfo import ZoneInfo, ZoneInfoNotFoundError, available_timezones
 
-from formiga_bt.endpoints import open_to_others
-from formiga_bt.heights import HeightGrid
-from formiga_bt.lang.document import Entry, Scalar
-from formiga_bt.lang.envelope import check_site, read_envelope, read_on_breach
-from formiga_bt.lang.ground import load_heights
+from formiga_bt.base.endpoints import open_to_others
+from formiga_bt.base.heights import HeightGrid
 from formiga_bt.lang.keyed import check_version, read_inside
 from formiga_bt.lang.model import Port, Site, SiteAgent
 from formiga_bt.lang.model.world import MOST_RESUME_HOLD_AFTER_US
-from formiga_bt.lang.reading import (
+from formiga_bt.lang.site.envelope import check_site, read_envelope, read_on_breach
+from formiga_bt.lang.site.ground import load_heights
+from formiga_bt.lang.site.keys import AGENT, APPROVERS, PILOT, PORT, TERRAIN, ZENOH
+from formiga_bt.lang.site.points import Points
+from formiga_bt.lang.site.whole import check_whole, machines
+from formiga_bt.lang.text.document import Entry, Scalar
+from formiga_bt.lang.text.reading import (
     did_you_mean,
     fix_word,
     plain,
@@ -24,10 +27,7 @@ from formiga_bt.lang.reading import (
     read_words,
     shorten,
 )
-from formiga_bt.lang.site.keys import AGENT, APPROVERS, PILOT, PORT, TERRAIN, ZENOH
-from formiga_bt.lang.site.points import Points
-from formiga_bt.lang.site.whole import check_whole, machines
-from formiga_bt.lang.synonyms import nearest, surely
+from formiga_bt.lang.text.synonyms import nearest, surely
 
 
 class SiteReader(Points):

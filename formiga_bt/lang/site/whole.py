@@ -9,12 +9,12 @@ from dataclasses import dataclass, field
 from itertools import combinations
 from typing import Any
 
-from formiga_bt.diagnostics import Mark
-from formiga_bt.geo import Place, Position, Region, distance_m, horizontal_m, is_within
-from formiga_bt.lang.envelope import Limit, ceiling, key_of, strictest
+from formiga_bt.base.diagnostics import Mark
+from formiga_bt.base.geo import Place, Position, Region, distance_m, horizontal_m, is_within
+from formiga_bt.base.units import format_quantity
 from formiga_bt.lang.model import AgentType, Site
-from formiga_bt.lang.reading import Problems
-from formiga_bt.units import format_quantity
+from formiga_bt.lang.site.envelope import Limit, ceiling, key_of, strictest
+from formiga_bt.lang.text.reading import Problems
 
 
 @dataclass(slots=True)

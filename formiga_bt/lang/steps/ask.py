@@ -5,12 +5,14 @@ Each function reads the keys of one step and returns its own part of the model; 
 
 from formiga_bt.lang import records
 from formiga_bt.lang.body import Body
-from formiga_bt.lang.document import Node, Scalar
 from formiga_bt.lang.expr.compiling import poison
 from formiga_bt.lang.keyed import read_keys
 from formiga_bt.lang.kinds import CLEARS
 from formiga_bt.lang.model import Expr, Who
-from formiga_bt.lang.reading import (
+from formiga_bt.lang.steps.parts import Keys, Part, read_expect, read_save
+from formiga_bt.lang.steps.who import find_action, read_held, read_who, site_role_names
+from formiga_bt.lang.text.document import Node, Scalar
+from formiga_bt.lang.text.reading import (
     did_you_mean,
     fix_word,
     quoted_list,
@@ -22,9 +24,7 @@ from formiga_bt.lang.reading import (
     shorten,
     what_is,
 )
-from formiga_bt.lang.steps.parts import Keys, Part, read_expect, read_save
-from formiga_bt.lang.steps.who import find_action, read_held, read_who, site_role_names
-from formiga_bt.lang.synonyms import surely
+from formiga_bt.lang.text.synonyms import surely
 
 
 def read_ask(body: Body, keys: Keys) -> Part | None:

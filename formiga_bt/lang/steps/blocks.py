@@ -7,16 +7,16 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Literal
 
-from formiga_bt.diagnostics import Mark
+from formiga_bt.base.diagnostics import Mark
 from formiga_bt.lang.body import Body
-from formiga_bt.lang.document import Entry, Node, Scalar
 from formiga_bt.lang.expressions import narrows, narrows_when_false
 from formiga_bt.lang.flow import Flow, join
 from formiga_bt.lang.model import Check, Notify, Set, Step, Wait
-from formiga_bt.lang.reading import fix_word, read_flag, read_word, what_is
 from formiga_bt.lang.records import ERROR
 from formiga_bt.lang.steps.parts import Keys, Part
-from formiga_bt.lang.synonyms import nearest
+from formiga_bt.lang.text.document import Entry, Node, Scalar
+from formiga_bt.lang.text.reading import fix_word, read_flag, read_word, what_is
+from formiga_bt.lang.text.synonyms import nearest
 from formiga_bt.lang.written import saves, sets, writes
 
 

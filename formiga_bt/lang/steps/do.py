@@ -5,25 +5,18 @@ Each function reads the keys of one step and returns its own part of the model; 
 
 from collections.abc import Mapping
 
-from formiga_bt.diagnostics import Mark
+from formiga_bt.base.diagnostics import Mark
+from formiga_bt.base.units import format_quantity
 from formiga_bt.lang import records
 from formiga_bt.lang.body import Body
-from formiga_bt.lang.document import Entry, Mapping_, Scalar
 from formiga_bt.lang.model import ActionSpec, Expr, FieldSpec
-from formiga_bt.lang.reading import (
-    fix_word,
-    quoted_list,
-    read_mapping,
-    read_text,
-    read_word,
-    shorten,
-)
 from formiga_bt.lang.steps.heights import ENVELOPE_SAYS, HEIGHTS, check_ceiling, most_height, note_height
 from formiga_bt.lang.steps.parts import Keys, Part, read_expect, read_save, unknown_argument
 from formiga_bt.lang.steps.who import ROLE_ACTION, find_action, read_held, read_who
-from formiga_bt.lang.synonyms import nearest
+from formiga_bt.lang.text.document import Entry, Mapping_, Scalar
+from formiga_bt.lang.text.reading import fix_word, quoted_list, read_mapping, read_text, read_word, shorten
+from formiga_bt.lang.text.synonyms import nearest
 from formiga_bt.lang.types import TIME, Type, record_of
-from formiga_bt.units import format_quantity
 
 
 def read_do(body: Body, keys: Keys) -> Part | None:

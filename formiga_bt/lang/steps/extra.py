@@ -6,10 +6,10 @@ They are read like those of a task, but when the block is entered: what they are
 from dataclasses import replace
 
 from formiga_bt.lang.body import Body
-from formiga_bt.lang.reading import read_mapping
-from formiga_bt.lang.roles import read_roles
 from formiga_bt.lang.steps.blocks import Readers
 from formiga_bt.lang.steps.parts import Keys, Part
+from formiga_bt.lang.steps.roles import read_roles
+from formiga_bt.lang.text.reading import read_mapping
 
 
 def read_with_agents(read: Readers, body: Body, keys: Keys) -> Part | None:

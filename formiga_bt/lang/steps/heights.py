@@ -5,14 +5,14 @@ import re
 from collections.abc import Mapping
 from typing import Final
 
-from formiga_bt.geo import Position
+from formiga_bt.base.geo import Position
+from formiga_bt.base.units import format_quantity, parse_quantity
 from formiga_bt.lang.body import Body
-from formiga_bt.lang.document import Node
-from formiga_bt.lang.envelope import ceiling
 from formiga_bt.lang.expressions import plain_name
 from formiga_bt.lang.model import Expr, FieldSpec
+from formiga_bt.lang.site.envelope import ceiling
+from formiga_bt.lang.text.document import Node
 from formiga_bt.lang.world import Callee
-from formiga_bt.units import format_quantity, parse_quantity
 
 HEIGHTS: Final = ("altitude", "height")
 """Fields of actions that are heights over the ground."""

@@ -6,20 +6,20 @@ A round may read what an earlier one saved, after `is_set`; such a body is read 
 from dataclasses import replace
 from typing import Any, Final
 
-from formiga_bt.diagnostics import Fix
+from formiga_bt.base.diagnostics import Fix
+from formiga_bt.base.units import parse_quantity
 from formiga_bt.lang.body import Body
-from formiga_bt.lang.document import Node, Scalar
 from formiga_bt.lang.expr.at_run import sure_of_type
 from formiga_bt.lang.expr.typing_rules import in_words
 from formiga_bt.lang.expressions import narrows, narrows_when_false
 from formiga_bt.lang.flow import Around, Flow, join
 from formiga_bt.lang.model import Expr, Step
-from formiga_bt.lang.reading import what_is
 from formiga_bt.lang.steps.blocks import Readers
 from formiga_bt.lang.steps.parts import Keys, Part
+from formiga_bt.lang.text.document import Node, Scalar
+from formiga_bt.lang.text.reading import what_is
 from formiga_bt.lang.types import ANY, DURATION, INT
 from formiga_bt.lang.written import saves
-from formiga_bt.units import parse_quantity
 
 _MOST_REREADS: Final = 50
 

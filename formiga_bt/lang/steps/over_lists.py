@@ -4,19 +4,19 @@ import ast
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 
-from formiga_bt.diagnostics import Fix, Mark
+from formiga_bt.base.diagnostics import Fix, Mark
 from formiga_bt.lang.body import Body
-from formiga_bt.lang.document import Entry, Listing, Mapping_, Node, Scalar
 from formiga_bt.lang.expr.at_run import sure_of_type
 from formiga_bt.lang.expr.tokens import ExprSyntax, Parsed, parse_expression
 from formiga_bt.lang.expr.typing_rules import in_words
 from formiga_bt.lang.flow import Around, Flow, Named
 from formiga_bt.lang.model import Expr
 from formiga_bt.lang.own_names import is_free
-from formiga_bt.lang.reading import read_name, read_word, shorten, what_is
 from formiga_bt.lang.steps.blocks import Readers, read_child_failure, read_need
 from formiga_bt.lang.steps.loops import leave, read_body
 from formiga_bt.lang.steps.parts import Keys, Part
+from formiga_bt.lang.text.document import Entry, Listing, Mapping_, Node, Scalar
+from formiga_bt.lang.text.reading import read_name, read_word, shorten, what_is
 from formiga_bt.lang.types import ANY, INT, Type, agent_type, list_of
 from formiga_bt.lang.written import saves, writes
 

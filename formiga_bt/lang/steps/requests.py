@@ -2,12 +2,14 @@
 
 from collections.abc import Mapping
 
-from formiga_bt.lang.aliases import by_alias
 from formiga_bt.lang.body import Body
-from formiga_bt.lang.document import Node, Scalar
 from formiga_bt.lang.model import Expr, Param
 from formiga_bt.lang.params import read_params
-from formiga_bt.lang.reading import (
+from formiga_bt.lang.records import CHILD
+from formiga_bt.lang.request.aliases import by_alias
+from formiga_bt.lang.steps.parts import Keys, Part, read_save
+from formiga_bt.lang.text.document import Node, Scalar
+from formiga_bt.lang.text.reading import (
     Problems,
     did_you_mean,
     fix_word,
@@ -18,9 +20,7 @@ from formiga_bt.lang.reading import (
     read_word,
     shorten,
 )
-from formiga_bt.lang.records import CHILD
-from formiga_bt.lang.steps.parts import Keys, Part, read_save
-from formiga_bt.lang.synonyms import nearest
+from formiga_bt.lang.text.synonyms import nearest
 from formiga_bt.lang.world import World
 
 

@@ -10,10 +10,8 @@ from functools import partial
 from types import MappingProxyType
 from typing import Any, Final
 
-from formiga_bt.diagnostics import Fix, Mark
+from formiga_bt.base.diagnostics import Fix, Mark
 from formiga_bt.lang.body import Body
-from formiga_bt.lang.colons import in_text
-from formiga_bt.lang.document import Entry, Listing, Mapping_, Node, Scalar
 from formiga_bt.lang.expressions import narrows, narrows_when_false
 from formiga_bt.lang.flow import Flow, join
 from formiga_bt.lang.keyed import read_keys
@@ -45,7 +43,14 @@ from formiga_bt.lang.model import (
     WaitUntil,
     WithAgents,
 )
-from formiga_bt.lang.reading import (
+from formiga_bt.lang.steps import ask, blocks, call, do, extra, loops, moments, over_lists, switches
+from formiga_bt.lang.steps.blocks import Readers
+from formiga_bt.lang.steps.do import as_order
+from formiga_bt.lang.steps.parts import Keys
+from formiga_bt.lang.steps.requests import read_request
+from formiga_bt.lang.text.colons import in_text
+from formiga_bt.lang.text.document import Entry, Listing, Mapping_, Node, Scalar
+from formiga_bt.lang.text.reading import (
     is_empty,
     read_flag,
     read_listing,
@@ -55,12 +60,7 @@ from formiga_bt.lang.reading import (
     shorten,
     what_is,
 )
-from formiga_bt.lang.steps import ask, blocks, call, do, extra, loops, moments, over_lists, switches
-from formiga_bt.lang.steps.blocks import Readers
-from formiga_bt.lang.steps.do import as_order
-from formiga_bt.lang.steps.parts import Keys
-from formiga_bt.lang.steps.requests import read_request
-from formiga_bt.lang.synonyms import ADVICE, BY_HAND, KIND_SYNONYMS, is_sure, kind_for
+from formiga_bt.lang.text.synonyms import ADVICE, BY_HAND, KIND_SYNONYMS, is_sure, kind_for
 from formiga_bt.lang.types import DURATION, INT, NUMBER
 from formiga_bt.lang.walk import roles_inside
 from formiga_bt.lang.written import saves

@@ -6,18 +6,18 @@ they exclude one another, so they may save one name.
 
 from typing import Final
 
-from formiga_bt.diagnostics import Fix
+from formiga_bt.base.diagnostics import Fix
+from formiga_bt.base.units import LARGEST
 from formiga_bt.lang.body import Body
-from formiga_bt.lang.document import Entry, Mapping_
 from formiga_bt.lang.expr.typing_rules import in_words
 from formiga_bt.lang.flow import Flow, join
 from formiga_bt.lang.model import Case, Expr, Step
-from formiga_bt.lang.reading import read_mapping, shorten
 from formiga_bt.lang.steps.blocks import Readers
 from formiga_bt.lang.steps.parts import Keys, Part
-from formiga_bt.lang.synonyms import is_sure, nearest
+from formiga_bt.lang.text.document import Entry, Mapping_
+from formiga_bt.lang.text.reading import read_mapping, shorten
+from formiga_bt.lang.text.synonyms import is_sure, nearest
 from formiga_bt.lang.types import Type
-from formiga_bt.units import LARGEST
 
 _SWITCHED: Final = ("enum", "text", "int")
 """Types of which a value can be named exactly, in one word of the file."""

@@ -4,15 +4,12 @@ import re
 from collections.abc import Mapping
 from typing import Final
 
-from formiga_bt.diagnostics import Mark
+from formiga_bt.base.diagnostics import Mark
 from formiga_bt.lang.body import Body
-from formiga_bt.lang.document import Scalar
 from formiga_bt.lang.model import ActionSpec, Who
-from formiga_bt.lang.reading import (
-    fix_word,
-    quoted_list,
-)
-from formiga_bt.lang.synonyms import action_for, is_sure, nearest
+from formiga_bt.lang.text.document import Scalar
+from formiga_bt.lang.text.reading import fix_word, quoted_list
+from formiga_bt.lang.text.synonyms import action_for, is_sure, nearest
 
 _NOT_HELD: Final = "it may be looked at and asked; to command one, declare a role under agents:"
 _NAMED_ONLY: Final = "declare a role under agents: with id: ${%s}, and command that"

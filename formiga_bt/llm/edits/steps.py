@@ -4,13 +4,13 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
+from formiga_bt.base.units import parse_quantity
 from formiga_bt.llm.records import Shortfall
 from formiga_bt.llm.shaping.walking import INNER
 from formiga_bt.llm.vocabulary import Verb
 from formiga_bt.llm.words.amounts import Amount
 from formiga_bt.llm.words.wording import Words
 from formiga_bt.llm.world import World
-from formiga_bt.units import parse_quantity
 
 Step = Mapping[str, Any]
 Path = tuple[str | int, ...]

@@ -5,6 +5,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import Final
 
+from formiga_bt.base.units import NUMBER, UNIT, parse_quantity
 from formiga_bt.lang.model import Task
 from formiga_bt.llm.judging.plain import code_of
 from formiga_bt.llm.records import Shortfall
@@ -12,7 +13,6 @@ from formiga_bt.llm.shaping.teams import gap_of
 from formiga_bt.llm.words.amounts import IN_FULL, NUMBER_WORDS, NUMBERS, Amount
 from formiga_bt.llm.words.triangles import TRIANGLE
 from formiga_bt.llm.words.wording import Words
-from formiga_bt.units import NUMBER, UNIT, parse_quantity
 
 _QUANTITY: Final = re.compile(rf"(?<![\w.])({NUMBER})\s*({UNIT})(?![\w%])", re.ASCII)
 _TIMES: Final = re.compile(

@@ -4,12 +4,12 @@ import re
 from collections.abc import Iterator, Mapping
 from typing import Final
 
+from formiga_bt.base.units import parse_quantity
 from formiga_bt.lang.model import Task
 from formiga_bt.llm.judging.plain import code_of, is_refused
 from formiga_bt.llm.records import Shortfall
 from formiga_bt.llm.words.amounts import Amount
 from formiga_bt.llm.words.wording import Words
-from formiga_bt.units import parse_quantity
 
 _SIDES: Final[Mapping[str, tuple[str, int]]] = {
     "north": ("north", 1), "south": ("north", -1), "east": ("east", 1), "west": ("east", -1),

@@ -9,10 +9,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Final
 
-from formiga_bt.lang.formatting import format_text
-from formiga_bt.lang.llm_in import to_yaml
+from formiga_bt.lang.json_form.reading import to_yaml
 from formiga_bt.lang.loader import load_task_text
 from formiga_bt.lang.model import Task
+from formiga_bt.lang.text.formatting import format_text
 from formiga_bt.llm.envelope import Answer, Form
 from formiga_bt.llm.judging.answers import answers, hangs_on_answer
 from formiga_bt.llm.judging.compare import OF_CHANGES, compare
@@ -141,7 +141,7 @@ def _plain(default: Any) -> str:
 
 
 def _said(words: Words, text: str) -> str:
-    from formiga_bt.units import parse_quantity
+    from formiga_bt.base.units import parse_quantity
 
     amount = parse_quantity(text)
     if amount is not None:

@@ -5,18 +5,18 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Final
 
-from formiga_bt.diagnostics import Diagnostic, UnknownName
-from formiga_bt.errors import FormigaError
+from formiga_bt.base.diagnostics import Diagnostic, UnknownName
+from formiga_bt.base.errors import FormigaError
 from formiga_bt.lang.model import Site, Task
 from formiga_bt.llm.records import Flight, Shortfall
 from formiga_bt.llm.world import World
 from formiga_bt.show.facts import Chart, Point, Track
 
 if TYPE_CHECKING:
-    from formiga_bt.engine.records import TaskRecord
-    from formiga_bt.rehearsal import Rehearsal
-    from formiga_bt.show.rows import ActionRow
-    from formiga_bt.show.runlog import RunLog
+    from formiga_bt.engine.kernel.records import TaskRecord
+    from formiga_bt.rehearsal.rehearsal import Rehearsal
+    from formiga_bt.show.history.rows import ActionRow
+    from formiga_bt.show.history.runlog import RunLog
 
 LIMIT_S: Final = 6 * 3600.0
 OVER_M: Final = 8.0
@@ -50,8 +50,8 @@ def fly(
         limit_s: of virtual time; who is not done then is UNFINISHED.
         says: what people answer instead, where it is an option.
     """
-    from formiga_bt.lang.binding import bind_params
-    from formiga_bt.rehearsal import START, Rehearsal, fleet_of, patience, simulated
+    from formiga_bt.lang.request.binding import bind_params
+    from formiga_bt.rehearsal.rehearsal import START, Rehearsal, fleet_of, patience, simulated
 
     values, problems, _ = bind_params(task, dict(params or {}), world.site, START)
     if problems:
@@ -75,8 +75,8 @@ def fly(
 
 
 def _flight(rehearsal: "Rehearsal", task_id: str, tasks: list[Task], world: World, *, in_time: bool) -> Flight:
-    from formiga_bt.show.folded import FoldedSource
-    from formiga_bt.show.runlog import RunLog
+    from formiga_bt.show.history.folded import FoldedSource
+    from formiga_bt.show.history.runlog import RunLog
 
     log = RunLog()
     for step in rehearsal.steps:

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from typing import Final
 
-from formiga_bt.geo import Place
+from formiga_bt.base.geo import Place
 from formiga_bt.llm.judging.outcome import OVER_M
 from formiga_bt.llm.judging.plain import code_of, is_refused
 from formiga_bt.llm.records import Flight, Shortfall

@@ -10,11 +10,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Final
 
+from formiga_bt.base.units import NUMBER, UNIT, parse_quantity
 from formiga_bt.lang.expr.helpers import STANDARD
 from formiga_bt.lang.model import Site
 from formiga_bt.llm.records import Value
 from formiga_bt.llm.words.wording import Words
-from formiga_bt.units import NUMBER, UNIT, parse_quantity
 
 ASSUMED: Final = "assumed"
 _INSIDE: Final = re.compile(rf"(?<![\w.'])({NUMBER})\s*({UNIT})(?![\w%])", re.ASCII)

@@ -10,11 +10,11 @@ from copy import deepcopy
 from dataclasses import dataclass, field
 from typing import Any, Final
 
-from formiga_bt.diagnostics import CommandedTwice, Diagnostic, LeftAirborne, OnGround, UnusedName
-from formiga_bt.lang.llm_in import LoadedJson, Problem, load_task_json
-from formiga_bt.lang.llm_out import from_yaml
+from formiga_bt.base.diagnostics import CommandedTwice, Diagnostic, LeftAirborne, OnGround, UnusedName
+from formiga_bt.lang.json_form.reading import LoadedJson, Problem, load_task_json
+from formiga_bt.lang.json_form.writing import from_yaml
 from formiga_bt.lang.loader import load_task_text
-from formiga_bt.lang.mending import mend
+from formiga_bt.lang.text.fixing import mend
 from formiga_bt.llm.world import World
 
 MOST: Final = 12

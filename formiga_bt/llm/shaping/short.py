@@ -16,7 +16,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Final
 
-from formiga_bt.lang.llm_form import field_key
+from formiga_bt.lang.json_form.words import field_key
 from formiga_bt.llm.shaping.asking import as_asked
 from formiga_bt.llm.shaping.lifting import Lifter, split_list
 from formiga_bt.llm.shaping.moves import FLYING, HEIGHT, Moves

@@ -9,6 +9,7 @@ import re
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import Any, Final
 
+from formiga_bt.base.units import parse_quantity
 from formiga_bt.llm.shaping.lifting import bare
 from formiga_bt.llm.shaping.moves import HEIGHT
 from formiga_bt.llm.shaping.walking import INNER, all_steps
@@ -16,7 +17,6 @@ from formiga_bt.llm.vocabulary import Verb
 from formiga_bt.llm.words.amounts import Amount
 from formiga_bt.llm.words.endings import stations
 from formiga_bt.llm.words.wording import Words
-from formiga_bt.units import parse_quantity
 
 _PORT: Final = re.compile(r"(?:(?:its|the|their|his|her|own|home|landing)[ _]*)*port|(?:its[ _]*)?home", re.IGNORECASE)
 _TO_A_PLACE: Final = ("FlyTo", "GoTo", "LandIn", "FlyAndLand")

@@ -7,12 +7,12 @@ import re
 from collections.abc import Mapping
 from typing import Any, Final
 
+from formiga_bt.base.units import parse_quantity
 from formiga_bt.llm.shaping.lifting import bare, split_list
 from formiga_bt.llm.shaping.teams import gap_of
 from formiga_bt.llm.shaping.walking import INNER, all_steps
 from formiga_bt.llm.words.wording import Words
 from formiga_bt.llm.world import World
-from formiga_bt.units import parse_quantity
 
 _SIDE: Final = re.compile(
     r"\b(?:(?:north|south|east|west)\w*|norte|sur|este|oeste|n[oe]r?[od]este|sureste|suroeste|offset|[NSEW])\b",

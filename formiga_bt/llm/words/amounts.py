@@ -9,8 +9,8 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Final
 
+from formiga_bt.base.units import UNITS
 from formiga_bt.llm.words.spoken import is_english
-from formiga_bt.units import UNITS
 
 NUMBERS: Final[Mapping[str, int]] = {
     # English

@@ -7,10 +7,10 @@ certain that none is named in words that nobody here knows.
 import re
 from typing import Final
 
+from formiga_bt.base.units import UNITS
 from formiga_bt.llm.words.amounts import NUMBERS, OTHER_UNITS, UNIT_WORDS
 from formiga_bt.llm.words.wording import DRONES, LIGHT_HEAVY, PEOPLE, Words, types_said
 from formiga_bt.llm.world import World
-from formiga_bt.units import UNITS
 
 _LOOK: Final = """
     look looks looking check checks checking inspect inspects inspecting watch watches watching observe observes see

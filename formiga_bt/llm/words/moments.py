@@ -9,7 +9,7 @@ A sentence can turn its order round (`before`, `once allowed`). What may be turn
 import re
 from typing import Final, Literal
 
-from formiga_bt.geo import Place
+from formiga_bt.base.geo import Place
 from formiga_bt.llm.words.question_words import AGREES, ASKED, CASE, DET, clause_of
 from formiga_bt.llm.words.wording import Words
 from formiga_bt.llm.world import World

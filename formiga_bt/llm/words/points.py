@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Final
 
-from formiga_bt.geo import Frame, Place
+from formiga_bt.base.geo import Frame, Place
 from formiga_bt.lang.model import Site
 from formiga_bt.llm.world import World
 

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Final
 
-from formiga_bt.diagnostics import Mark
+from formiga_bt.base.diagnostics import Mark
 from formiga_bt.lang import model
 from formiga_bt.lang.model import Expr, Param, Role, Step, Subtree, Task
 from formiga_bt.lang.walk import children

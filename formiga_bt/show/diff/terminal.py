@@ -11,12 +11,12 @@ from typing import Final
 
 from formiga_bt.lang import model
 from formiga_bt.lang.model import Param, Role, Step
-from formiga_bt.show import phrases
 from formiga_bt.show.diff.caution import Caution
 from formiga_bt.show.diff.changes import Change, Difference
 from formiga_bt.show.diff.outline import Node
 from formiga_bt.show.facts import Spot
-from formiga_bt.show.terminal import Line, Piece, columns_of, cut_to, safe
+from formiga_bt.show.tree import phrases
+from formiga_bt.show.tree.terminal import Line, Piece, columns_of, cut_to, safe
 
 _STYLES: Final = {"+": "success", "-": "failure", "~": "warn", ">": "kind", " ": "plain"}
 _SIGNS: Final = {"added": "+", "removed": "-", "changed": "~", "renamed": "~", "moved": ">"}

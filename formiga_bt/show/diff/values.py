@@ -8,13 +8,13 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, Final
 
-from formiga_bt.diagnostics import Mark
-from formiga_bt.lang.document import Listing, Mapping_, Node, Scalar, parse
+from formiga_bt.base.diagnostics import Mark
+from formiga_bt.base.units import format_quantity, parse_quantity
 from formiga_bt.lang.expr.interpolation import holes
 from formiga_bt.lang.expr.tokens import ExprSyntax, Token, parse_expression
 from formiga_bt.lang.model import Expr
+from formiga_bt.lang.text.document import Listing, Mapping_, Node, Scalar, parse
 from formiga_bt.lang.types import AgentRef
-from formiga_bt.units import format_quantity, parse_quantity
 
 Atom = tuple[str, str]
 """Sort and text: (`name`, `drone`), (`subtree`, `Fetch`), (`distance`, `60`), (`text`, ...), (`sign`, `+`)."""

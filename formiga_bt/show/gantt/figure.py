@@ -7,7 +7,7 @@ measure, never by chance: a name that is wider than its bar gives way to its let
 from datetime import UTC, tzinfo
 from typing import TYPE_CHECKING, Any, Final
 
-from formiga_bt.clock import Micros
+from formiga_bt.base.clock import Micros
 from formiga_bt.show.clean import cleaned, cut
 from formiga_bt.show.facts import Timeline
 from formiga_bt.show.gantt.plan import KINDS, SIGNS, WAITS, Bar, Group, Kind, Plan, Rest, Row, Sign, planned

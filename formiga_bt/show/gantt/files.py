@@ -2,7 +2,7 @@
 
 from datetime import UTC, tzinfo
 
-from formiga_bt.clock import Micros
+from formiga_bt.base.clock import Micros
 from formiga_bt.show.facts import Timeline
 from formiga_bt.show.picture import Format
 

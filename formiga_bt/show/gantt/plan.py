@@ -9,8 +9,8 @@ from typing import Final, Literal
 from msgspec import Struct
 from msgspec.structs import replace
 
-from formiga_bt.clock import Micros
-from formiga_bt.errors import UnusableFile
+from formiga_bt.base.clock import Micros
+from formiga_bt.base.errors import UnusableFile
 from formiga_bt.show.facts import ActionFact, TaskFact, Timeline, Waiting
 from formiga_bt.show.ticks import lasted
 

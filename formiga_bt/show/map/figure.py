@@ -8,7 +8,7 @@ import math
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Final
 
-from formiga_bt.clock import SECOND
+from formiga_bt.base.clock import SECOND
 from formiga_bt.show.clean import cleaned, cut
 from formiga_bt.show.facts import Chart, Mark, Shape, Track
 from formiga_bt.show.map.labels import Places, Rect, along

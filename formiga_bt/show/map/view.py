@@ -12,7 +12,7 @@ from typing import Final
 from msgspec import Struct
 from msgspec.structs import replace
 
-from formiga_bt.clock import Micros
+from formiga_bt.base.clock import Micros
 from formiga_bt.show.facts import Chart, Mark, Point, Shape, Track
 
 LEAST_M: Final = 20.0

@@ -6,7 +6,7 @@ Pure functions over a state, part of `why`.
 from collections.abc import Iterator, Mapping
 from typing import Final
 
-from formiga_bt.engine.records import Request, TaskRecord, Verdict
+from formiga_bt.engine.kernel.records import Request, TaskRecord, Verdict
 from formiga_bt.show.facts import Because
 
 KEPT: Final[Mapping[str, str]] = {

@@ -10,10 +10,10 @@ from typing import Final, assert_never
 
 from msgspec import Struct
 
-from formiga_bt.engine.drains import is_over
-from formiga_bt.engine.records import GoalRecord, Question, Request, TaskRecord, Tidy
-from formiga_bt.engine.state import EngineState
-from formiga_bt.engine.timers import (
+from formiga_bt.engine.kernel.drains import is_over
+from formiga_bt.engine.kernel.records import GoalRecord, Question, Request, TaskRecord, Tidy
+from formiga_bt.engine.kernel.state import EngineState
+from formiga_bt.engine.kernel.timers import (
     AcceptDue,
     AllocationDue,
     CancelDue,

@@ -5,9 +5,9 @@ from typing import Final
 
 from msgspec.structs import replace
 
+from formiga_bt.base.geo import mm
 from formiga_bt.engine.allocator.cost import M_PER_POINT, PREFERRED, UNREACHABLE
-from formiga_bt.engine.records import TaskRecord, Verdict
-from formiga_bt.geo import mm
+from formiga_bt.engine.kernel.records import TaskRecord, Verdict
 from formiga_bt.show.facts import Because
 from formiga_bt.show.why.scene import Scene, deeper
 from formiga_bt.show.why.waiting import OTHER_ROLE, refusals

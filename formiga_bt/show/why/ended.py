@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from typing import Final
 
-from formiga_bt.engine.records import TaskRecord
+from formiga_bt.engine.kernel.records import TaskRecord
 from formiga_bt.lang.places import static_path
 from formiga_bt.show.facts import ActionFact, Because
 from formiga_bt.show.why.scene import Scene

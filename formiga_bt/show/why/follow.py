@@ -7,7 +7,7 @@ deeper than what it explains. What was met before is not told again: then they w
 from collections.abc import Iterator
 from typing import Final
 
-from formiga_bt.engine.records import GoalRecord, TaskRecord
+from formiga_bt.engine.kernel.records import GoalRecord, TaskRecord
 from formiga_bt.show.facts import Because
 from formiga_bt.show.lapse import cleared_machine
 from formiga_bt.show.why.goals import goal_line, question_line, questions, silence_line

@@ -4,11 +4,11 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 
 from msgspec.structs import replace
 
-from formiga_bt.clock import Micros
-from formiga_bt.engine.library import newest_of
-from formiga_bt.engine.records import TaskRecord
-from formiga_bt.engine.state import EngineState
-from formiga_bt.errors import TaskError
+from formiga_bt.base.clock import Micros
+from formiga_bt.base.errors import TaskError
+from formiga_bt.engine.kernel.library import newest_of
+from formiga_bt.engine.kernel.records import TaskRecord
+from formiga_bt.engine.kernel.state import EngineState
 from formiga_bt.lang.model import Catalogue, Task
 from formiga_bt.show.facts import ActionFact, Because
 from formiga_bt.show.why.aside import earlier_runs

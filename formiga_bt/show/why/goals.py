@@ -2,8 +2,8 @@
 
 from collections.abc import Iterator
 
-from formiga_bt.engine.records import AgentRecord, GoalRecord, Question, TaskRecord
-from formiga_bt.engine.timers import EscalationDue
+from formiga_bt.engine.kernel.records import AgentRecord, GoalRecord, Question, TaskRecord
+from formiga_bt.engine.kernel.timers import EscalationDue
 from formiga_bt.show.facts import Because
 from formiga_bt.show.lapse import lapses_at
 from formiga_bt.show.why.scene import Scene

@@ -5,9 +5,9 @@ Pure functions over a state. They ask what the engine itself asks (`engine.conti
 
 from collections.abc import Iterator
 
-from formiga_bt.engine.continuing import came_down, obstacle
-from formiga_bt.engine.records import AgentRecord, TaskRecord
-from formiga_bt.engine.state import EngineState
+from formiga_bt.engine.kernel.records import AgentRecord, TaskRecord
+from formiga_bt.engine.kernel.state import EngineState
+from formiga_bt.engine.orders.continuing import came_down, obstacle
 from formiga_bt.lang.model import Catalogue
 from formiga_bt.show.listed import listing
 

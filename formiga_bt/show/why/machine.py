@@ -5,7 +5,7 @@ Pure functions over a state; the counterpart of `why`, which explains tasks.
 
 from collections.abc import Iterator
 
-from formiga_bt.engine.records import AgentRecord
+from formiga_bt.engine.kernel.records import AgentRecord
 from formiga_bt.show.facts import Because
 from formiga_bt.show.why.follow import behind_gate, behind_task
 from formiga_bt.show.why.goals import goal_line, question_line

@@ -2,9 +2,9 @@
 
 from collections.abc import Iterator
 
-from formiga_bt.engine.pace import throttled
-from formiga_bt.engine.records import GoalRecord, TaskRecord
-from formiga_bt.engine.timers import TaskTime
+from formiga_bt.engine.kernel.pace import throttled
+from formiga_bt.engine.kernel.records import GoalRecord, TaskRecord
+from formiga_bt.engine.kernel.timers import TaskTime
 from formiga_bt.lang.model import WAKES_A_SECOND
 from formiga_bt.show.facts import Because
 from formiga_bt.show.why.follow import behind_gate, behind_task

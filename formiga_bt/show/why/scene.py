@@ -5,11 +5,11 @@ from dataclasses import dataclass, field
 
 from msgspec.structs import replace
 
-from formiga_bt.clock import Micros
-from formiga_bt.engine.library import model_of
-from formiga_bt.engine.records import AgentRecord, TaskRecord
-from formiga_bt.engine.state import EngineState
-from formiga_bt.engine.timers import NodeDue, TaskDue, TaskTime
+from formiga_bt.base.clock import Micros
+from formiga_bt.engine.kernel.library import model_of
+from formiga_bt.engine.kernel.records import AgentRecord, TaskRecord
+from formiga_bt.engine.kernel.state import EngineState
+from formiga_bt.engine.kernel.timers import NodeDue, TaskDue, TaskTime
 from formiga_bt.lang.model import Catalogue, Step, Task
 from formiga_bt.show.facts import ActionFact, Because
 from formiga_bt.show.why.places import StepPlaces

@@ -6,10 +6,10 @@ is not known.
 
 from typing import Final
 
-from formiga_bt.clock import Micros
-from formiga_bt.engine.records import AgentRecord, Lockdown, StandingOrder
-from formiga_bt.engine.state import EngineState
-from formiga_bt.engine.timers import OrderDue
+from formiga_bt.base.clock import Micros
+from formiga_bt.engine.kernel.records import AgentRecord, Lockdown, StandingOrder
+from formiga_bt.engine.kernel.state import EngineState
+from formiga_bt.engine.kernel.timers import OrderDue
 from formiga_bt.show.why.words import span
 
 STOPPED: Final = ("hold", "return", "land", "cut")

@@ -6,10 +6,10 @@ Pure functions over a state, part of `why`.
 import math
 from collections.abc import Iterator
 
-from formiga_bt.engine.continuing import came_down, climbs_to_m, is_done
-from formiga_bt.engine.continuing import cannot as cannot_continue
-from formiga_bt.engine.records import AgentRecord, GoalRecord, TaskRecord
-from formiga_bt.engine.state import EngineState
+from formiga_bt.engine.kernel.records import AgentRecord, GoalRecord, TaskRecord
+from formiga_bt.engine.kernel.state import EngineState
+from formiga_bt.engine.orders.continuing import came_down, climbs_to_m, is_done
+from formiga_bt.engine.orders.continuing import cannot as cannot_continue
 from formiga_bt.lang.model import Catalogue
 from formiga_bt.show.facts import Because
 from formiga_bt.show.why.going_on import in_the_way, ways_on

@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Sequence
 from typing import Final
 
-from formiga_bt.engine.records import PRIORITIES, Request, RoleRequest, TaskRecord, Verdict
+from formiga_bt.engine.kernel.records import PRIORITIES, Request, RoleRequest, TaskRecord, Verdict
 from formiga_bt.show.facts import Because
 from formiga_bt.show.why.aside import detail, making_room
 from formiga_bt.show.why.follow import behind_machine, behind_task

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from formiga_bt.engine.records import TaskRecord
+from formiga_bt.engine.kernel.records import TaskRecord
 from formiga_bt.lang.model import WaitFor
 from formiga_bt.nodes.memory import LoopMem, RetryMem, WaitForMem, WaitMem
 from formiga_bt.show.facts import Because

@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Mapping
 from typing import Final
 
-from formiga_bt.clock import Micros
+from formiga_bt.base.clock import Micros
 from formiga_bt.transport.messages import PreflightCheck
 
 VERDICTS: Final[Mapping[str, str]] = {

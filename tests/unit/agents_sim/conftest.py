@@ -7,7 +7,7 @@ import pytest
 
 from agents_sim.referee import Referee
 from agents_sim.world import SimFleet
-from formiga_bt.clock import SECOND, Micros, VirtualScheduler, micros
+from formiga_bt.base.clock import SECOND, Micros, VirtualScheduler, micros
 from formiga_bt.transport.memory import MemoryHub
 from formiga_bt.transport.messages import (
     TERMINAL,

@@ -8,7 +8,7 @@ import pytest
 from agents_sim.__main__ import parse, read_spec
 from agents_sim.launch import FleetProcesses, command
 from agents_sim.world import AgentSpec
-from formiga_bt.geo import Place, Position
+from formiga_bt.base.geo import Place, Position
 
 
 @pytest.mark.parametrize(

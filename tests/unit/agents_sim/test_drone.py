@@ -3,8 +3,8 @@
 import pytest
 
 from agents_sim.world import AgentSpec
-from formiga_bt.clock import SECOND
-from formiga_bt.geo import Place, Position
+from formiga_bt.base.clock import SECOND
+from formiga_bt.base.geo import Place, Position
 from tests.unit.agents_sim.conftest import World, point
 
 HWD = AgentSpec(id="hwd_1", type="hwd", at=Place(0.0, 20.0), battery=90.0, home=Place(0.0, 20.0))

@@ -5,7 +5,7 @@ import pytest
 from agents_sim.finder import Finder
 from agents_sim.limits import PersonLimits
 from agents_sim.world import AgentSpec
-from formiga_bt.geo import Place, Position, horizontal_m
+from formiga_bt.base.geo import Place, Position, horizontal_m
 from tests.unit.agents_sim.conftest import World, point
 
 LOST = AgentSpec(id="picker_1", type="picker", at=Place(200.0, 100.0))

@@ -7,8 +7,8 @@ import pytest
 from agents_sim.ledger import BodyFile, Ledger, MotionNote, NoteTaker, Saved, judge
 from agents_sim.motion import BodyState, Segment
 from agents_sim.referee import Referee
-from formiga_bt.clock import SECOND
-from formiga_bt.geo import Place, Position
+from formiga_bt.base.clock import SECOND
+from formiga_bt.base.geo import Place, Position
 
 LEG = Segment(0, Position(0.0, 0.0, 60.0), 10 * SECOND, Position(100.0, 0.0, 60.0))
 BODY = BodyState(LEG, "cruise", 80.0, 0, 0.1, Place(0.0, 0.0))

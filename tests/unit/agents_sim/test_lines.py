@@ -14,7 +14,7 @@ from agents_sim.goalbook import GoalBook, read_books
 from agents_sim.ledger import BodyFile, Saved
 from agents_sim.lines import CALM_US, Disk, Lines
 from agents_sim.motion import BodyState, Segment
-from formiga_bt.geo import Place, Position
+from formiga_bt.base.geo import Place, Position
 
 STANDS = Position(0.0, 0.0, 0.0)
 BODY = BodyState(Segment(0, STANDS, 0, STANDS), "rest", 80.0, 0, 0.1, Place(0.0, 0.0))

@@ -3,8 +3,8 @@
 import pytest
 
 from agents_sim.world import AgentSpec
-from formiga_bt.clock import SECOND
-from formiga_bt.geo import Place, Position
+from formiga_bt.base.clock import SECOND
+from formiga_bt.base.geo import Place, Position
 from formiga_bt.transport.messages import AgentGone, AgentSeen, ClockBeat, GoalRequest
 from tests.unit.agents_sim.conftest import World, point
 

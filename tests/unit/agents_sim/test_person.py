@@ -6,8 +6,8 @@ import pytest
 
 from agents_sim.person import BadScriptError, read_rules, write_rules
 from agents_sim.world import AgentSpec
-from formiga_bt.clock import SECOND
-from formiga_bt.geo import Place
+from formiga_bt.base.clock import SECOND
+from formiga_bt.base.geo import Place
 from tests.unit.agents_sim.conftest import World
 
 LOADED = {"match": "loaded", "options": ["not_yet", "loaded"], "after": "4 s"}

@@ -3,7 +3,7 @@
 import pytest
 
 from agents_sim.planning import LOWEST_HOVER_M, plan
-from formiga_bt.geo import Position
+from formiga_bt.base.geo import Position
 from formiga_bt.transport.messages import GoalRequest
 
 

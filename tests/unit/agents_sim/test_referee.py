@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 from agents_sim.motion import Segment, closest_approach
 from agents_sim.referee import Referee
 from agents_sim.world import AgentSpec
-from formiga_bt.clock import SECOND
-from formiga_bt.geo import Place, Position, distance_m
+from formiga_bt.base.clock import SECOND
+from formiga_bt.base.geo import Place, Position, distance_m
 from formiga_bt.transport.messages import Clearance
 from tests.unit.agents_sim.conftest import World, point
 

@@ -6,8 +6,8 @@ from agents_sim.faults import Order
 from agents_sim.limits import DroneLimits
 from agents_sim.motion import ground_speed
 from agents_sim.world import AgentSpec
-from formiga_bt.energy import power_of, way_pct
-from formiga_bt.geo import Place, Position
+from formiga_bt.base.energy import power_of, way_pct
+from formiga_bt.base.geo import Place, Position
 from formiga_bt.transport.messages import AgentSeen
 from tests.unit.agents_sim.conftest import World, point
 

@@ -3,7 +3,7 @@
 import pytest
 
 from agents_sim.world import AgentSpec
-from formiga_bt.geo import Place, Position
+from formiga_bt.base.geo import Place, Position
 from formiga_bt.transport.messages import AgentGone, AgentSeen, BadMessage
 from tests.unit.agents_sim.conftest import World, point
 

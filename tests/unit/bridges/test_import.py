@@ -12,8 +12,8 @@ from formiga_bt.bridges.elements import parse as parse_xml
 from formiga_bt.bridges.elements import write
 from formiga_bt.bridges.table import TROUBLES
 from formiga_bt.cli.inputs import World
-from formiga_bt.lang.document import parse
 from formiga_bt.lang.loader import load_task_text
+from formiga_bt.lang.text.document import parse
 from tests.unit.bridges.conftest import ROOT
 
 FOREIGN = sorted((ROOT / "tests" / "unit" / "bridges" / "foreign").glob("*.xml"))

@@ -12,7 +12,7 @@ import pytest
 
 from formiga_bt.bridges.btcpp_out import export_btcpp
 from formiga_bt.cli.inputs import World, find_tasks, read_task
-from formiga_bt.engine import changes as ch
+from formiga_bt.engine.kernel import changes as ch
 from formiga_bt.lang.loader import load_task_text
 from tests.property.strategies import task_text
 from tests.property.world import CARTS, Deed, Event, yard

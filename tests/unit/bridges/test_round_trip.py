@@ -8,10 +8,10 @@ import pytest
 from formiga_bt.bridges.btcpp_in import import_btcpp
 from formiga_bt.bridges.btcpp_out import export_btcpp
 from formiga_bt.cli.inputs import World, find_tasks, read_task
-from formiga_bt.lang.formatting import format_text
 from formiga_bt.lang.kinds import KINDS
 from formiga_bt.lang.loader import load_task_text
 from formiga_bt.lang.model import Catalogue, Task
+from formiga_bt.lang.text.formatting import format_text
 from tests.property.strategies import task_text
 from tests.property.world import yard
 from tests.unit.bridges.alike import differences, said

@@ -5,18 +5,18 @@ from pathlib import Path
 
 import pytest
 
-from formiga_bt.casework import running
-from formiga_bt.casework.cases import CaseFile
-from formiga_bt.casework.codes import is_code, read_code, written_code
-from formiga_bt.casework.coverage import Coverage
-from formiga_bt.casework.judging import diff, fits, judge
-from formiga_bt.casework.reading import load_cases
-from formiga_bt.casework.running import Came, Sent, play
-from formiga_bt.diagnostics import Mark
-from formiga_bt.lang.document import Scalar
-from formiga_bt.lang.reading import Problems
+from formiga_bt.base.diagnostics import Mark
+from formiga_bt.lang.text.document import Scalar
+from formiga_bt.lang.text.reading import Problems
 from formiga_bt.nodes.base import Node
-from formiga_bt.testing import packaged_world
+from formiga_bt.rehearsal.cases import running
+from formiga_bt.rehearsal.cases.cases import CaseFile
+from formiga_bt.rehearsal.cases.codes import is_code, read_code, written_code
+from formiga_bt.rehearsal.cases.coverage import Coverage
+from formiga_bt.rehearsal.cases.judging import diff, fits, judge
+from formiga_bt.rehearsal.cases.reading import load_cases
+from formiga_bt.rehearsal.cases.running import Came, Sent, play
+from formiga_bt.rehearsal.testing import packaged_world
 
 CATALOGUE = packaged_world()[1]
 Read = Callable[..., CaseFile]

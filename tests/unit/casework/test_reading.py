@@ -8,10 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from formiga_bt.casework.reading import load_cases
-from formiga_bt.diagnostics import render
-from formiga_bt.packaged import folder
-from formiga_bt.testing import packaged_world
+from formiga_bt.base.diagnostics import render
+from formiga_bt.base.packaged import folder
+from formiga_bt.rehearsal.cases.reading import load_cases
+from formiga_bt.rehearsal.testing import packaged_world
 
 MUSEUM = Path(__file__).parents[2] / "casework_errors"
 FILES = sorted(path.name for path in MUSEUM.glob("*.yaml"))

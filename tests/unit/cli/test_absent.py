@@ -6,11 +6,11 @@ from typing import Any
 
 import pytest
 
-from formiga_bt.cli import absent, sim_fleet, sim_live
-from formiga_bt.cli.absent import check_absent
+from formiga_bt.base.errors import FormigaError
 from formiga_bt.cli.app import run
 from formiga_bt.cli.calling import NoEngine
-from formiga_bt.errors import FormigaError
+from formiga_bt.cli.integrator import absent, sim_fleet, sim_live
+from formiga_bt.cli.integrator.absent import check_absent
 
 Capture = pytest.CaptureFixture[str]
 

@@ -5,11 +5,11 @@ from pathlib import Path
 
 import pytest
 
+from formiga_bt.base.errors import UnusableFile
+from formiga_bt.base.person_secrets import LEAST_N, SECRETS, hashed, read_secrets, write_secret
 from formiga_bt.cli import proving
 from formiga_bt.cli.app import run
-from formiga_bt.cli.init import SITE
-from formiga_bt.errors import UnusableFile
-from formiga_bt.person_secrets import LEAST_N, SECRETS, hashed, read_secrets, write_secret
+from formiga_bt.cli.author.init import SITE
 from tests.e2e.terminal import at_terminal
 
 Capture = pytest.CaptureFixture[str]
@@ -24,7 +24,7 @@ def folder(tmp_path: Path, monkeypatch: Patch) -> Path:
     text = SITE.format(name="meadow").replace("mode: simulation", "mode: real")
     (tmp_path / "site.yaml").write_text(text.replace("people: {watchers: [watcher_1]}\n", REAL), encoding="utf-8")
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("formiga_bt.cli.access.hashed", lambda secret: hashed(secret, (LEAST_N, 8, 1)))
+    monkeypatch.setattr("formiga_bt.cli.orders.access.hashed", lambda secret: hashed(secret, (LEAST_N, 8, 1)))
     return tmp_path / ".formiga" / "meadow"
 
 
@@ -153,7 +153,7 @@ def test_a_word_that_was_set_by_somebody_else_meanwhile_is_not_replaced(
         write_secret(folder, "ann", hashed(SECOND, (LEAST_N, 8, 1)))
         return FIRST
 
-    monkeypatch.setattr("formiga_bt.cli.access.new_secret", meanwhile)
+    monkeypatch.setattr("formiga_bt.cli.orders.access.new_secret", meanwhile)
     assert run(["access", "secret", "ann"]) == 1
     assert "set by somebody else meanwhile" in capfd.readouterr().err
     assert fits(folder, "ann", SECOND)

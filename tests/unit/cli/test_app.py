@@ -8,12 +8,12 @@ from types import SimpleNamespace
 import pytest
 
 from formiga_bt import __version__
+from formiga_bt.base.diagnostics import Diagnostic, Mark
+from formiga_bt.base.errors import TaskError, TreeError
 from formiga_bt.cli import app, main
 from formiga_bt.cli.app import run
 from formiga_bt.cli.inputs import UnusableFile
 from formiga_bt.cli.verbs import verbs
-from formiga_bt.diagnostics import Diagnostic, Mark
-from formiga_bt.errors import TaskError, TreeError
 
 HEAVY = {"numpy", "lap", "zenoh", "py_trees", "pyproj", "shapely", "graphviz", "sqlalchemy"}
 

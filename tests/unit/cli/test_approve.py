@@ -7,12 +7,12 @@ from pathlib import Path
 
 import pytest
 
+from formiga_bt.base.durable import private_folder
+from formiga_bt.base.person_secrets import LEAST_N, hashed, write_secret
+from formiga_bt.base.site_folder import FLIGHTS, append_line
 from formiga_bt.cli.app import run
-from formiga_bt.cli.init import HELLO, SITE
-from formiga_bt.durable import private_folder
-from formiga_bt.person_secrets import LEAST_N, hashed, write_secret
+from formiga_bt.cli.author.init import HELLO, SITE
 from formiga_bt.services.crew import standing
-from formiga_bt.site_folder import FLIGHTS, append_line
 from tests.e2e.terminal import at_terminal
 
 REAL = "people: {watchers: [watcher_1], approvers: [ann, bob]}\npilots: [{id: pia, max_airborne: 1}]\n"

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from formiga_bt.cli.app import run
-from formiga_bt.cli.rewriting import rewrite
+from formiga_bt.cli.author.rewriting import rewrite
 
 BAD = "formiga: 1\ntask: Example\nsteps:\n  - sleep: 5 s\n  - wait: 15\n"
 LOOSE = "formiga:   1\ntask: Example   # odd: 3 %, a,b\nsteps:\n- wait:   5 s\n"

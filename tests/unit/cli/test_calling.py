@@ -4,9 +4,9 @@ import inspect
 
 import pytest
 
-from formiga_bt.cli import agents, inbox, tasks, why
-from formiga_bt.cli.show_out import title_of
-from formiga_bt.errors import UnusableFile
+from formiga_bt.base.errors import UnusableFile
+from formiga_bt.cli.author.show_out import title_of
+from formiga_bt.cli.operator import agents, inbox, tasks, why
 from formiga_bt.show.facts import Drawing, Spot, TaskFact, TaskPicture
 
 

@@ -5,8 +5,8 @@ from collections.abc import Iterator
 
 import pytest
 
-from formiga_bt.cli import demo as verb
 from formiga_bt.cli.app import run
+from formiga_bt.cli.integrator import demo as verb
 
 Capture = pytest.CaptureFixture[str]
 

@@ -6,9 +6,9 @@ from typing import Any
 
 import pytest
 
+from formiga_bt.base.site_folder import EngineAddress
 from formiga_bt.cli.app import run
 from formiga_bt.cli.calling import user
-from formiga_bt.site_folder import EngineAddress
 from tests.unit.llm.scripted import Scripted, fly_to, home, tree
 
 LOOK = "A light drone looks at the camp from 40 m for 30 seconds and comes home."
@@ -211,7 +211,7 @@ def test_nobody_is_asked_where_there_is_no_terminal(
 
 @pytest.fixture
 def terminal(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("formiga_bt.cli.draft._is_terminal", lambda: True)
+    monkeypatch.setattr("formiga_bt.cli.author.draft._is_terminal", lambda: True)
 
 
 @pytest.mark.usefixtures("terminal")
@@ -253,7 +253,7 @@ def test_whatever_stands_where_the_task_is_kept_the_draft_is_named(
 def test_a_real_site_wants_its_approver(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], here: Path
 ) -> None:
-    from formiga_bt.packaged import folder
+    from formiga_bt.base.packaged import folder
 
     text = (folder("trees") / "demo-site.yaml").read_text(encoding="utf-8")
     (here / "site.yaml").write_text(text.replace("mode: simulation", "mode: real") + REAL, encoding="utf-8")

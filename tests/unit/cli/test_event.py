@@ -5,8 +5,8 @@ from typing import Any
 
 import pytest
 
-from formiga_bt.cli import event
 from formiga_bt.cli.app import run
+from formiga_bt.cli.orders import event
 
 Capture = pytest.CaptureFixture[str]
 

@@ -6,8 +6,8 @@ from pathlib import Path
 import msgspec
 import pytest
 
+from formiga_bt.base.errors import TaskError
 from formiga_bt.cli.app import run
-from formiga_bt.errors import TaskError
 from formiga_bt.show.facts import Chart, Timeline
 from tests.unit.show.flown import PICKUP, SITE
 
@@ -32,8 +32,8 @@ class Asked:
 @pytest.fixture
 def asked(monkeypatch: pytest.MonkeyPatch) -> Asked:
     source = Asked()
-    monkeypatch.setattr("formiga_bt.cli.gantt.source_of", lambda *_: source)
-    monkeypatch.setattr("formiga_bt.cli.map.source_of", lambda *_: source)
+    monkeypatch.setattr("formiga_bt.cli.operator.gantt.source_of", lambda *_: source)
+    monkeypatch.setattr("formiga_bt.cli.operator.map.source_of", lambda *_: source)
     monkeypatch.setattr("formiga_bt.cli.picture_out.source_of", lambda *_: source)
     return source
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from formiga_bt.cli import hurry
+from formiga_bt.cli.orders import hurry
 
 
 class Paper:
@@ -63,7 +63,7 @@ def test_the_rest_is_left_to_the_verb(paper: Paper, line: str) -> None:
 
 
 def test_the_libraries_of_other_verbs_are_not_imported() -> None:
-    look = "import sys; sys.argv[1:] = ['x']; import formiga_bt.cli.app, formiga_bt.cli.hurry;" \
+    look = "import sys; sys.argv[1:] = ['x']; import formiga_bt.cli.app, formiga_bt.cli.orders.hurry;" \
         " print([m for m in ('typer', 'pydantic', 'msgspec', 'yaml') if m in sys.modules])"  # fmt: skip
 
     assert subprocess.run([sys.executable, "-c", look], capture_output=True, text=True, check=True).stdout == "[]\n"

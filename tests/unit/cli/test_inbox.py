@@ -2,7 +2,7 @@
 
 import pytest
 
-from formiga_bt.cli.inbox import answer_command, in_words
+from formiga_bt.cli.operator.inbox import answer_command, in_words
 
 
 def test_it_says_who_answers_where_several_could() -> None:

@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from formiga_bt.cli.keyboard import Keyboard
+from formiga_bt.cli.integrator.keyboard import Keyboard
 from formiga_bt.transport.desk import ConfirmFields, OpenQuestion
 
 

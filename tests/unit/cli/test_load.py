@@ -6,12 +6,12 @@ from typing import Any
 
 import pytest
 
+from formiga_bt.base.site_folder import EngineAddress
 from formiga_bt.cli import loading
 from formiga_bt.cli.app import run
 from formiga_bt.cli.client import ApiError
 from formiga_bt.cli.loading import is_file_word
-from formiga_bt.services import door
-from formiga_bt.site_folder import EngineAddress
+from formiga_bt.services.http import door
 
 Capture = pytest.CaptureFixture[str]
 LOOK = """\
@@ -76,8 +76,8 @@ def paper(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Paper:
         file.parent.mkdir(parents=True, exist_ok=True)
         file.write_text(text, encoding="utf-8")
     made = Paper(tmp_path)
-    monkeypatch.setattr("formiga_bt.cli.load.connect", lambda *_args: made)
-    monkeypatch.setattr("formiga_bt.cli.run.connect", lambda *_args: made)
+    monkeypatch.setattr("formiga_bt.cli.operator.load.connect", lambda *_args: made)
+    monkeypatch.setattr("formiga_bt.cli.operator.run.connect", lambda *_args: made)
     return made
 
 

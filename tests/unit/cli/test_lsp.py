@@ -2,8 +2,9 @@
 
 import pytest
 
-from formiga_bt.cli import lsp, main
-from formiga_bt.extras import install
+from formiga_bt.base.extras import install
+from formiga_bt.cli import main
+from formiga_bt.cli.integrator import lsp
 
 
 def test_without_the_extra_it_says_what_to_install(

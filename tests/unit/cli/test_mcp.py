@@ -4,8 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from formiga_bt.cli import main, mcp
-from formiga_bt.extras import install
+from formiga_bt.base.extras import install
+from formiga_bt.cli import main
+from formiga_bt.cli.integrator import mcp
 
 
 def refused(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], *words: str) -> str:

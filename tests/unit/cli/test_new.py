@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 
 from formiga_bt.cli.app import run
-from formiga_bt.cli.new import KINDS
-from formiga_bt.lang.formatting import format_text
+from formiga_bt.cli.author.new import KINDS
+from formiga_bt.lang.text.formatting import format_text
 
 
 @pytest.fixture(autouse=True)

@@ -9,8 +9,8 @@ import pytest
 
 from formiga_bt.cli.app import run
 from formiga_bt.cli.client import ApiError
-from formiga_bt.cli.down import losses
-from formiga_bt.cli.why import suggestions
+from formiga_bt.cli.operator.down import losses
+from formiga_bt.cli.operator.why import suggestions
 
 Capture = pytest.CaptureFixture[str]
 VERBS = (
@@ -367,7 +367,7 @@ def test_down_names_what_is_left_in_the_air_and_forgotten() -> None:
 
 
 def test_down_does_nothing_unconfirmed(paper: Paper, capsys: Capture, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("formiga_bt.cli.down.connect", lambda site: paper)
+    monkeypatch.setattr("formiga_bt.cli.operator.down.connect", lambda site: paper)
     monkeypatch.setattr(sys, "stdin", io.StringIO(""))
 
     assert run(["down"]) == 2

@@ -6,11 +6,11 @@ from typing import Any
 
 import pytest
 
+from formiga_bt.base.geo import Place, Region, horizontal_m
 from formiga_bt.cli.inputs import UnusableFile
 from formiga_bt.cli.params import read_params
-from formiga_bt.geo import Place, Region, horizontal_m
-from formiga_bt.lang.binding import bind_params
-from formiga_bt.testing import packaged_world, task_of
+from formiga_bt.lang.request.binding import bind_params
+from formiga_bt.rehearsal.testing import packaged_world, task_of
 
 RING = [[25.700, 66.501], [25.705, 66.501], [25.705, 66.503], [25.700, 66.501]]
 PATROL = "params: {region: region}\nagents: {w: {type: watcher, near: '${centroid(region)}'}}\nsteps: [{wait: 1 s}]\n"

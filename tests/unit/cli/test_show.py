@@ -9,15 +9,15 @@ from typing import Any
 import pytest
 from msgspec.structs import replace
 
+from formiga_bt.base.errors import TaskError
 from formiga_bt.cli.app import run
+from formiga_bt.cli.author.show_live import PERIOD_S, follow, window
+from formiga_bt.cli.author.show_out import Canvas
 from formiga_bt.cli.calling import NoEngine
 from formiga_bt.cli.inputs import read_task, read_world
-from formiga_bt.cli.show_live import PERIOD_S, follow, window
-from formiga_bt.cli.show_out import Canvas
-from formiga_bt.errors import TaskError
-from formiga_bt.show.drawing import drawing_of
 from formiga_bt.show.facts import Now, StepFact, TaskFact, TaskPicture, Top
-from formiga_bt.show.terminal import Line, Piece
+from formiga_bt.show.tree.drawing import drawing_of
+from formiga_bt.show.tree.terminal import Line, Piece
 
 TEXT = """formiga: 1
 task: Look
@@ -236,7 +236,7 @@ def test_a_tree_longer_than_the_terminal_shows_where_it_runs(running: int, shown
 def test_colours_are_for_terminals_that_want_them(
     env: dict[str, str], colour: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from formiga_bt.cli.show import coloured
+    from formiga_bt.cli.author.show import coloured
 
     monkeypatch.delenv("NO_COLOR", raising=False)
     monkeypatch.setenv("TERM", "xterm")

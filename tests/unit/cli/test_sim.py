@@ -8,11 +8,11 @@ from typing import Any
 
 import pytest
 
-from formiga_bt.cli import sim_live
+from formiga_bt.base.errors import FormigaError, SiteError
 from formiga_bt.cli.app import run
 from formiga_bt.cli.calling import ApiError, NoEngine
-from formiga_bt.cli.sim_fleet import SILENT_S, Heard
-from formiga_bt.errors import FormigaError, SiteError
+from formiga_bt.cli.integrator import sim_live
+from formiga_bt.cli.integrator.sim_fleet import SILENT_S, Heard
 from formiga_bt.lang.scenario import ScenarioOrder, ScenarioTask
 from formiga_bt.services.simulated import _take, check_unsimulated
 from formiga_bt.transport.messages import ClockBeat

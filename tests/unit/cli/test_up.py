@@ -7,12 +7,12 @@ from types import SimpleNamespace
 
 import pytest
 
+from formiga_bt.base.errors import UnusableFile
+from formiga_bt.base.geo import Place, Region
 from formiga_bt.cli.app import run
 from formiga_bt.cli.inputs import read_world
-from formiga_bt.cli.library import check_options, read_library
-from formiga_bt.cli.up import SHOWN, _banner, gaps, tell_others
-from formiga_bt.errors import UnusableFile
-from formiga_bt.geo import Place, Region
+from formiga_bt.cli.operator.library import check_options, read_library
+from formiga_bt.cli.operator.up import SHOWN, _banner, gaps, tell_others
 from formiga_bt.journal.store import Journal
 from formiga_bt.lang.model import Site, SiteAgent
 from formiga_bt.services.not_served import NotServed

@@ -6,10 +6,10 @@ from typing import Any
 
 import pytest
 
-from formiga_bt.cli import watch as module
 from formiga_bt.cli.app import run
 from formiga_bt.cli.calling import ApiError, NoEngine
-from formiga_bt.watch.orders import Order, Reply
+from formiga_bt.cli.operator import watch as module
+from formiga_bt.show.watch.orders import Order, Reply
 
 PLACE = module.Place(None, "", None)
 

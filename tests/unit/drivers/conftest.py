@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from formiga_bt.clock import Micros
+from formiga_bt.base.clock import Micros
 from formiga_bt.engine.engine import Engine
-from formiga_bt.engine.inputs import Input, Step
+from formiga_bt.engine.kernel.inputs import Input, Step
 from formiga_bt.lang.loader import load_catalogue, load_site, load_task
 from formiga_bt.lang.model import Catalogue, Site, Task
 from formiga_bt.transport.messages import AgentCard, AgentStatus, ClockBeat, GoalRequest, TransportEvent

@@ -6,17 +6,17 @@ from typing import Any
 
 import pytest
 
-from formiga_bt.engine import inputs as inp
+from formiga_bt.base.errors import SiteError
 from formiga_bt.engine.drivers import failpoints
 from formiga_bt.engine.drivers.failpoints import POINTS, Failpoint, named
 from formiga_bt.engine.drivers.persist import DURABLE, Outcome, PersistAhead
-from formiga_bt.engine.state import EngineState
-from formiga_bt.engine.timers import TurnDue
-from formiga_bt.errors import SiteError
+from formiga_bt.engine.kernel import inputs as inp
+from formiga_bt.engine.kernel.state import EngineState
+from formiga_bt.engine.kernel.timers import TurnDue
 from formiga_bt.journal.store import Journal
 from formiga_bt.lang.types import AgentRef
-from formiga_bt.rehearsal import Rehearsal, fleet_of
-from formiga_bt.testing import packaged_task, packaged_world
+from formiga_bt.rehearsal.rehearsal import Rehearsal, fleet_of
+from formiga_bt.rehearsal.testing import packaged_task, packaged_world
 
 
 class Died(Exception):  # noqa: N818 - it is no error

@@ -3,7 +3,6 @@
 import threading
 import time
 
-from formiga_bt.engine import inputs as inp
 from formiga_bt.engine.drivers.inbox import (
     HIGH,
     NORMAL,
@@ -16,6 +15,7 @@ from formiga_bt.engine.drivers.inbox import (
     InboxLoad,
     lane_of,
 )
+from formiga_bt.engine.kernel import inputs as inp
 from formiga_bt.transport.messages import GoalEvent
 from tests.unit.drivers.conftest import card, status
 

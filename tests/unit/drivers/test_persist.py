@@ -7,12 +7,12 @@ from concurrent.futures import Future
 
 import pytest
 
-from formiga_bt.engine import inputs as inp
+from formiga_bt.base.errors import SiteError, TaskError
 from formiga_bt.engine.drivers.persist import DURABLE, Outcome
 from formiga_bt.engine.drivers.realtime import EngineStopped, RealtimeDriver
-from formiga_bt.engine.keeping import begins_something
-from formiga_bt.engine.replies import Accepted, Done, Refusal
-from formiga_bt.errors import SiteError, TaskError
+from formiga_bt.engine.kernel import inputs as inp
+from formiga_bt.engine.kernel.replies import Accepted, Done, Refusal
+from formiga_bt.engine.restart.journal_backpressure import begins_something
 from formiga_bt.lang.types import AgentRef
 from tests.unit.drivers.conftest import FakeTransport, WatchedEngine
 from tests.unit.drivers.test_realtime import ready, until

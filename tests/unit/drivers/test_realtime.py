@@ -8,14 +8,14 @@ from collections.abc import Callable, Iterator, Sequence
 import pytest
 from msgspec.structs import replace
 
-from formiga_bt.engine import inputs as inp
+from formiga_bt.base.errors import TaskError, TransportError
+from formiga_bt.base.geo import Position
 from formiga_bt.engine.drivers.persist import DURABLE, Outcome
 from formiga_bt.engine.drivers.realtime import TIMERS_A_TURN, EngineStopped, RealtimeDriver, standstill_us
 from formiga_bt.engine.engine import Engine
-from formiga_bt.engine.replies import Accepted, Done, Refusal
-from formiga_bt.engine.timers import LiveDue, NodeDue, OrderDue, TurnDue
-from formiga_bt.errors import TaskError, TransportError
-from formiga_bt.geo import Position
+from formiga_bt.engine.kernel import inputs as inp
+from formiga_bt.engine.kernel.replies import Accepted, Done, Refusal
+from formiga_bt.engine.kernel.timers import LiveDue, NodeDue, OrderDue, TurnDue
 from formiga_bt.lang.types import AgentRef
 from formiga_bt.transport.messages import AgentGone, AgentSeen, StatusArrived
 from tests.unit.drivers.conftest import FakeTransport, WatchedEngine, card, status

@@ -2,10 +2,10 @@
 
 import pytest
 
-from formiga_bt.clock import SECOND, VirtualScheduler
-from formiga_bt.engine import inputs as inp
+from formiga_bt.base.clock import SECOND, VirtualScheduler
 from formiga_bt.engine.drivers.virtual import VirtualDriver
-from formiga_bt.engine.timers import AllocationDue, LiveDue
+from formiga_bt.engine.kernel import inputs as inp
+from formiga_bt.engine.kernel.timers import AllocationDue, LiveDue
 from formiga_bt.lang.types import AgentRef
 from formiga_bt.transport.messages import AgentSeen, SendFailed, StatusArrived
 from tests.unit.drivers.conftest import FakeTransport, WatchedEngine, card, status

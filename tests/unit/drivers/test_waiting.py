@@ -6,11 +6,11 @@ from collections.abc import Callable, Iterator
 
 import pytest
 
-from formiga_bt.engine import inputs as inp
+from formiga_bt.base.errors import TaskError
 from formiga_bt.engine.drivers.realtime import RealtimeDriver
 from formiga_bt.engine.drivers.waiting import AGE_S, CALLER, Caller, never_expires, refusal_of_old, since_boot
-from formiga_bt.engine.replies import Done
-from formiga_bt.errors import TaskError
+from formiga_bt.engine.kernel import inputs as inp
+from formiga_bt.engine.kernel.replies import Done
 from formiga_bt.lang.types import AgentRef
 from tests.unit.drivers.conftest import FakeTransport, WatchedEngine
 

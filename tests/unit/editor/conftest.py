@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
+from formiga_bt.base.packaged import folder
 from formiga_bt.editor.checks import check
 from formiga_bt.editor.project import Document, Project
-from formiga_bt.packaged import folder
 
 TASK = """\
 formiga: 1

@@ -7,8 +7,8 @@ import pytest
 
 from formiga_bt.editor.complete import Item, complete
 from formiga_bt.editor.project import Document
-from formiga_bt.lang.document import parse
 from formiga_bt.lang.kinds import KINDS, MODIFIERS
+from formiga_bt.lang.text.document import parse
 from tests.unit.editor.conftest import TASK, Editor
 
 

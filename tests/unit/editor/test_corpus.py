@@ -5,14 +5,14 @@ from pathlib import Path
 
 import pytest
 
+from formiga_bt.base.packaged import files, folder
 from formiga_bt.editor import navigate
 from formiga_bt.editor.checks import check
 from formiga_bt.editor.complete import complete
 from formiga_bt.editor.hover import hover, signatures
 from formiga_bt.editor.project import Document, Project, lines_of
 from formiga_bt.editor.where import Where, where
-from formiga_bt.lang.document import Listing, Mapping_, Node, Scalar, parse
-from formiga_bt.packaged import files, folder
+from formiga_bt.lang.text.document import Listing, Mapping_, Node, Scalar, parse
 
 ERRORS = sorted((Path(__file__).parents[2] / "lang_errors").glob("*.yaml"))
 SHIPPED = [*files("trees"), *files("actions"), *sorted(folder("trees").rglob("*.test.yaml"))]

@@ -7,11 +7,11 @@ from pathlib import Path
 
 import pytest
 
+from formiga_bt.base.packaged import folder
 from formiga_bt.editor import worker
 from formiga_bt.editor.checks import check
 from formiga_bt.editor.project import Document, Project
 from formiga_bt.editor.worker import Checker, Job, Report
-from formiga_bt.packaged import folder
 from tests.unit.editor.conftest import TASK
 
 BIG = "formiga: 1\ntask: Big\nagents:\n  drone: {type: hwd}\nsteps:\n" + "  - check: drone.battery > 10 %\n" * 6000

@@ -6,13 +6,13 @@ from typing import Any
 
 import pytest
 
-from formiga_bt.engine.inputs import Abort, Alarm, LockdownOrder, Operator, QueryGoal
-from formiga_bt.engine.replies import Done
-from formiga_bt.errors import TaskError
-from formiga_bt.geo import Position
+from formiga_bt.base.errors import TaskError
+from formiga_bt.base.geo import Position
+from formiga_bt.engine.kernel.inputs import Abort, Alarm, LockdownOrder, Operator, QueryGoal
+from formiga_bt.engine.kernel.replies import Done
 from formiga_bt.lang.model import Site
 from formiga_bt.nodes.memory import NODE_STATE_VERSION
-from formiga_bt.testing import Bench, ScriptedAgent, alarms, effects, packaged_world, task_of
+from formiga_bt.rehearsal.testing import Bench, ScriptedAgent, alarms, effects, packaged_world, task_of
 from formiga_bt.transport.messages import AgentCard
 from tests.missions.crashing import Crashing
 

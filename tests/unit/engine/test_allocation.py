@@ -4,12 +4,12 @@ from typing import Any
 
 import pytest
 
-from formiga_bt.clock import SECOND
-from formiga_bt.engine.changes import Explained, Reexplained
-from formiga_bt.engine.inputs import Alarm
-from formiga_bt.geo import Place, Position
+from formiga_bt.base.clock import SECOND
+from formiga_bt.base.geo import Place, Position
+from formiga_bt.engine.kernel.changes import Explained, Reexplained
+from formiga_bt.engine.kernel.inputs import Alarm
 from formiga_bt.lang.types import AgentRef
-from formiga_bt.testing import ScriptedAgent, effects
+from formiga_bt.rehearsal.testing import ScriptedAgent, effects
 from tests.unit.engine.conftest import Make
 from tests.unit.engine.yard import CART, Yard, task
 

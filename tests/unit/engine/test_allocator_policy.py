@@ -9,14 +9,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
-from formiga_bt.energy import power_of
+from formiga_bt.base.energy import power_of
+from formiga_bt.base.geo import Place, Position
 from formiga_bt.engine.allocator.candidate import Candidate
 from formiga_bt.engine.allocator.energy import Charge
 from formiga_bt.engine.allocator.filters import hopeless
 from formiga_bt.engine.allocator.policy import closest, closest_charged
 from formiga_bt.engine.allocator.roster import Roster
-from formiga_bt.engine.records import Request, RoleRequest
-from formiga_bt.geo import Place, Position
+from formiga_bt.engine.kernel.records import Request, RoleRequest
 
 
 def drone(name: str, east_m: float, **fields: Any) -> Candidate:

@@ -6,16 +6,16 @@ from typing import Any
 
 import pytest
 
-from formiga_bt.engine.inputs import Alarm, Approve, Duty, Serve, Submit
-from formiga_bt.engine.records import Lockdown
-from formiga_bt.engine.replies import Refusal
-from formiga_bt.engine.state import load_snapshot, snapshot
-from formiga_bt.errors import TaskError
-from formiga_bt.geo import Place
+from formiga_bt.base.errors import TaskError
+from formiga_bt.base.geo import Place
+from formiga_bt.engine.kernel.inputs import Alarm, Approve, Duty, Serve, Submit
+from formiga_bt.engine.kernel.records import Lockdown
+from formiga_bt.engine.kernel.replies import Refusal
+from formiga_bt.engine.kernel.state import load_snapshot, snapshot
 from formiga_bt.lang.model import Site
+from formiga_bt.rehearsal.testing import Bench, effects, packaged_world, task_of
 from formiga_bt.safety.approval import approval_digest
 from formiga_bt.safety.drafted import drafted
-from formiga_bt.testing import Bench, effects, packaged_world, task_of
 from formiga_bt.transport.messages import PreflightCheck
 
 GOOD = (PreflightCheck("gnss", True, "14 satellites"),)

@@ -5,11 +5,11 @@ from typing import Any
 
 import pytest
 
-from formiga_bt.engine.goals import read_result
-from formiga_bt.engine.inputs import BadStatusInput
-from formiga_bt.geo import Place, Position, distance_m
+from formiga_bt.base.geo import Place, Position, distance_m
+from formiga_bt.engine.goals.goals import read_result
+from formiga_bt.engine.kernel.inputs import BadStatusInput
 from formiga_bt.lang.types import Type
-from formiga_bt.testing import alarms
+from formiga_bt.rehearsal.testing import alarms
 from formiga_bt.transport.messages import GoalEvent, QueryReplied
 from tests.unit.engine.conftest import Make
 from tests.unit.engine.yard import CART

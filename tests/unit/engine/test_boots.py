@@ -3,10 +3,10 @@
 import pytest
 from msgspec.structs import replace
 
-from formiga_bt.clock import SECOND
-from formiga_bt.engine.inputs import AgentStatusInput, Alarm, Operator
-from formiga_bt.errors import TaskError
-from formiga_bt.testing import ScriptedAgent, effects
+from formiga_bt.base.clock import SECOND
+from formiga_bt.base.errors import TaskError
+from formiga_bt.engine.kernel.inputs import AgentStatusInput, Alarm, Operator
+from formiga_bt.rehearsal.testing import ScriptedAgent, effects
 from tests.unit.engine.conftest import Make
 from tests.unit.engine.yard import CART, Yard
 

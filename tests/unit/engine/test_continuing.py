@@ -3,14 +3,14 @@
 import pytest
 from msgspec.structs import replace
 
-from formiga_bt.engine.climbing import THERE_M, climb
-from formiga_bt.engine.continuing import cannot, climbs_to_m, is_done
-from formiga_bt.engine.records import GO_ON, STOPPED, AgentRecord, Deadline, GoalRecord
-from formiga_bt.engine.state import EngineState
-from formiga_bt.engine.timers import PortDue
-from formiga_bt.geo import Place, Position
+from formiga_bt.base.geo import Place, Position
+from formiga_bt.engine.goals.climbing import THERE_M, climb
+from formiga_bt.engine.kernel.records import GO_ON, STOPPED, AgentRecord, Deadline, GoalRecord
+from formiga_bt.engine.kernel.state import EngineState
+from formiga_bt.engine.kernel.timers import PortDue
+from formiga_bt.engine.orders.continuing import cannot, climbs_to_m, is_done
+from formiga_bt.rehearsal.testing import packaged_world
 from formiga_bt.safety.traffic import first_in_the_way, traffic_of
-from formiga_bt.testing import packaged_world
 
 ACTION = packaged_world()[1].actions.__getitem__
 UP = Position(5.0, 6.0, 3.0)

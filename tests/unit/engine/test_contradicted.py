@@ -3,8 +3,8 @@
 import pytest
 from msgspec.structs import replace
 
-from formiga_bt.engine.inputs import GoalEventInput
-from formiga_bt.testing import alarms
+from formiga_bt.engine.kernel.inputs import GoalEventInput
+from formiga_bt.rehearsal.testing import alarms
 from formiga_bt.transport.messages import GoalEvent
 from tests.unit.engine.conftest import Make
 from tests.unit.engine.yard import CART

@@ -2,9 +2,9 @@
 
 import pytest
 
-from formiga_bt.engine.inputs import Notify, Operator, PublishState
-from formiga_bt.errors import TaskError
-from formiga_bt.testing import alarms, effects
+from formiga_bt.base.errors import TaskError
+from formiga_bt.engine.kernel.inputs import Notify, Operator, PublishState
+from formiga_bt.rehearsal.testing import alarms, effects
 from tests.unit.engine.conftest import Make
 from tests.unit.engine.yard import CART, Yard
 

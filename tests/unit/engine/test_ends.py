@@ -2,7 +2,7 @@
 
 from msgspec import json
 
-from formiga_bt.engine import changes as ch
+from formiga_bt.engine.kernel import changes as ch
 from tests.unit.engine.yard import CART, Yard
 
 NUMBER = "params: {n: {type: number, default: 1}}\n"

@@ -2,10 +2,10 @@
 
 import pytest
 
-from formiga_bt.clock import SECOND
-from formiga_bt.engine.epochs import next_epoch
-from formiga_bt.engine.inputs import Alarm
-from formiga_bt.testing import ScriptedAgent, effects
+from formiga_bt.base.clock import SECOND
+from formiga_bt.engine.agents.epochs import next_epoch
+from formiga_bt.engine.kernel.inputs import Alarm
+from formiga_bt.rehearsal.testing import ScriptedAgent, effects
 from formiga_bt.transport.messages import ClockBeat
 from tests.unit.engine.conftest import Make
 from tests.unit.engine.yard import CART, Yard

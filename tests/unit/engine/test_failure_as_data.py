@@ -1,7 +1,7 @@
 """What failed and what is known is data: `error`, `abort.reason`, saved names in the sections, what a subtree returns."""
 
-from formiga_bt.engine.inputs import Notify
-from formiga_bt.testing import effects
+from formiga_bt.engine.kernel.inputs import Notify
+from formiga_bt.rehearsal.testing import effects
 from tests.unit.engine.yard import CART, Yard
 
 FAILS = """

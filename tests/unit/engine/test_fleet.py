@@ -5,12 +5,12 @@ from typing import Any
 
 import pytest
 
-from formiga_bt.clock import SECOND
-from formiga_bt.engine.inputs import CancelGoal, Operator, QueryGoal, SendGoal, WallDue
-from formiga_bt.engine.timers import AcceptDue, CancelDue, GraceDue, LiveDue
-from formiga_bt.errors import TaskError
-from formiga_bt.geo import Position
-from formiga_bt.testing import alarms, effects
+from formiga_bt.base.clock import SECOND
+from formiga_bt.base.errors import TaskError
+from formiga_bt.base.geo import Position
+from formiga_bt.engine.kernel.inputs import CancelGoal, Operator, QueryGoal, SendGoal, WallDue
+from formiga_bt.engine.kernel.timers import AcceptDue, CancelDue, GraceDue, LiveDue
+from formiga_bt.rehearsal.testing import alarms, effects
 from tests.unit.engine.conftest import Make
 from tests.unit.engine.yard import CART, Yard
 

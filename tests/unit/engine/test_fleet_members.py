@@ -2,13 +2,13 @@
 
 import pytest
 
+from formiga_bt.base.packaged import folder
 from formiga_bt.engine.engine import Engine
-from formiga_bt.engine.env import TaskEnv
-from formiga_bt.engine.inputs import AgentSeenInput, Step
-from formiga_bt.engine.state import board_of, load_snapshot, members_key, snapshot
+from formiga_bt.engine.kernel.inputs import AgentSeenInput, Step
+from formiga_bt.engine.kernel.state import board_of, load_snapshot, members_key, snapshot
+from formiga_bt.engine.tasks.env import TaskEnv
 from formiga_bt.lang.loader import load_catalogue, load_task_text
-from formiga_bt.packaged import folder
-from formiga_bt.rehearsal import Rehearsal, fleet_of
+from formiga_bt.rehearsal.rehearsal import Rehearsal, fleet_of
 from formiga_bt.transport.messages import AgentCard
 from tests.replay.missions import world
 

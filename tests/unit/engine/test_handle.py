@@ -4,11 +4,11 @@ import msgspec
 import pytest
 
 from formiga_bt.engine.engine import Engine
-from formiga_bt.engine.inputs import Abort, GoalEventInput, SendGoal, Started, Step, Submit, TimerDue
-from formiga_bt.engine.replies import Done, Refusal
-from formiga_bt.engine.state import EngineState, load_snapshot, snapshot
-from formiga_bt.engine.timers import AllocationDue, TaskDue, Timer, TurnDue
-from formiga_bt.testing import effects, folded
+from formiga_bt.engine.kernel.inputs import Abort, GoalEventInput, SendGoal, Started, Step, Submit, TimerDue
+from formiga_bt.engine.kernel.replies import Done, Refusal
+from formiga_bt.engine.kernel.state import EngineState, load_snapshot, snapshot
+from formiga_bt.engine.kernel.timers import AllocationDue, TaskDue, Timer, TurnDue
+from formiga_bt.rehearsal.testing import effects, folded
 from formiga_bt.transport.messages import GoalEvent
 from tests.unit.engine.conftest import Make
 from tests.unit.engine.yard import CART, task, yard

@@ -1,12 +1,12 @@
 """Events that agents tell of themselves: each is taken once; lies count as bad messages; what is kept is bounded."""
 
 from agents_sim.faults import Order
-from formiga_bt.engine.inputs import AgentEventInput, Alarm
-from formiga_bt.engine.state import KEPT_EVENTS, load_snapshot, snapshot
+from formiga_bt.base.packaged import folder
+from formiga_bt.engine.kernel.inputs import AgentEventInput, Alarm
+from formiga_bt.engine.kernel.state import KEPT_EVENTS, load_snapshot, snapshot
 from formiga_bt.lang.loader import load_catalogue, load_task_text
 from formiga_bt.lang.types import AgentRef
-from formiga_bt.packaged import folder
-from formiga_bt.rehearsal import Rehearsal, fleet_of
+from formiga_bt.rehearsal.rehearsal import Rehearsal, fleet_of
 from formiga_bt.transport.messages import AgentEvent
 from tests.replay.missions import world
 

@@ -5,10 +5,10 @@ from typing import Any
 import pytest
 
 from formiga_bt.engine.engine import Engine
-from formiga_bt.engine.index import SPARE, DeadlineHeap, Index, Instants
-from formiga_bt.engine.records import BUSY, Deadline
-from formiga_bt.engine.state import EngineState
-from formiga_bt.engine.timers import OrderDue
+from formiga_bt.engine.kernel.index import SPARE, DeadlineHeap, Index, Instants
+from formiga_bt.engine.kernel.records import BUSY, Deadline
+from formiga_bt.engine.kernel.state import EngineState
+from formiga_bt.engine.kernel.timers import OrderDue
 from tests.property.strategies import missions
 from tests.property.world import World
 from tests.unit.engine.conftest import Make
@@ -84,7 +84,7 @@ def test_a_node_is_looked_at_from_its_instant_on_until_that_is_dropped() -> None
 
 
 def test_only_the_newest_ended_tasks_are_kept(make: Make, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("formiga_bt.engine.tasks.KEPT_ENDED", 3)
+    monkeypatch.setattr("formiga_bt.engine.tasks.tasks.KEPT_ENDED", 3)
     yard = make("steps: [{wait: 1 s}]")
     ids = [yard.start() for _ in range(6)]
     yard.run_for(5.0)

@@ -3,17 +3,17 @@
 import msgspec
 import pytest
 
-from formiga_bt.engine import changes as ch
+from formiga_bt.base.errors import TaskError
 from formiga_bt.engine.engine import Engine
-from formiga_bt.engine.inputs import Approve, Operator, Serve, Step, Submit
-from formiga_bt.engine.library import Bundles
-from formiga_bt.engine.records import Version
-from formiga_bt.engine.replies import Accepted, Done
-from formiga_bt.engine.state import EngineState, load_snapshot, snapshot
-from formiga_bt.errors import TaskError
+from formiga_bt.engine.kernel import changes as ch
+from formiga_bt.engine.kernel.inputs import Approve, Operator, Serve, Step, Submit
+from formiga_bt.engine.kernel.library import Bundles
+from formiga_bt.engine.kernel.records import Version
+from formiga_bt.engine.kernel.replies import Accepted, Done
+from formiga_bt.engine.kernel.state import EngineState, load_snapshot, snapshot
 from formiga_bt.lang.model import Task
+from formiga_bt.rehearsal.testing import folded
 from formiga_bt.safety.approval import approval_digest
-from formiga_bt.testing import folded
 from tests.unit.engine import yard as yards
 from tests.unit.engine.conftest import Make
 from tests.unit.engine.test_request import child, step, tasks

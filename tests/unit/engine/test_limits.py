@@ -2,10 +2,11 @@
 
 import pytest
 
-from formiga_bt.engine import allocation, tasks
-from formiga_bt.engine.inputs import TimerDue
-from formiga_bt.engine.timers import AllocationDue
-from formiga_bt.errors import TaskError
+from formiga_bt.base.errors import TaskError
+from formiga_bt.engine import allocation
+from formiga_bt.engine.kernel.inputs import TimerDue
+from formiga_bt.engine.kernel.timers import AllocationDue
+from formiga_bt.engine.tasks import tasks
 from tests.unit.engine.conftest import Make
 
 

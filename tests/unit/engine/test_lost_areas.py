@@ -6,10 +6,10 @@ from typing import Any
 
 import pytest
 
-from formiga_bt.engine.inputs import Abort, Alarm, LockdownOrder
-from formiga_bt.geo import Place, Position, Region
+from formiga_bt.base.geo import Place, Position, Region
+from formiga_bt.engine.kernel.inputs import Abort, Alarm, LockdownOrder
 from formiga_bt.lang.types import AgentRef
-from formiga_bt.testing import Bench, effects, packaged_world, task_of
+from formiga_bt.rehearsal.testing import Bench, effects, packaged_world, task_of
 
 BOG = Region((Place(100.0, 100.0), Place(200.0, 100.0), Place(200.0, 200.0), Place(100.0, 200.0)))
 SURVEY = """

@@ -1,8 +1,8 @@
 """The engine comes late: an alarm once, and no machine is to blame for it."""
 
-from formiga_bt.clock import SECOND
-from formiga_bt.engine.inputs import Alarm, Behind, Notify, Step
-from formiga_bt.engine.overload import lag_since
+from formiga_bt.base.clock import SECOND
+from formiga_bt.engine.kernel.inputs import Alarm, Behind, Notify, Step
+from formiga_bt.engine.kernel.overload import lag_since
 from tests.unit.engine.conftest import Make
 
 WAITS = "steps:\n  - wait: 1 h\n"

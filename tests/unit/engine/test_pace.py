@@ -2,17 +2,17 @@
 
 import pytest
 
-from formiga_bt.clock import SECOND
-from formiga_bt.engine.changes import WakesPut
-from formiga_bt.engine.inputs import Abort, TimerDue
-from formiga_bt.engine.pace import throttled
-from formiga_bt.engine.state import load_snapshot, snapshot
-from formiga_bt.engine.timers import NodeDue
+from formiga_bt.base.clock import SECOND
+from formiga_bt.engine.kernel.changes import WakesPut
+from formiga_bt.engine.kernel.inputs import Abort, TimerDue
+from formiga_bt.engine.kernel.pace import throttled
+from formiga_bt.engine.kernel.state import load_snapshot, snapshot
+from formiga_bt.engine.kernel.timers import NodeDue
 from formiga_bt.lang.model import WAKES_A_SECOND
-from formiga_bt.services.shown import task_out
-from formiga_bt.show.ledger import Ledger
-from formiga_bt.show.records import task_fact
-from formiga_bt.show.urgency import Index
+from formiga_bt.services.replies.shown import task_out
+from formiga_bt.show.history.ledger import Ledger
+from formiga_bt.show.history.records import task_fact
+from formiga_bt.show.history.urgency import Index
 from formiga_bt.show.why.running import running
 from formiga_bt.show.why.scene import Scene
 from tests.unit.engine.conftest import Make

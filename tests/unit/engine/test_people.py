@@ -1,8 +1,8 @@
 """Questions (execution: people): one queue per person, tiers, policies, late answers, people who come and go."""
 
-from formiga_bt.engine.inputs import CancelGoal, Notify, SendGoal
+from formiga_bt.engine.kernel.inputs import CancelGoal, Notify, SendGoal
 from formiga_bt.lang.types import AgentRef
-from formiga_bt.testing import effects
+from formiga_bt.rehearsal.testing import effects
 from tests.unit.engine.conftest import Make
 from tests.unit.engine.yard import Yard
 from tests.unit.engine.yard import task as task_text

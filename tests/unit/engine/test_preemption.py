@@ -2,12 +2,12 @@
 
 import pytest
 
-from formiga_bt.engine import preemption
-from formiga_bt.engine.inputs import LockdownOrder, Notify, Operator, PublishState
-from formiga_bt.engine.records import AgentRecord
-from formiga_bt.engine.state import load_snapshot, snapshot
-from formiga_bt.geo import Position
-from formiga_bt.testing import effects
+from formiga_bt.base.geo import Position
+from formiga_bt.engine.allocator import preemption
+from formiga_bt.engine.kernel.inputs import LockdownOrder, Notify, Operator, PublishState
+from formiga_bt.engine.kernel.records import AgentRecord
+from formiga_bt.engine.kernel.state import load_snapshot, snapshot
+from formiga_bt.rehearsal.testing import effects
 from tests.unit.engine.conftest import Make
 from tests.unit.engine.yard import CART, Yard, task
 

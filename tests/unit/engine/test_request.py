@@ -4,10 +4,10 @@ from typing import Any
 
 import pytest
 
-from formiga_bt.engine.inputs import Abort, Approve, Duty, LockdownOrder, Operator, Serve
-from formiga_bt.engine.records import TaskRecord
-from formiga_bt.engine.state import load_snapshot, snapshot
-from formiga_bt.errors import TaskError
+from formiga_bt.base.errors import TaskError
+from formiga_bt.engine.kernel.inputs import Abort, Approve, Duty, LockdownOrder, Operator, Serve
+from formiga_bt.engine.kernel.records import TaskRecord
+from formiga_bt.engine.kernel.state import load_snapshot, snapshot
 from formiga_bt.lang.loader import load_task_text
 from formiga_bt.lang.model import Task
 from formiga_bt.nodes.memory import RequestMem

@@ -3,12 +3,12 @@
 import random
 from typing import Any
 
+from formiga_bt.base.geo import Place
 from formiga_bt.engine.allocator.candidate import Candidate
 from formiga_bt.engine.allocator.filters import refusal
 from formiga_bt.engine.allocator.policy import closest
 from formiga_bt.engine.allocator.roster import Roster
-from formiga_bt.engine.records import Request, RoleRequest
-from formiga_bt.geo import Place
+from formiga_bt.engine.kernel.records import Request, RoleRequest
 from tests.unit.engine.test_allocator_policy import drone, request, role
 
 

@@ -9,10 +9,10 @@ from typing import Any
 
 import pytest
 
-from formiga_bt.clock import SECOND
-from formiga_bt.engine import inputs as inp
-from formiga_bt.engine.replies import Accepted, Done
-from formiga_bt.engine.taskrun import TaskRun
+from formiga_bt.base.clock import SECOND
+from formiga_bt.engine.kernel import inputs as inp
+from formiga_bt.engine.kernel.replies import Accepted, Done
+from formiga_bt.engine.tasks.taskrun import TaskRun
 from formiga_bt.nodes.base import Node
 
 BENCH = Path(__file__).resolve().parents[3] / "benchmarks" / "bench_scale.py"

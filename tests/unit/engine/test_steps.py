@@ -5,10 +5,10 @@ from itertools import pairwise
 import msgspec
 import pytest
 
-from formiga_bt.engine.inputs import CancelGoal, GoalEventInput, Notify, PublishState, SendGoal
-from formiga_bt.engine.timers import NodeDue
+from formiga_bt.engine.kernel.inputs import CancelGoal, GoalEventInput, Notify, PublishState, SendGoal
+from formiga_bt.engine.kernel.timers import NodeDue
 from formiga_bt.nodes.ends import GoalEnd
-from formiga_bt.testing import effects
+from formiga_bt.rehearsal.testing import effects
 from formiga_bt.transport.messages import GoalEvent
 from tests.unit.engine.conftest import Make
 from tests.unit.engine.yard import CART, Yard

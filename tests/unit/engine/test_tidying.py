@@ -1,9 +1,9 @@
 """The `finally` of a stopped sequence: what skips it, where its failure is told, what a restart finds of it."""
 
 from formiga_bt.engine.engine import Engine
-from formiga_bt.engine.inputs import Notify
-from formiga_bt.engine.state import load_snapshot, snapshot
-from formiga_bt.testing import effects
+from formiga_bt.engine.kernel.inputs import Notify
+from formiga_bt.engine.kernel.state import load_snapshot, snapshot
+from formiga_bt.rehearsal.testing import effects
 from tests.unit.engine.yard import CART, Yard, yard
 
 TEXT = """

@@ -2,12 +2,12 @@
 
 import pytest
 
-from formiga_bt.engine import turns
 from formiga_bt.engine.engine import Engine
-from formiga_bt.engine.inputs import Abort, AgentStatusInput, PublishState, Step, TimerDue
-from formiga_bt.engine.replies import Refusal
-from formiga_bt.engine.state import load_snapshot, snapshot
-from formiga_bt.engine.timers import TurnDue
+from formiga_bt.engine.kernel.inputs import Abort, AgentStatusInput, PublishState, Step, TimerDue
+from formiga_bt.engine.kernel.replies import Refusal
+from formiga_bt.engine.kernel.state import load_snapshot, snapshot
+from formiga_bt.engine.kernel.timers import TurnDue
+from formiga_bt.engine.tasks import wake_queue
 from formiga_bt.lang.types import AgentRef
 from formiga_bt.transport.messages import AgentStatus
 from tests.unit.engine.conftest import Make
@@ -40,7 +40,7 @@ def ended(step: Step) -> list[str]:
 @pytest.fixture
 def crowd(make: Make, monkeypatch: pytest.MonkeyPatch) -> tuple[Yard, list[str]]:
     """Return a yard in which twelve tasks wait for the charge of c1, of which the tenth is of high priority."""
-    monkeypatch.setattr(turns, "AT_ONCE", 4)
+    monkeypatch.setattr(wake_queue, "AT_ONCE", 4)
     yard = make(WAITS)
     names = [yard.submit("Try", {"who": AgentRef("c1")}, priority="high" if n == 9 else "low") for n in range(12)]
     yard.run_for(1)

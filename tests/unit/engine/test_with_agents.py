@@ -2,8 +2,8 @@
 
 import pytest
 
-from formiga_bt.engine.inputs import LockdownOrder, Operator
-from formiga_bt.engine.state import load_snapshot, snapshot
+from formiga_bt.engine.kernel.inputs import LockdownOrder, Operator
+from formiga_bt.engine.kernel.state import load_snapshot, snapshot
 from formiga_bt.nodes.memory import WithMem
 from tests.unit.engine.conftest import Make
 from tests.unit.engine.yard import CART, Yard, task

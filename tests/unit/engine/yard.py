@@ -6,7 +6,7 @@ from pathlib import Path
 
 from formiga_bt.lang.loader import load_catalogue, load_site
 from formiga_bt.lang.model import Catalogue, Site, Task
-from formiga_bt.testing import Bench, ScriptedAgent, task_of
+from formiga_bt.rehearsal.testing import Bench, ScriptedAgent, task_of
 
 CATALOGUE = """\
 types:

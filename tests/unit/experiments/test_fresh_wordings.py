@@ -14,7 +14,7 @@ from experiments.e2_llm.fresh import FRESH, SECOND
 from experiments.e2_llm.records import Judged, Run, read
 from experiments.e2_llm.report import figures, tables
 from experiments.e2_llm.requests import WORDS, last_run, requests
-from formiga_bt.errors import FormigaError
+from formiga_bt.base.errors import FormigaError
 
 WORLD = world_of()
 EACH = [(task, run, words) for task, wordings in FRESH.items() for run, words in enumerate(wordings, start=30)]

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from experiments.e2_llm.fly import world_of
 from experiments.e2_llm.measures import distance, is_near, measure, ngram_tree
 from experiments.e2_llm.trees import KEYWORDS, flows, tokens
-from formiga_bt.lang.llm_out import from_yaml
-from formiga_bt.packaged import folder
+from formiga_bt.base.packaged import folder
+from formiga_bt.lang.json_form.writing import from_yaml
 
 CATALOGUE = world_of().catalogue
 NAMES = (

@@ -9,7 +9,7 @@ from experiments.e2_llm.judging import judge
 from experiments.e2_llm.oracles import ORACLES
 from experiments.e2_llm.requests import Request, requests
 from experiments.e2_llm.verdicts import Verdict
-from formiga_bt.packaged import folder
+from formiga_bt.base.packaged import folder
 
 WORLD: World = world_of()
 TASKS = list(ORACLES)

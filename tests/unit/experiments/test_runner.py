@@ -14,9 +14,9 @@ from experiments.e2_llm.records import Judged, Whose, append, read
 from experiments.e2_llm.report import figures, share, tables, wilson
 from experiments.e2_llm.requests import WORDS, Request, requests
 from experiments.e2_llm.run import experiment
-from formiga_bt.errors import FormigaError
+from formiga_bt.base.errors import FormigaError
+from formiga_bt.base.packaged import folder
 from formiga_bt.llm.records import Message
-from formiga_bt.packaged import folder
 
 WORLD = world_of()
 WHOSE = Whose(provider="scripted", model="none")

@@ -43,13 +43,13 @@ from experiments.e2_llm.train.renaming import verbs_renamed
 from experiments.e2_llm.train.score import marks_of, messages_of, without_role_names
 from experiments.e2_llm.train.sites import PLACES, practice
 from experiments.e2_llm.train.speaker import Metres, Speaker, Time
-from formiga_bt.lang.llm_out import from_yaml
+from formiga_bt.base.packaged import folder
+from formiga_bt.lang.json_form.writing import from_yaml
 from formiga_bt.llm.envelope import Answer, schema_of
 from formiga_bt.llm.judging.judge import judge
 from formiga_bt.llm.vocabulary import offered
 from formiga_bt.llm.words.spoken import SPANISH, said
 from formiga_bt.llm.words.wording import read, roles_of
-from formiga_bt.packaged import folder
 
 WIDE: tuple[tuple[Mapping[str, Both], Mapping[str, Both]], ...] = (
     (CLAUSES, MORE_CLAUSES),

@@ -8,13 +8,13 @@ from typing import Any
 import pytest
 import sqlalchemy as sa
 
-from formiga_bt.blackboard import Blackboard
-from formiga_bt.engine.inputs import Step
-from formiga_bt.engine.state import EngineState, fold, snapshot
+from formiga_bt.engine.kernel.inputs import Step
+from formiga_bt.engine.kernel.state import EngineState, fold, snapshot
 from formiga_bt.journal import schema
 from formiga_bt.journal.past import without_ended
 from formiga_bt.journal.store import Journal
 from formiga_bt.journal.writer import Writer
+from formiga_bt.nodes.blackboard import Blackboard
 from tests.replay.missions import MISSIONS, rehearsal
 from tests.unit.journal.postgres import server
 

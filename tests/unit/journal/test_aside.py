@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from formiga_bt.errors import SiteError
+from formiga_bt.base.errors import SiteError
 from formiga_bt.journal.aside import last_epoch, set_aside
 from formiga_bt.journal.reading import sites_of
 from formiga_bt.journal.store import Journal

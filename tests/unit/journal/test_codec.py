@@ -7,11 +7,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from formiga_bt.engine import changes as ch
-from formiga_bt.engine.inputs import Started, Step, Submit
-from formiga_bt.engine.state import EngineState, snapshot
-from formiga_bt.errors import JournalError
-from formiga_bt.geo import Place, Position, Region
+from formiga_bt.base.errors import JournalError
+from formiga_bt.base.geo import Place, Position, Region
+from formiga_bt.engine.kernel import changes as ch
+from formiga_bt.engine.kernel.inputs import Started, Step, Submit
+from formiga_bt.engine.kernel.state import EngineState, snapshot
 from formiga_bt.journal.codec import KINDS, Codec, dictionary, learned
 from formiga_bt.lang.types import AgentRef
 from formiga_bt.nodes.run import Failure

@@ -8,8 +8,8 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from formiga_bt.clock import SECOND
-from formiga_bt.errors import JournalError
+from formiga_bt.base.clock import SECOND
+from formiga_bt.base.errors import JournalError
 from formiga_bt.journal import export as exporting
 from formiga_bt.journal.export import COLUMNS, export
 from formiga_bt.journal.figures import Leaving, leaving

@@ -12,8 +12,8 @@ from typing import Final
 import pytest
 from sqlalchemy.exc import DBAPIError
 
+from formiga_bt.base.errors import JournalError
 from formiga_bt.cli.app import run
-from formiga_bt.errors import JournalError
 from formiga_bt.journal import looking
 from formiga_bt.journal.looking import look_at
 from formiga_bt.journal.past import Past

@@ -6,13 +6,13 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from formiga_bt.blackboard import Blackboard
-from formiga_bt.clock import SECOND
-from formiga_bt.engine.inputs import Started, Step
-from formiga_bt.engine.state import EngineState, board_of, fold
-from formiga_bt.errors import JournalError
+from formiga_bt.base.clock import SECOND
+from formiga_bt.base.errors import JournalError
+from formiga_bt.engine.kernel.inputs import Started, Step
+from formiga_bt.engine.kernel.state import EngineState, board_of, fold
 from formiga_bt.journal.past import Past, without_ended
 from formiga_bt.journal.store import Journal
+from formiga_bt.nodes.blackboard import Blackboard
 from tests.replay.missions import MISSIONS
 from tests.unit.journal.conftest import Opener, Recording, as_told, folded, steps_of
 from tests.unit.journal.test_thin import near, without_thinned

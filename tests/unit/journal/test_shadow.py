@@ -6,13 +6,13 @@ from collections.abc import Callable
 import msgspec
 import pytest
 
-from formiga_bt.clock import SECOND
+from formiga_bt.base.clock import SECOND
 from formiga_bt.engine.drivers.persist import DURABLE, Ahead, Outcome, PersistAhead
-from formiga_bt.engine.state import EngineState, fold
+from formiga_bt.engine.kernel.state import EngineState, fold
 from formiga_bt.journal import codec
 from formiga_bt.journal.codec import SLICE, Codec
 from formiga_bt.journal.past import Past, without_ended
-from formiga_bt.journal.shadow import Cadence
+from formiga_bt.journal.snapshotter import Cadence
 from formiga_bt.journal.store import Journal, Overtaken, Unwritable
 from formiga_bt.journal.writer import MEND_S
 from tests.unit.journal.conftest import Opener, Recording, as_told, folded, steps_of

@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 import sqlalchemy as sa
 
-from formiga_bt.engine.state import EngineState, snapshot
-from formiga_bt.errors import JournalError, SiteError
+from formiga_bt.base.errors import JournalError, SiteError
+from formiga_bt.engine.kernel.state import EngineState, snapshot
 from formiga_bt.journal import schema
 from formiga_bt.journal.database import Database, writing
 from formiga_bt.journal.store import SITE_FILES, Journal, Overtaken, Row, Unwritable

@@ -7,15 +7,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
-from formiga_bt.blackboard import Blackboard
-from formiga_bt.clock import SECOND
-from formiga_bt.engine import changes as ch
-from formiga_bt.engine.inputs import AgentStatusInput, GoalEventInput, Step, WallDue
-from formiga_bt.engine.records import AgentRecord, GoalRecord
-from formiga_bt.engine.state import EngineState, fold, snapshot
-from formiga_bt.engine.timers import AcceptDue, CancelDue, LiveDue
-from formiga_bt.geo import Position, distance_m
+from formiga_bt.base.clock import SECOND
+from formiga_bt.base.geo import Position, distance_m
+from formiga_bt.engine.kernel import changes as ch
+from formiga_bt.engine.kernel.inputs import AgentStatusInput, GoalEventInput, Step, WallDue
+from formiga_bt.engine.kernel.records import AgentRecord, GoalRecord
+from formiga_bt.engine.kernel.state import EngineState, fold, snapshot
+from formiga_bt.engine.kernel.timers import AcceptDue, CancelDue, LiveDue
 from formiga_bt.journal.thin import THINNED, Point, Thinner, lay_over, pack, point_of, unpack
+from formiga_bt.nodes.blackboard import Blackboard
 from formiga_bt.transport.messages import AgentStatus, GoalEvent
 from tests.replay.missions import MISSIONS
 from tests.unit.journal.conftest import steps_of

@@ -7,10 +7,10 @@ from pathlib import Path
 import pytest
 import sqlalchemy as sa
 
+from formiga_bt.base.errors import JournalError
 from formiga_bt.engine.drivers.persist import DURABLE, Outcome
-from formiga_bt.engine.inputs import JournalState, Step
-from formiga_bt.engine.state import EngineState, fold
-from formiga_bt.errors import JournalError
+from formiga_bt.engine.kernel.inputs import JournalState, Step
+from formiga_bt.engine.kernel.state import EngineState, fold
 from formiga_bt.journal import database
 from formiga_bt.journal.database import writing
 from formiga_bt.journal.past import Past

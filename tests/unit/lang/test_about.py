@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import pytest
 
-from formiga_bt.diagnostics import About, CommandedTwice, LeftAirborne, OnGround, UnknownName, UnusedName
+from formiga_bt.base.diagnostics import About, CommandedTwice, LeftAirborne, OnGround, UnknownName, UnusedName
 from formiga_bt.lang.loader import Loaded, load_task_text
 from formiga_bt.lang.model import Catalogue, Site
 

@@ -5,15 +5,15 @@ from pathlib import Path
 
 import pytest
 
-from formiga_bt.diagnostics import render
-from formiga_bt.geo import Place
-from formiga_bt.lang.aliases import find_task, given_params, names_in
-from formiga_bt.lang.binding import bind_params
+from formiga_bt.base.diagnostics import render
+from formiga_bt.base.geo import Place
+from formiga_bt.base.packaged import folder
 from formiga_bt.lang.loader import Loaded
 from formiga_bt.lang.model import Site
+from formiga_bt.lang.request.aliases import find_task, given_params, names_in
+from formiga_bt.lang.request.binding import bind_params
 from formiga_bt.lang.scenario import load_scenario_text
-from formiga_bt.packaged import folder
-from formiga_bt.testing import packaged_task, packaged_world
+from formiga_bt.rehearsal.testing import packaged_task, packaged_world
 
 Load = Callable[[str], Loaded]
 BODY = "steps: [{notify: hello}]\n"

@@ -4,11 +4,11 @@ from collections.abc import Callable
 
 import pytest
 
-from formiga_bt.diagnostics import render
-from formiga_bt.geo import Place, Region, is_within
-from formiga_bt.lang.binding import bind_params
+from formiga_bt.base.diagnostics import render
+from formiga_bt.base.geo import Place, Region, is_within
 from formiga_bt.lang.loader import load_task_text
 from formiga_bt.lang.model import Catalogue, Site, Task
+from formiga_bt.lang.request.binding import bind_params
 from formiga_bt.lang.types import AgentRef
 
 TEXT = """\

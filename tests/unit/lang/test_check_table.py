@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from formiga_bt.diagnostics import Diagnostic, render
+from formiga_bt.base.diagnostics import Diagnostic, render
 from formiga_bt.lang.loader import load_catalogue, load_site, load_task_text
 from formiga_bt.lang.model import Catalogue
 from formiga_bt.lang.pages import Example, whole

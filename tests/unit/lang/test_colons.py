@@ -2,10 +2,10 @@
 
 import pytest
 
-from formiga_bt.diagnostics import Fix
-from formiga_bt.lang.document import parse
+from formiga_bt.base.diagnostics import Fix
 from formiga_bt.lang.loader import load_task_text
 from formiga_bt.lang.model import Catalogue
+from formiga_bt.lang.text.document import parse
 
 HEAD = "formiga: 1\ntask: A\nagents:\n  d: {type: lwd}\nsteps:\n"
 

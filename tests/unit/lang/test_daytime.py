@@ -7,12 +7,12 @@ from zoneinfo import ZoneInfo
 
 import pytest
 
-from formiga_bt.diagnostics import Mark
-from formiga_bt.lang.binding import SiteEnv, bind_params
-from formiga_bt.lang.document import Scalar
+from formiga_bt.base.diagnostics import Mark
 from formiga_bt.lang.expressions import Scope, compile_cond, compile_expr, compile_value
 from formiga_bt.lang.loader import load_site, load_task_text
 from formiga_bt.lang.model import Catalogue, EvalError, Expr, Site
+from formiga_bt.lang.request.binding import SiteEnv, bind_params
+from formiga_bt.lang.text.document import Scalar
 from formiga_bt.lang.types import TIME
 
 HELSINKI = ZoneInfo("Europe/Helsinki")

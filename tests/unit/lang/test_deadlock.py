@@ -5,13 +5,13 @@ from pathlib import Path
 
 import pytest
 
-from formiga_bt.cli.checking import check
+from formiga_bt.base.packaged import folder
+from formiga_bt.cli.author.checking import check
 from formiga_bt.cli.inputs import read_world
-from formiga_bt.cli.library import read_library, warn_of_waits
+from formiga_bt.cli.operator.library import read_library, warn_of_waits
 from formiga_bt.lang.checks.deadlock import check_tasks
 from formiga_bt.lang.loader import load_task_text
 from formiga_bt.lang.model import Catalogue, Task
-from formiga_bt.packaged import folder
 
 Tasks = Callable[..., list[str]]
 

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from formiga_bt.diagnostics import Mark
-from formiga_bt.lang.document import Listing, Mapping_, Scalar, parse
+from formiga_bt.base.diagnostics import Mark
+from formiga_bt.lang.text.document import Listing, Mapping_, Scalar, parse
 
 
 def only_problem(text):

@@ -5,10 +5,10 @@ from dataclasses import replace
 
 import pytest
 
-from formiga_bt.geo import Place, Region
+from formiga_bt.base.geo import Place, Region
+from formiga_bt.base.packaged import folder
 from formiga_bt.lang.loader import load_catalogue, load_site, load_task_text
 from formiga_bt.lang.model import Site
-from formiga_bt.packaged import folder
 
 CATALOGUE = load_catalogue([folder("actions") / "base.yaml"])[0]
 HEAD = "formiga: 1\ntask: T\nparams:\n  target: place\nagents:\n  drone: {type: lwd}\nsteps:\n"

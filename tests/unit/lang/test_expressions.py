@@ -4,9 +4,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from formiga_bt.diagnostics import Mark
-from formiga_bt.geo import Place, Position, Region
-from formiga_bt.lang.document import Scalar, parse
+from formiga_bt.base.diagnostics import Mark
+from formiga_bt.base.geo import Place, Position, Region
 from formiga_bt.lang.expressions import (
     Scope,
     compile_cond,
@@ -17,6 +16,7 @@ from formiga_bt.lang.expressions import (
     narrows_when_false,
 )
 from formiga_bt.lang.model import AgentType, EvalError, Port, Read, Site, SiteAgent, Unset
+from formiga_bt.lang.text.document import Scalar, parse
 from formiga_bt.lang.types import (
     AGENT,
     ANGLE,

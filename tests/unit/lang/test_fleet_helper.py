@@ -4,15 +4,15 @@ from typing import Any, ClassVar
 
 import pytest
 
-from formiga_bt.diagnostics import Mark
-from formiga_bt.geo import Place, Position
-from formiga_bt.lang.document import Scalar
+from formiga_bt.base.diagnostics import Mark
+from formiga_bt.base.geo import Place, Position
+from formiga_bt.base.packaged import folder
 from formiga_bt.lang.expr.members import read_of, type_read
 from formiga_bt.lang.expressions import Scope, compile_expr
 from formiga_bt.lang.loader import load_catalogue, load_task_text
 from formiga_bt.lang.model import AgentType, Catalogue, EvalError, Expr, Read, UnknownState
+from formiga_bt.lang.text.document import Scalar
 from formiga_bt.lang.types import PLACE, AgentRef, Type
-from formiga_bt.packaged import folder
 
 HERE = Mark("t.yaml", 1, 1)
 TYPES = {

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from formiga_bt.geo import Place, Position, Region, horizontal_m
+from formiga_bt.base.geo import Place, Position, Region, horizontal_m
 from formiga_bt.lang.expr import region_shapes, shapes
 from formiga_bt.lang.expr.helpers import REQUIRED, STANDARD
 from formiga_bt.lang.model import EvalError

@@ -6,11 +6,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from formiga_bt.diagnostics import Mark
-from formiga_bt.geo import Place
-from formiga_bt.lang.document import Scalar
+from formiga_bt.base.diagnostics import Mark
+from formiga_bt.base.geo import Place
 from formiga_bt.lang.expressions import Scope, compile_cond
 from formiga_bt.lang.model import Expr, UnknownState, Unset
+from formiga_bt.lang.text.document import Scalar
 from formiga_bt.lang.types import AGENT, DURATION, TIME, AgentRef
 
 SCOPE = Scope({"t": TIME, "d": DURATION, "drone": AGENT}, roles=frozenset({"drone"}))

@@ -4,7 +4,7 @@ import pytest
 
 from formiga_bt.lang.keyed import Keys, check_version, read_root
 from formiga_bt.lang.kinds import Option
-from formiga_bt.lang.reading import Problems
+from formiga_bt.lang.text.reading import Problems
 
 TABLE = (
     Option("file", "value", "", type="int", required=True),

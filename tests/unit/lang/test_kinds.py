@@ -6,7 +6,7 @@ import pytest
 
 from formiga_bt.lang.kinds import KINDS, LIBRARY, MODIFIERS, PARAM, RETRY, ROLE, SUBTREE, TASK
 from formiga_bt.lang.steps.step import _CLASSES, _READERS
-from formiga_bt.lang.synonyms import KEY_SYNONYMS, KIND_SYNONYMS, action_for, key_for, kind_for, nearest
+from formiga_bt.lang.text.synonyms import KEY_SYNONYMS, KIND_SYNONYMS, action_for, key_for, kind_for, nearest
 
 
 def test_the_table_has_every_kind_of_the_language() -> None:

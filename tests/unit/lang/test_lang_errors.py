@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from formiga_bt.diagnostics import Diagnostic, render
+from formiga_bt.base.diagnostics import Diagnostic, render
 from formiga_bt.lang.loader import load_catalogue, load_site, load_task
 from formiga_bt.lang.model import Catalogue
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from formiga_bt.diagnostics import render
+from formiga_bt.base.diagnostics import render
 from formiga_bt.lang import model
 from formiga_bt.lang.loader import Loaded, load_task, load_task_text
 from formiga_bt.lang.model import Catalogue, Site, Task

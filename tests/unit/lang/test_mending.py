@@ -6,10 +6,10 @@ from pathlib import Path
 import pytest
 from hypothesis import given, settings
 
-from formiga_bt.diagnostics import Diagnostic
+from formiga_bt.base.diagnostics import Diagnostic
 from formiga_bt.lang.any_file import check_text
 from formiga_bt.lang.loader import load_catalogue, load_site, load_task
-from formiga_bt.lang.mending import Mended, mend
+from formiga_bt.lang.text.fixing import Mended, mend
 from tests.property.test_loader_never_raises import TASKS, mutated
 
 ROOT = Path(__file__).parents[3]

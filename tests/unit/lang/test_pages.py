@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from formiga_bt.diagnostics import Diagnostic, render
+from formiga_bt.base.diagnostics import Diagnostic, render
 from formiga_bt.lang.loader import load_catalogue, load_task_text
 from formiga_bt.lang.pages import Example, pages, reasons, reasons_of, whole
 from formiga_bt.lang.site import load_site, load_site_text

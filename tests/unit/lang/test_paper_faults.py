@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from formiga_bt.diagnostics import render
+from formiga_bt.base.diagnostics import render
 from formiga_bt.lang.loader import load_task
 from formiga_bt.lang.model import Catalogue, Site
 

@@ -3,7 +3,7 @@
 import pytest
 
 from formiga_bt.lang.places import steps_around
-from formiga_bt.testing import packaged_task
+from formiga_bt.rehearsal.testing import packaged_task
 from tests.unit.engine.yard import CART, task
 
 TRY = task(

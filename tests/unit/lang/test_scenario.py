@@ -4,15 +4,15 @@ from pathlib import Path
 
 import pytest
 
-from formiga_bt.clock import SECOND
-from formiga_bt.diagnostics import Diagnostic
-from formiga_bt.geo import Place, Position
+from formiga_bt.base.clock import SECOND
+from formiga_bt.base.diagnostics import Diagnostic
+from formiga_bt.base.geo import Place, Position
+from formiga_bt.base.packaged import files, folder
 from formiga_bt.lang.loader import load_catalogue
 from formiga_bt.lang.model import Catalogue
 from formiga_bt.lang.scenario import FAULTS, Scenario, load_scenario, load_scenario_text
 from formiga_bt.lang.types import AgentRef
-from formiga_bt.packaged import files, folder
-from formiga_bt.simulation import VirtualRun
+from formiga_bt.rehearsal.simulation import VirtualRun
 
 SHIPPED = sorted((folder("trees") / "scenarios").glob("*.yaml"))
 HEAD = "scenario: try\nsite: demo-site.yaml\n"

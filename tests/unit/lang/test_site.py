@@ -6,14 +6,14 @@ from pathlib import Path
 
 import pytest
 
-from formiga_bt.diagnostics import Mark
-from formiga_bt.geo import Place, Position, horizontal_m
-from formiga_bt.lang.binding import SiteEnv
-from formiga_bt.lang.document import Scalar
+from formiga_bt.base.diagnostics import Mark
+from formiga_bt.base.geo import Place, Position, horizontal_m
 from formiga_bt.lang.expressions import Scope, compile_expr
 from formiga_bt.lang.loader import load_task_text
 from formiga_bt.lang.model import Catalogue, EvalError, Site
+from formiga_bt.lang.request.binding import SiteEnv
 from formiga_bt.lang.site import load_site, load_site_text
+from formiga_bt.lang.text.document import Scalar
 from formiga_bt.lang.types import POSITION
 
 HEAD = "formiga_site: 1\nname: north\nbase: {lat: 66.5, lng: 25.7, ground_msl: 120 m}\n"

@@ -5,11 +5,11 @@ from pathlib import Path
 
 import pytest
 
-from formiga_bt.geo import Place, Position
-from formiga_bt.lang.binding import SiteEnv, bind_params
+from formiga_bt.base.geo import Place, Position
 from formiga_bt.lang.expr.interpolation import shown
 from formiga_bt.lang.loader import Loaded, load_task_text
 from formiga_bt.lang.model import Catalogue, Site
+from formiga_bt.lang.request.binding import SiteEnv, bind_params
 from formiga_bt.lang.types import PLACE, POSITION, list_of
 
 Load = Callable[[str], Loaded]

@@ -6,8 +6,8 @@ from formiga_bt.lang import model
 from formiga_bt.lang.loader import Loaded
 from formiga_bt.lang.model import Task
 from formiga_bt.lang.places import steps_around
-from formiga_bt.show.drawing import drawing_of
-from formiga_bt.show.terminal import draw
+from formiga_bt.show.tree.drawing import drawing_of
+from formiga_bt.show.tree.terminal import draw
 
 Load = Callable[[str], Loaded]
 Read = Callable[[str], Task]

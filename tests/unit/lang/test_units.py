@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from formiga_bt.units import LIKELY, UNITS, format_quantity, parse_quantity, too_large
+from formiga_bt.base.units import LIKELY, UNITS, format_quantity, parse_quantity, too_large
 
 
 @pytest.mark.parametrize(

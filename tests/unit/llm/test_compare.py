@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from formiga_bt.geo import Place
+from formiga_bt.base.geo import Place
 from formiga_bt.llm.envelope import read_answer
 from formiga_bt.llm.judging.judge import judge
 from formiga_bt.llm.judging.landings import landings

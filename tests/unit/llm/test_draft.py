@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from formiga_bt.errors import UnusableFile
+from formiga_bt.base.errors import UnusableFile
 from formiga_bt.llm.draft import Options, draft
 from formiga_bt.llm.records import Draft, Reply
 from formiga_bt.llm.world import World, world_of

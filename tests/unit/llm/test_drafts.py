@@ -7,15 +7,15 @@ from pathlib import Path
 import pytest
 from msgspec.structs import replace
 
-from formiga_bt.errors import SiteError, UnusableFile
+from formiga_bt.base.errors import SiteError, UnusableFile
+from formiga_bt.base.packaged import folder as packaged
 from formiga_bt.llm.draft import Options, draft
 from formiga_bt.llm.drafts import delete, drafts_folder, keep, numbers, read_draft
 from formiga_bt.llm.origin import kept_with_origin
 from formiga_bt.llm.records import Draft, Message, Origin, Reply, Round, Value
 from formiga_bt.llm.world import world_of
-from formiga_bt.packaged import folder as packaged
 from formiga_bt.safety.drafted import drafted, said_in, stamped
-from formiga_bt.services.drafted import known_of
+from formiga_bt.services.kept.drafted import known_of
 from tests.unit.llm.scripted import Scripted, fly_to, home, tree
 
 WAIT = "formiga: 1\ntask: Circle\nagents: {{w: {{type: watcher}}}}\nsteps: [{{wait: {}}}]\n"

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from formiga_bt.lang.llm_out import from_yaml
+from formiga_bt.lang.json_form.writing import from_yaml
 from formiga_bt.llm.draft import Options, draft
 from formiga_bt.llm.editing import as_answer
 from formiga_bt.llm.world import World, world_of

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 from msgspec import structs
 
-from formiga_bt.errors import UnusableFile
+from formiga_bt.base.errors import UnusableFile
 from formiga_bt.llm.draft import Options, draft
 from formiga_bt.llm.following import following
 from formiga_bt.llm.records import Draft

@@ -9,18 +9,18 @@ from typing import Any
 import pytest
 
 from formiga_bt.cli.app import run
-from formiga_bt.lang.document import Mapping_, parse
 from formiga_bt.lang.loader import load_task_text
 from formiga_bt.lang.model import SiteAgent, Task
+from formiga_bt.lang.text.document import Mapping_, parse
 from formiga_bt.llm.draft import Options, draft
 from formiga_bt.llm.drafts import drafts_folder, numbers
+from formiga_bt.llm.mcp.outside import BEGIN, END, all_cleaned, fenced
+from formiga_bt.llm.mcp.proposals import draft_of
+from formiga_bt.llm.mcp.records import AgentOut, AgentsOut, FlightOut
 from formiga_bt.llm.prompt import MOST_REQUEST
 from formiga_bt.llm.records import Draft
 from formiga_bt.llm.summary import in_words
 from formiga_bt.llm.world import World, world_of
-from formiga_bt.mcp_server.outside import BEGIN, END, all_cleaned, fenced
-from formiga_bt.mcp_server.proposals import draft_of
-from formiga_bt.mcp_server.records import AgentOut, AgentsOut, FlightOut
 from formiga_bt.safety.drafted import said_in
 from tests.unit.llm.scripted import Scripted, fly_to, home, tree
 

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import pytest
 
-from formiga_bt.extras import install
+from formiga_bt.base.extras import install
 from formiga_bt.llm import local
 from formiga_bt.llm.errors import Cancelled, UnusableModel
 from formiga_bt.llm.local import LocalChat

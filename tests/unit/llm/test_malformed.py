@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from formiga_bt.errors import UnusableFile
+from formiga_bt.base.errors import UnusableFile
 from formiga_bt.llm import draft as drafting
 from formiga_bt.llm.draft import Options, draft
 from formiga_bt.llm.drafts import keep, read_draft

@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 
+from formiga_bt.base.packaged import folder
 from formiga_bt.llm.editing import as_answer
 from formiga_bt.llm.envelope import read_answer
 from formiga_bt.llm.judging.judge import judge
@@ -14,7 +15,6 @@ from formiga_bt.llm.shaping.lifting import Lifter
 from formiga_bt.llm.vocabulary import verbs_of
 from formiga_bt.llm.words.wording import read
 from formiga_bt.llm.world import World, world_of
-from formiga_bt.packaged import folder
 from tests.unit.llm.scripted import fly_to, home, tree
 
 

@@ -327,7 +327,7 @@ def test_a_follow_up_has_the_points_of_the_request_before() -> None:
 
 
 def test_coordinates_of_a_place_are_that_place() -> None:
-    from formiga_bt.geo import Frame
+    from formiga_bt.base.geo import Frame
 
     site = world().site
     lat, lng = Frame(site.lat, site.lng, site.ground_msl_m).lat_lng(site.places["camp"])

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from formiga_bt.errors import UnusableFile
-from formiga_bt.mcp_server.ground import Ground, Where, ground_of
-from formiga_bt.packaged import folder
+from formiga_bt.base.errors import UnusableFile
+from formiga_bt.base.packaged import folder
+from formiga_bt.llm.mcp.ground import Ground, Where, ground_of
 
 HEAD = "formiga: 1\ntask: X\n"
 OWN = "formiga: 1\nsubtrees:\n  Own:\n    steps:\n      - wait: 1 s\n"

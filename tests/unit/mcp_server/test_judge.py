@@ -2,9 +2,9 @@
 
 import pytest
 
-from formiga_bt.mcp_server.ground import Ground, Where, ground_of
-from formiga_bt.mcp_server.judge import Done, Job, done
-from formiga_bt.mcp_server.records import FlightOut
+from formiga_bt.llm.mcp.ground import Ground, Where, ground_of
+from formiga_bt.llm.mcp.judge import Done, Job, done
+from formiga_bt.llm.mcp.records import FlightOut
 
 ASK = """\
 formiga: 1

@@ -5,13 +5,13 @@ from collections.abc import Iterator
 import msgspec
 import pytest
 
-from formiga_bt.errors import FormigaError, TaskError
-from formiga_bt.mcp_server import catalogue, live
-from formiga_bt.mcp_server.ground import Ground, Where, ground_of
-from formiga_bt.mcp_server.outside import NOTICE
-from formiga_bt.rehearsal import Rehearsal, fleet_of
-from formiga_bt.show.folded import FoldedSource
-from formiga_bt.show.ledger import Ledger
+from formiga_bt.base.errors import FormigaError, TaskError
+from formiga_bt.llm.mcp import catalogue, live
+from formiga_bt.llm.mcp.ground import Ground, Where, ground_of
+from formiga_bt.llm.mcp.outside import NOTICE
+from formiga_bt.rehearsal.rehearsal import Rehearsal, fleet_of
+from formiga_bt.show.history.folded import FoldedSource
+from formiga_bt.show.history.ledger import Ledger
 from tests.unit.mcp_server.test_judge import ASK
 
 

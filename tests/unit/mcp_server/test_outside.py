@@ -1,7 +1,7 @@
 """Words from outside stay data."""
 
-from formiga_bt.mcp_server.outside import BEGIN, END, NOTICE, all_cleaned, cleaned, fenced
-from formiga_bt.mcp_server.records import CauseOut, ExplainOut
+from formiga_bt.llm.mcp.outside import BEGIN, END, NOTICE, all_cleaned, cleaned, fenced
+from formiga_bt.llm.mcp.records import CauseOut, ExplainOut
 
 
 def test_a_text_has_one_line_and_nothing_that_cannot_be_seen() -> None:

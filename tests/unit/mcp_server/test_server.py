@@ -8,10 +8,10 @@ import anyio
 import pytest
 from mcp import types
 
-from formiga_bt.mcp_server.ground import Where
-from formiga_bt.mcp_server.server import Front
-from formiga_bt.mcp_server.tools import Desk
-from formiga_bt.mcp_server.worker import Crew
+from formiga_bt.llm.mcp.ground import Where
+from formiga_bt.llm.mcp.server import Front
+from formiga_bt.llm.mcp.tools import Desk
+from formiga_bt.llm.mcp.worker import Crew
 
 WAIT = "formiga: 1\ntask: Circle\nagents: {w: {type: watcher}}\nsteps: [{ask: '\ud800?', of: [w], timeout: 1 min}]\n"
 

@@ -11,17 +11,17 @@ import msgspec
 import pytest
 from msgspec import structs
 
-from formiga_bt.errors import FormigaError, UnusableFile
+from formiga_bt.base.errors import FormigaError, UnusableFile
 from formiga_bt.lang.kinds import KINDS
 from formiga_bt.llm.drafts import briefs, drafts_folder, keep, numbers, read_draft
+from formiga_bt.llm.mcp import catalogue, pages
+from formiga_bt.llm.mcp import records as r
+from formiga_bt.llm.mcp.ground import Ground, Where, ground_of
+from formiga_bt.llm.mcp.judge import Job, done
+from formiga_bt.llm.mcp.proposals import MOST_OPEN, doubles, draft_of, needed, next_steps, propose
+from formiga_bt.llm.mcp.tools import TOOLS, schema_of
 from formiga_bt.llm.origin import Asker, approve
 from formiga_bt.llm.records import Draft, Origin
-from formiga_bt.mcp_server import catalogue, pages
-from formiga_bt.mcp_server import records as r
-from formiga_bt.mcp_server.ground import Ground, Where, ground_of
-from formiga_bt.mcp_server.judge import Job, done
-from formiga_bt.mcp_server.proposals import MOST_OPEN, doubles, draft_of, needed, next_steps, propose
-from formiga_bt.mcp_server.tools import TOOLS, schema_of
 from formiga_bt.safety.approval import approval_digest
 from formiga_bt.safety.drafted import said_in
 from formiga_bt.services.crew import keep as keep_approval

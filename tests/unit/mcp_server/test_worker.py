@@ -3,10 +3,10 @@
 import anyio
 import pytest
 
-from formiga_bt.errors import FormigaError
-from formiga_bt.mcp_server.ground import Where
-from formiga_bt.mcp_server.judge import Job
-from formiga_bt.mcp_server.worker import AT_ONCE, MOST_WAITING, Crew
+from formiga_bt.base.errors import FormigaError
+from formiga_bt.llm.mcp.ground import Where
+from formiga_bt.llm.mcp.judge import Job
+from formiga_bt.llm.mcp.worker import AT_ONCE, MOST_WAITING, Crew
 
 pytestmark = pytest.mark.network
 CHECK = Job(kind="check", yaml="formiga: 1\n")

@@ -6,13 +6,13 @@ from typing import Any
 import pytest
 from py_trees.common import Status
 
-from formiga_bt.compile import compile_section
-from formiga_bt.engine.inputs import CancelGoal
-from formiga_bt.engine.treerun import CompiledTrees, TreeHost
+from formiga_bt.engine.kernel.inputs import CancelGoal
+from formiga_bt.engine.tasks.treerun import CompiledTrees, TreeHost
 from formiga_bt.nodes.base import Node
+from formiga_bt.nodes.compile import compile_section
 from formiga_bt.nodes.composites import SequenceNode
 from formiga_bt.nodes.ends import GoalEnd
-from formiga_bt.testing import Bench, effects
+from formiga_bt.rehearsal.testing import Bench, effects
 from tests.unit.engine.yard import CART, Yard, task, yard
 
 TEXT = CART + "steps: [{sequence: [{do: cart.Move, timeout: 1 min}, {wait: 5 s}]}, {do: cart.Home}]"

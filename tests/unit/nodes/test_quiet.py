@@ -2,7 +2,7 @@
 
 import pytest
 
-from formiga_bt.engine.taskrun import TaskRun
+from formiga_bt.engine.tasks.taskrun import TaskRun
 from tests.unit.engine.yard import CART, Yard
 
 

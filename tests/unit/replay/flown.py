@@ -6,9 +6,8 @@ from pathlib import Path
 
 from msgspec import Struct
 
-from formiga_bt.casework.mocks import Mocks
-from formiga_bt.casework.reading import load_cases_text
-from formiga_bt.engine.inputs import Step
+from formiga_bt.base.packaged import files, folder
+from formiga_bt.engine.kernel.inputs import Step
 from formiga_bt.journal.records import SITE_FILES
 from formiga_bt.journal.store import Journal
 from formiga_bt.journal.writer import Writer
@@ -16,11 +15,12 @@ from formiga_bt.lang.loader import load_catalogue
 from formiga_bt.lang.model import Catalogue
 from formiga_bt.lang.scenario import Scenario, ScenarioTask
 from formiga_bt.lang.scenario.entries import Priority
-from formiga_bt.packaged import files, folder
-from formiga_bt.replay.machine import TimeMachine
-from formiga_bt.show.folded import FoldedSource
-from formiga_bt.show.ledger import ALL, Ledger
-from formiga_bt.simulation import VirtualRun
+from formiga_bt.rehearsal.cases.mocks import Mocks
+from formiga_bt.rehearsal.cases.reading import load_cases_text
+from formiga_bt.rehearsal.simulation import VirtualRun
+from formiga_bt.show.history.folded import FoldedSource
+from formiga_bt.show.history.ledger import ALL, Ledger
+from formiga_bt.show.replay.machine import TimeMachine
 
 WALL = 1_700_000_000_000_000
 SITE = "rovaniemi"
@@ -64,7 +64,7 @@ class Flown(Struct, frozen=True):
 
     def live(self, machine: TimeMachine) -> FoldedSource:
         """Return the site as a running engine would have shown it at the end."""
-        from formiga_bt.replay.source import KeptTasks
+        from formiga_bt.show.replay.source import KeptTasks
 
         return FoldedSource(self.ledger, machine.files.site, KeptTasks(machine.files), machine.files.catalogue)
 

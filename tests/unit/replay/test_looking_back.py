@@ -5,12 +5,12 @@ from pathlib import Path
 
 import pytest
 
+from formiga_bt.base.clock import SECOND
+from formiga_bt.base.errors import TaskError
 from formiga_bt.cli.app import run
-from formiga_bt.clock import SECOND
-from formiga_bt.errors import TaskError
-from formiga_bt.replay.machine import Restart, TimeMachine
-from formiga_bt.replay.source import NOT_YET, JournalSource
-from formiga_bt.replay.story import tale
+from formiga_bt.show.replay.machine import Restart, TimeMachine
+from formiga_bt.show.replay.source import NOT_YET, JournalSource
+from formiga_bt.show.replay.story import tale
 from tests.unit.replay.flown import Flown
 
 Captured = pytest.CaptureFixture[str]

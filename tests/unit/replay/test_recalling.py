@@ -4,17 +4,17 @@ import logging
 
 import pytest
 
-from formiga_bt.engine.keeping import JOURNAL, LEVELS
-from formiga_bt.engine.resume import copy_of
-from formiga_bt.errors import JournalError
+from formiga_bt.base.errors import JournalError
+from formiga_bt.engine.restart.journal_backpressure import JOURNAL, LEVELS
+from formiga_bt.engine.restart.resume import copy_of
 from formiga_bt.journal.records import Kept
-from formiga_bt.replay.machine import TimeMachine
-from formiga_bt.replay.source import KeptTasks
-from formiga_bt.services.recalling import Recall
+from formiga_bt.services.kept.recalling import Recall
 from formiga_bt.services.view import View
 from formiga_bt.show.facts import TaskPicture
-from formiga_bt.show.folded import FoldedSource
-from formiga_bt.show.ledger import ALL, Ledger
+from formiga_bt.show.history.folded import FoldedSource
+from formiga_bt.show.history.ledger import ALL, Ledger
+from formiga_bt.show.replay.machine import TimeMachine
+from formiga_bt.show.replay.source import KeptTasks
 from tests.unit.replay.flown import Flown
 
 TASKS = ("PickUp-1", "PickUp-2")
@@ -83,7 +83,7 @@ def test_ways_and_all_tasks_are_recalled_too(good: Flown) -> None:
 
 def test_of_all_tasks_only_the_newest_are_recalled(good: Flown, monkeypatch: pytest.MonkeyPatch) -> None:
     """However often all are looked at."""
-    monkeypatch.setattr("formiga_bt.services.recalling.MANY", 1)
+    monkeypatch.setattr("formiga_bt.services.kept.recalling.MANY", 1)
     with good.machine() as machine:
         kept = len(list(machine.events()))
         _, view, _ = whole_and_view(machine, kept, kept)

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from formiga_bt.casework.judging import Differs
 from formiga_bt.cli.app import run
-from formiga_bt.replay.cursor import Cursor, is_failure
-from formiga_bt.replay.machine import TimeMachine
+from formiga_bt.rehearsal.cases.judging import Differs
+from formiga_bt.show.replay.cursor import Cursor, is_failure
+from formiga_bt.show.replay.machine import TimeMachine
 from tests.unit.replay.flown import Flown, fly
 
 Captured = pytest.CaptureFixture[str]
@@ -53,7 +53,7 @@ def test_a_failure_is_found_from_both_sides(machine: TimeMachine) -> None:
 
 
 def _failed(cursor: Cursor):  # type: ignore[no-untyped-def]
-    from formiga_bt.show.drawing import walk
+    from formiga_bt.show.tree.drawing import walk
 
     picture = cursor.task("PickUp-1")
     paths = {step.path for step in picture.steps if step.failed}
@@ -299,7 +299,7 @@ def test_clearances_that_do_not_come_again_are_left_out_if_all_were_given(
     tmp_path: Path, capsys: Captured, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Another machine, or no question at all: people stand clear as they do by themselves."""
-    from formiga_bt.cli import replay_case
+    from formiga_bt.cli.operator import replay_case
 
     fly(tmp_path, MORE["people take their time to stand clear"])
     monkeypatch.chdir(tmp_path)
@@ -318,7 +318,7 @@ def test_a_run_that_does_not_come_again_is_left_out(
     tmp_path: Path, capsys: Captured, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """If all runs together do not pass, the last one may; what was left out is told."""
-    from formiga_bt.cli import replay_case
+    from formiga_bt.cli.operator import replay_case
 
     fly(tmp_path, MORE["restarted by a person"])
     monkeypatch.chdir(tmp_path)
@@ -369,7 +369,7 @@ def test_a_case_that_would_not_pass_is_told(
     tmp_path: Path, blocked: Flown, capsys: Captured, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """It is written, and what differs is said."""
-    from formiga_bt.casework import judging
+    from formiga_bt.rehearsal.cases import judging
 
     monkeypatch.setattr(judging, "judge", lambda *_: [judging.Differs("status", "failed", "succeeded")])
     file = tmp_path / "story.test.yaml"
@@ -384,7 +384,7 @@ def test_a_case_that_would_not_pass_is_told(
 def test_files_that_are_not_on_disk_any_more_lie_beside_the_case(
     tmp_path: Path, blocked: Flown, monkeypatch: pytest.MonkeyPatch, capsys: Captured
 ) -> None:
-    from formiga_bt.cli import replay_case
+    from formiga_bt.cli.operator import replay_case
 
     monkeypatch.setattr(replay_case, "_known", lambda *_: "")
     file = tmp_path / "story.test.yaml"

@@ -9,13 +9,13 @@ from pathlib import Path
 import pytest
 from msgspec.structs import replace
 
-from formiga_bt.clock import SECOND
-from formiga_bt.errors import JournalError, TaskError
-from formiga_bt.replay.machine import TimeMachine
-from formiga_bt.replay.source import JournalSource
+from formiga_bt.base.clock import SECOND
+from formiga_bt.base.errors import JournalError, TaskError
 from formiga_bt.show.facts import TaskPicture, Timeline
-from formiga_bt.show.folded import FoldedSource
-from formiga_bt.show.ledger import ALL, Ledger
+from formiga_bt.show.history.folded import FoldedSource
+from formiga_bt.show.history.ledger import ALL, Ledger
+from formiga_bt.show.replay.machine import TimeMachine
+from formiga_bt.show.replay.source import JournalSource
 from tests.unit.replay.flown import SITE, Flown
 
 

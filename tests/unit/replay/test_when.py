@@ -4,10 +4,10 @@ from datetime import UTC, datetime
 
 import pytest
 
-from formiga_bt.clock import SECOND
-from formiga_bt.engine.records import TaskRecord
-from formiga_bt.errors import UnusableFile
-from formiga_bt.replay.when import Times, in_words, meant, moment
+from formiga_bt.base.clock import SECOND
+from formiga_bt.base.errors import UnusableFile
+from formiga_bt.engine.kernel.records import TaskRecord
+from formiga_bt.show.replay.when import Times, in_words, meant, moment
 
 
 def us(text: str) -> int:

@@ -2,9 +2,9 @@
 
 from typing import Any
 
-from formiga_bt.energy import Power
-from formiga_bt.geo import Place, Position, Region
-from formiga_bt.heights import parse_heights
+from formiga_bt.base.energy import Power
+from formiga_bt.base.geo import Place, Position, Region
+from formiga_bt.base.heights import parse_heights
 from formiga_bt.lang.model import Site
 from formiga_bt.safety.airspace import Airspace
 from formiga_bt.safety.envelope import FlightState, GateFlight, ways_of

@@ -5,8 +5,8 @@ from dataclasses import replace
 import pytest
 
 from formiga_bt.lang.model import Task
+from formiga_bt.rehearsal.testing import packaged_task, packaged_world, task_of
 from formiga_bt.safety.approval import approval_digest, lands_away, needs_another, same_person
-from formiga_bt.testing import packaged_task, packaged_world, task_of
 
 FLYING = "imports: [lib/flying.yaml]\n"
 ONE = "agents: {drone: {type: lwd}}\n"

@@ -4,9 +4,9 @@ import json
 
 import pytest
 
+from formiga_bt.rehearsal.testing import packaged_world, task_of
 from formiga_bt.safety.drafted import Drafted, drafted, merged, said_in, stamped, unlike_a_stamp, unstamped
 from formiga_bt.safety.meaning import meaning
-from formiga_bt.testing import packaged_world, task_of
 
 LOOK = """\
 imports: [lib/flying.yaml]

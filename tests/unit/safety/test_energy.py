@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from formiga_bt.energy import Power, ground_speed_m_s, home_pct, hover_pct, power_of, reach_m, way_pct
-from formiga_bt.geo import Place, Position
+from formiga_bt.base.energy import Power, ground_speed_m_s, home_pct, hover_pct, power_of, reach_m, way_pct
+from formiga_bt.base.geo import Place, Position
 from tests.unit.safety.grounds import HOME, POWER
 
 

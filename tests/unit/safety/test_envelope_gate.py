@@ -5,7 +5,7 @@ from typing import Any
 import pytest
 from msgspec import structs
 
-from formiga_bt.geo import Place, Position, Region
+from formiga_bt.base.geo import Place, Position, Region
 from formiga_bt.safety.envelope import Breach, GateFlight, at_gate, ways_of
 from tests.unit.safety.grounds import FENCE, HOME, LAKE, POWER, RULES, airspace, flight, hilly
 

@@ -4,8 +4,8 @@ from typing import Any
 
 from msgspec import structs
 
-from formiga_bt.energy import way_pct
-from formiga_bt.geo import Place, Position
+from formiga_bt.base.energy import way_pct
+from formiga_bt.base.geo import Place, Position
 from formiga_bt.safety.envelope import Breach, FlightState, at_gate, in_flight
 from tests.unit.safety.grounds import HOME, POWER, RULES, airspace, flight, hilly, state
 

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from msgspec import structs
 
-from formiga_bt.geo import Place, Position, Region
+from formiga_bt.base.geo import Place, Position, Region
 from formiga_bt.safety.airspace import Airspace
 from formiga_bt.safety.envelope import GateFlight, at_gate, in_flight, ways_of
 from formiga_bt.safety.rules import Rules

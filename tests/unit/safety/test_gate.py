@@ -4,8 +4,8 @@ from typing import Any
 
 import pytest
 
-from formiga_bt.clock import SECOND
-from formiga_bt.geo import Place, Position, Region
+from formiga_bt.base.clock import SECOND
+from formiga_bt.base.geo import Place, Position, Region
 from formiga_bt.safety.envelope import Breach
 from formiga_bt.safety.gate import Ask, Go, Hold, Refuse, judge, needs_clearance
 from formiga_bt.safety.traffic import Area, Traffic, traffic_of

@@ -4,7 +4,7 @@ from typing import Any
 
 import pytest
 
-from formiga_bt.diagnostics import Mark
+from formiga_bt.base.diagnostics import Mark
 from formiga_bt.lang.model import AgentType
 from formiga_bt.safety.rules import RuleBook, Rules, rules_of
 from tests.unit.safety.grounds import site

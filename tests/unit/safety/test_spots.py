@@ -3,7 +3,7 @@
 import math
 import random
 
-from formiga_bt.geo import Place, Region, horizontal_m, way_enters
+from formiga_bt.base.geo import Place, Region, horizontal_m, way_enters
 from formiga_bt.safety.envelope import safe_landing_spot
 from tests.unit.safety.grounds import RULES, airspace, hilly
 

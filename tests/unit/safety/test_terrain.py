@@ -3,8 +3,8 @@
 import math
 import random
 
-from formiga_bt.geo import Place, Position
-from formiga_bt.heights import HeightGrid, parse_heights
+from formiga_bt.base.geo import Place, Position
+from formiga_bt.base.heights import HeightGrid, parse_heights
 from formiga_bt.safety.terrain import Flat, Heights, terrain_of, too_high, too_low
 from tests.unit.safety.grounds import HILL, site
 

@@ -5,7 +5,7 @@ import random
 
 import pytest
 
-from formiga_bt.geo import Place, Position, segment_distance_m
+from formiga_bt.base.geo import Place, Position, segment_distance_m
 from formiga_bt.safety.traffic import (
     Area,
     Traffic,

@@ -2,7 +2,7 @@
 
 import pytest
 
-from formiga_bt.geo import Place, Region
+from formiga_bt.base.geo import Place, Region
 from formiga_bt.safety.zones import Zone
 from tests.unit.safety.grounds import FENCE, LAKE
 

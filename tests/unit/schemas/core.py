@@ -3,7 +3,7 @@
 import re
 from typing import Any
 
-from formiga_bt.lang.document import Listing, Mapping_, Node, Scalar, parse
+from formiga_bt.lang.text.document import Listing, Mapping_, Node, Scalar, parse
 
 _WORDS = {"true": True, "false": False, "null": None, "~": None, "": None}
 

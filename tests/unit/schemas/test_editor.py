@@ -6,10 +6,10 @@ from typing import Any
 import jsonschema
 import pytest
 
+from formiga_bt.editor.schema import editor_schema
 from formiga_bt.lang.kinds import KINDS, MODIFIERS
 from formiga_bt.lang.loader import load_catalogue, load_site
 from formiga_bt.lang.pages import pages, whole
-from formiga_bt.schemas.editor import editor_schema
 from tests.unit.schemas.core import as_json
 
 ROOT = Path(__file__).parents[3]

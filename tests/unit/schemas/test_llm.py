@@ -8,11 +8,11 @@ from typing import Any
 import jsonschema
 import pytest
 
-from formiga_bt.lang.formatting import format_text
-from formiga_bt.lang.llm_in import LoadedJson, load_task_json, to_yaml
-from formiga_bt.lang.llm_out import from_yaml
+from formiga_bt.editor.llm_schema import llm_schema
+from formiga_bt.lang.json_form.reading import LoadedJson, load_task_json, to_yaml
+from formiga_bt.lang.json_form.writing import from_yaml
 from formiga_bt.lang.loader import load_catalogue, load_site, load_task
-from formiga_bt.schemas.llm import llm_schema
+from formiga_bt.lang.text.formatting import format_text
 from tests.property.strategies import load, task_text
 from tests.property.test_formatting import meaning
 

@@ -13,10 +13,10 @@ from urllib.request import Request, urlopen
 
 import pytest
 
-from formiga_bt.cli.init import HELLO, SITE
+from formiga_bt.base.durable import private_folder
+from formiga_bt.base.person_secrets import LEAST_N, Hashed, hashed, write_secret
+from formiga_bt.cli.author.init import HELLO, SITE
 from formiga_bt.cli.inputs import read_task, read_world
-from formiga_bt.durable import private_folder
-from formiga_bt.person_secrets import LEAST_N, Hashed, hashed, write_secret
 from formiga_bt.services.host import EngineHost
 from tests.unit.services.wire import Wire
 

@@ -3,13 +3,13 @@
 from collections.abc import Callable
 from typing import Any
 
-from formiga_bt.clock import SECOND
-from formiga_bt.engine.changes import Change
-from formiga_bt.engine.inputs import Input, Step, TimerDue
-from formiga_bt.engine.records import AgentRecord, StandingOrder, TaskRecord
-from formiga_bt.engine.replies import Done
-from formiga_bt.engine.timers import TurnDue
-from formiga_bt.errors import TaskError
+from formiga_bt.base.clock import SECOND
+from formiga_bt.base.errors import TaskError
+from formiga_bt.engine.kernel.changes import Change
+from formiga_bt.engine.kernel.inputs import Input, Step, TimerDue
+from formiga_bt.engine.kernel.records import AgentRecord, StandingOrder, TaskRecord
+from formiga_bt.engine.kernel.replies import Done
+from formiga_bt.engine.kernel.timers import TurnDue
 from formiga_bt.lang.model import Site
 from formiga_bt.services.refused import Refused
 from formiga_bt.services.stops import Stops

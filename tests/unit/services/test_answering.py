@@ -4,14 +4,14 @@ from collections.abc import Callable
 
 import pytest
 
-from formiga_bt.clock import SECOND, VirtualScheduler
-from formiga_bt.engine import inputs as inp
+from formiga_bt.base.clock import SECOND, VirtualScheduler
 from formiga_bt.engine.drivers.virtual import VirtualDriver
 from formiga_bt.engine.engine import Engine
-from formiga_bt.engine.replies import Accepted, Done
+from formiga_bt.engine.kernel import inputs as inp
+from formiga_bt.engine.kernel.replies import Accepted, Done
+from formiga_bt.rehearsal.testing import packaged_world, task_of
 from formiga_bt.services.answering import Answering
 from formiga_bt.services.refused import Refused
-from formiga_bt.testing import packaged_world, task_of
 from formiga_bt.transport.desk import DeskTransport, OpenQuestion
 
 ASK = """

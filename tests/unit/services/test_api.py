@@ -10,12 +10,12 @@ from urllib.request import urlopen
 
 import pytest
 
-from formiga_bt.clock import SECOND
-from formiga_bt.engine import tasks as engine_tasks
-from formiga_bt.engine.inputs import WallDue
-from formiga_bt.engine.timers import LiveDue
-from formiga_bt.geo import Place
-from formiga_bt.services import api
+from formiga_bt.base.clock import SECOND
+from formiga_bt.base.geo import Place
+from formiga_bt.engine.kernel.inputs import WallDue
+from formiga_bt.engine.kernel.timers import LiveDue
+from formiga_bt.engine.tasks import tasks as engine_tasks
+from formiga_bt.services.http import api
 from tests.unit.services.conftest import Service, Start
 
 pytestmark = pytest.mark.network

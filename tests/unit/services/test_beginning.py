@@ -5,12 +5,12 @@ from pathlib import Path
 
 import pytest
 
-from formiga_bt.clock import MOST_AHEAD, SECOND, Micros
-from formiga_bt.engine.state import EngineState
+from formiga_bt.base.clock import MOST_AHEAD, SECOND, Micros
+from formiga_bt.engine.kernel.state import EngineState
 from formiga_bt.lang.model import Site
+from formiga_bt.rehearsal.testing import packaged_world
 from formiga_bt.services.beginning import ClockAhead, begin_at
-from formiga_bt.services.resuming import Comeback, Sign
-from formiga_bt.testing import packaged_world
+from formiga_bt.services.kept.resuming import Comeback, Sign
 
 WALL: Micros = 1_800_000_000 * SECOND
 HOUR = 3600 * SECOND

@@ -15,12 +15,12 @@ from typing import Any
 import pytest
 
 from formiga_bt.engine.drivers.waiting import CALLER
-from formiga_bt.services import server
-from formiga_bt.services.connection import Connection, Times
-from formiga_bt.services.crowd import Crowd, Places
-from formiga_bt.services.door import Door
-from formiga_bt.services.local import LONGEST, close_local, open_local
-from formiga_bt.services.urgent import is_urgent
+from formiga_bt.services.http import server
+from formiga_bt.services.http.connection import Connection, Times
+from formiga_bt.services.http.crowd import Crowd, Places
+from formiga_bt.services.http.door import Door
+from formiga_bt.services.http.local import LONGEST, close_local, open_local
+from formiga_bt.services.http.urgent import is_urgent
 from tests.e2e.rig import wait_until
 
 pytestmark = pytest.mark.network
@@ -207,7 +207,7 @@ def test_another_user_is_not_let_in(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     app = App()
     with serving(app, sock=sock):
         monkeypatch.setattr(os, "geteuid", lambda: 12345)
-        monkeypatch.setattr("formiga_bt.services.connection.peer_uid", lambda _: 54321)
+        monkeypatch.setattr("formiga_bt.services.http.connection.peer_uid", lambda _: 54321)
         assert answer(connected(sock, GET)) == b""
     assert not app.bodies
     close_local(sock, path)
@@ -264,7 +264,7 @@ def test_what_is_urgent(method: str, path: str, urgent: bool) -> None:
 
 
 def test_each_route_that_is_urgent_runs_in_the_lane(start: Callable[..., Any]) -> None:
-    from formiga_bt.services import api
+    from formiga_bt.services.http import api
 
     with start() as service:
         app = api.application(service.host)

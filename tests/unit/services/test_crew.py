@@ -6,9 +6,9 @@ from typing import Any
 
 import pytest
 
+from formiga_bt.base.site_folder import APPROVALS
 from formiga_bt.services.crew import keep, standing, taken_back
-from formiga_bt.services.journaling import JournalAt
-from formiga_bt.site_folder import APPROVALS
+from formiga_bt.services.kept.journaling import JournalAt
 from formiga_bt.transport.messages import PreflightCheck
 from tests.unit.services.conftest import Service, Start, make_real
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from formiga_bt.services.crowd import AT_ONCE, LANE, Crowd, Places, http_places, local_places
+from formiga_bt.services.http.crowd import AT_ONCE, LANE, Crowd, Places, http_places, local_places
 
 
 def crowd(connections: int = 3, requests: int = 2, streams: int = 1) -> Crowd[str]:

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
+from formiga_bt.base.endpoints import is_loopback
+from formiga_bt.base.errors import SiteError
 from formiga_bt.cli.calling import LocalConnection
-from formiga_bt.endpoints import is_loopback
-from formiga_bt.errors import SiteError
-from formiga_bt.services import server
+from formiga_bt.services.http import server
 from tests.unit.services.conftest import Service, Start, make_real
 
 pytestmark = pytest.mark.network
@@ -54,7 +54,7 @@ def test_the_token_is_asked_for_where_it_is_wanted(start: Start, tmp_path: Path)
 
 
 def status_of_a_wanting_engine(start: Start, word: str) -> list[int]:
-    from formiga_bt.services import api
+    from formiga_bt.services.http import api
 
     with start() as service:
         asked = api.guarded(api.application(service.host), token=word.split()[1], needs_token=True)

@@ -4,8 +4,8 @@ from collections.abc import Sequence
 
 import pytest
 
-from formiga_bt.clock import SECOND
-from formiga_bt.services.doubles import OneEach
+from formiga_bt.base.clock import SECOND
+from formiga_bt.services.duplicate_people import OneEach
 from formiga_bt.transport.messages import (
     AgentCard,
     AgentGone,

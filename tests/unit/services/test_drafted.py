@@ -5,10 +5,10 @@ from typing import Any
 
 import pytest
 
+from formiga_bt.rehearsal.testing import packaged_world, task_of
 from formiga_bt.safety.approval import TYPED
 from formiga_bt.safety.drafted import drafted, stamped
-from formiga_bt.services.drafted import LEDGER, known_below, known_of, note, texts_of, who_drafted
-from formiga_bt.testing import packaged_world, task_of
+from formiga_bt.services.kept.drafted import LEDGER, known_below, known_of, note, texts_of, who_drafted
 from tests.unit.services.conftest import Service, Start
 from tests.unit.services.test_crew import real as real
 

@@ -7,16 +7,16 @@ from pathlib import Path
 
 import pytest
 
-from formiga_bt.engine import changes as ch
-from formiga_bt.engine.inputs import Alarm, Operator, OperatorOrder, Started, Step
-from formiga_bt.engine.records import AgentRecord, StandingOrder
-from formiga_bt.errors import SiteError
-from formiga_bt.geo import Position
-from formiga_bt.rehearsal import Rehearsal, fleet_of
-from formiga_bt.services import flightlog
-from formiga_bt.services.flightlog import Flight, FlightLog, Flights, as_csv, as_json, flights, flying, iso
-from formiga_bt.site_folder import FLIGHTS, FLYING
-from formiga_bt.testing import packaged_task, packaged_world, task_of
+from formiga_bt.base.errors import SiteError
+from formiga_bt.base.geo import Position
+from formiga_bt.base.site_folder import FLIGHTS, FLYING
+from formiga_bt.engine.kernel import changes as ch
+from formiga_bt.engine.kernel.inputs import Alarm, Operator, OperatorOrder, Started, Step
+from formiga_bt.engine.kernel.records import AgentRecord, StandingOrder
+from formiga_bt.rehearsal.rehearsal import Rehearsal, fleet_of
+from formiga_bt.rehearsal.testing import packaged_task, packaged_world, task_of
+from formiga_bt.services.kept import flightlog
+from formiga_bt.services.kept.flightlog import Flight, FlightLog, Flights, as_csv, as_json, flights, flying, iso
 
 HOP = """\
 imports: [lib/flying.yaml]

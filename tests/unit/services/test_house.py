@@ -2,8 +2,8 @@
 
 import pytest
 
-from formiga_bt.clock import OFF, SECOND, EngineClock, Micros
-from formiga_bt.services.house import House, Trouble, clock_check
+from formiga_bt.base.clock import OFF, SECOND, EngineClock, Micros
+from formiga_bt.services.standing_alarms import House, Trouble, clock_check
 
 WALL: Micros = 1_800_000_000 * SECOND
 

@@ -9,7 +9,7 @@ import pytest
 
 from formiga_bt.journal.files import Identity, all_of
 from formiga_bt.journal.store import Journal
-from formiga_bt.services.journaling import JournalAt
+from formiga_bt.services.kept.journaling import JournalAt
 from tests.copying import copied
 from tests.unit.services.conftest import Service, Start
 

@@ -6,15 +6,15 @@ from pathlib import Path
 
 import pytest
 
-from formiga_bt import site_folder
+from formiga_bt.base import site_folder
+from formiga_bt.base.errors import JournalError, SiteError
 from formiga_bt.cli.past import Place, journals
-from formiga_bt.engine.state import snapshot
-from formiga_bt.errors import JournalError, SiteError
+from formiga_bt.engine.kernel.state import snapshot
 from formiga_bt.journal.database import Database
 from formiga_bt.journal.keep import stats
 from formiga_bt.journal.past import Past
 from formiga_bt.journal.store import Journal, Unwritable
-from formiga_bt.services.journaling import SITE_FILES, JournalAt
+from formiga_bt.services.kept.journaling import SITE_FILES, JournalAt
 from formiga_bt.services.words import NOT_KEPT
 from tests.copying import copied
 from tests.unit.services.conftest import Start

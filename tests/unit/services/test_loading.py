@@ -6,13 +6,13 @@ from pathlib import Path
 import pytest
 
 from formiga_bt.engine.engine import Engine
-from formiga_bt.engine.inputs import Input, Submit
-from formiga_bt.engine.library import Bundles
-from formiga_bt.engine.replies import Accepted, Refusal, Reply
-from formiga_bt.services.bundles import BundleStore
-from formiga_bt.services.library_models import LoadOut
+from formiga_bt.engine.kernel.inputs import Input, Submit
+from formiga_bt.engine.kernel.library import Bundles
+from formiga_bt.engine.kernel.replies import Accepted, Refusal, Reply
+from formiga_bt.services.kept.bundles import BundleStore
 from formiga_bt.services.loading import Loading, served_again
 from formiga_bt.services.refused import Refused
+from formiga_bt.services.replies.library_models import LoadOut
 from formiga_bt.services.view import View
 from tests.unit.engine.yard import CART, task, yard
 

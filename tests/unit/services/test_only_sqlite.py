@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from formiga_bt.journal.files import all_of
-from formiga_bt.services.journaling import JournalAt
+from formiga_bt.services.kept.journaling import JournalAt
 from tests.unit.services.conftest import Start
 
 pytestmark = pytest.mark.network

@@ -5,13 +5,13 @@ from pathlib import Path
 import msgspec
 import pytest
 
+from formiga_bt.base.errors import TaskError
 from formiga_bt.cli.past import source_of
 from formiga_bt.cli.remote import RemotePast, connect_source
-from formiga_bt.errors import TaskError
-from formiga_bt.replay.source import WINDOW_US
-from formiga_bt.services.journaling import JournalAt
-from formiga_bt.services.past_routes import PastTask
+from formiga_bt.services.http.past_routes import PastTask
+from formiga_bt.services.kept.journaling import JournalAt
 from formiga_bt.show.facts import Chart, Now, Stats, Timeline
+from formiga_bt.show.replay.source import WINDOW_US
 from tests.unit.services.conftest import Start
 
 pytestmark = pytest.mark.network

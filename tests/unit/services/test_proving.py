@@ -10,12 +10,12 @@ from typing import Any
 
 import pytest
 
-from formiga_bt.clock import SECOND
-from formiga_bt.durable import write_durably
+from formiga_bt.base.clock import SECOND
+from formiga_bt.base.durable import write_durably
+from formiga_bt.base.person_secrets import SECRETS, Hashed, write_secret
 from formiga_bt.lang.model import Site
-from formiga_bt.person_secrets import SECRETS, Hashed, write_secret
-from formiga_bt.services.journaling import JournalAt
-from formiga_bt.services.proving import AT_ONCE, MOST_WAITING, MOST_WRONG, Proofs, people_of
+from formiga_bt.services.http.proving import AT_ONCE, MOST_WAITING, MOST_WRONG, Proofs, people_of
+from formiga_bt.services.kept.journaling import JournalAt
 from formiga_bt.services.refused import Refused
 from tests.unit.services.conftest import Service, Start, cheap, make_real, secret_of
 from tests.unit.services.test_crew import body

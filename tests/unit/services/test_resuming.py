@@ -12,21 +12,21 @@ from typing import Any
 
 import pytest
 
-from formiga_bt.cli.init import SITE
+from formiga_bt.base.errors import FormigaError, SiteError
+from formiga_bt.cli.author.init import SITE
 from formiga_bt.cli.inputs import read_task, read_world
-from formiga_bt.engine import resume
-from formiga_bt.engine.inputs import Duty, LockdownOrder, Operator
-from formiga_bt.engine.reconcile import Reconcile
-from formiga_bt.engine.records import AgentRecord, GoalRecord
-from formiga_bt.engine.state import EngineState
-from formiga_bt.errors import FormigaError, SiteError
+from formiga_bt.engine.kernel.inputs import Duty, LockdownOrder, Operator
+from formiga_bt.engine.kernel.records import AgentRecord, GoalRecord
+from formiga_bt.engine.kernel.state import EngineState
+from formiga_bt.engine.restart import resume
+from formiga_bt.engine.restart.reconcile import Reconcile
 from formiga_bt.lang.model import Catalogue
-from formiga_bt.replay.machine import TimeMachine
-from formiga_bt.replay.source import JournalSource
-from formiga_bt.replay.story import tale
 from formiga_bt.services.host import EngineHost
-from formiga_bt.services.journaling import JournalAt
-from formiga_bt.services.resuming import ALIVE, RESUMING, Blame, Sign, _check_catalogue, last_sign
+from formiga_bt.services.kept.journaling import JournalAt
+from formiga_bt.services.kept.resuming import ALIVE, RESUMING, Blame, Sign, _check_catalogue, last_sign
+from formiga_bt.show.replay.machine import TimeMachine
+from formiga_bt.show.replay.source import JournalSource
+from formiga_bt.show.replay.story import tale
 from tests.copying import copied
 from tests.unit.services.conftest import TREES, Service
 from tests.unit.services.wire import Wire

@@ -10,11 +10,11 @@ from typing import Any
 
 import pytest
 
-from formiga_bt.cli import why
+from formiga_bt.base.errors import FormigaError, TaskError, UnusableFile
 from formiga_bt.cli.calling import ApiError, NoEngine, connect
+from formiga_bt.cli.operator import why
 from formiga_bt.cli.remote import RemoteSource, connect_source
-from formiga_bt.engine.changes import TaskPut
-from formiga_bt.errors import FormigaError, TaskError, UnusableFile
+from formiga_bt.engine.kernel.changes import TaskPut
 from formiga_bt.show.why.text import in_words
 from tests.unit.services.conftest import Service, starter
 from tests.unit.services.fakes import task

@@ -2,10 +2,10 @@
 
 import pytest
 
-from formiga_bt.engine.state import EngineState
-from formiga_bt.geo import Frame
-from formiga_bt.services.shown import agent_out
-from formiga_bt.testing import packaged_world
+from formiga_bt.base.geo import Frame
+from formiga_bt.engine.kernel.state import EngineState
+from formiga_bt.rehearsal.testing import packaged_world
+from formiga_bt.services.replies.shown import agent_out
 from tests.unit.services.fakes import NOW, machine
 
 

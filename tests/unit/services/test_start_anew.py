@@ -9,11 +9,11 @@ from typing import Final
 
 import pytest
 
-from formiga_bt.clock import SECOND, wall_clock_us
-from formiga_bt.errors import JournalError
+from formiga_bt.base.clock import SECOND, wall_clock_us
+from formiga_bt.base.errors import JournalError
 from formiga_bt.journal.store import Journal
-from formiga_bt.services.journaling import JournalAt
-from formiga_bt.services.resuming import last_sign
+from formiga_bt.services.kept.journaling import JournalAt
+from formiga_bt.services.kept.resuming import last_sign
 from tests.copying import copied
 from tests.unit.services.conftest import Start
 

@@ -5,12 +5,12 @@ from typing import Any
 
 import pytest
 
-from formiga_bt.clock import SECOND
-from formiga_bt.engine.changes import AgentPut, DeadlineSet, GoalPut, LockdownPut, OrderPut, TaskPut
-from formiga_bt.engine.inputs import LockdownOrder, Operator
-from formiga_bt.engine.records import Deadline, GoalRecord, Lockdown
-from formiga_bt.engine.timers import OrderDue
-from formiga_bt.testing import packaged_world
+from formiga_bt.base.clock import SECOND
+from formiga_bt.engine.kernel.changes import AgentPut, DeadlineSet, GoalPut, LockdownPut, OrderPut, TaskPut
+from formiga_bt.engine.kernel.inputs import LockdownOrder, Operator
+from formiga_bt.engine.kernel.records import Deadline, GoalRecord, Lockdown
+from formiga_bt.engine.kernel.timers import OrderDue
+from formiga_bt.rehearsal.testing import packaged_world
 from formiga_bt.transport.messages import PreflightCheck
 from tests.unit.services.fakes import NOW, Paper, machine, order, raised, task
 

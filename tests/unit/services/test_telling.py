@@ -2,9 +2,9 @@
 
 import pytest
 
-from formiga_bt.geo import Place
-from formiga_bt.lang.binding import bind_fields
+from formiga_bt.base.geo import Place
 from formiga_bt.lang.model import Site
+from formiga_bt.lang.request.binding import bind_fields
 from formiga_bt.lang.types import BOOL, DISTANCE, INT, PLACE, TEXT
 from tests.unit.services.conftest import Start
 

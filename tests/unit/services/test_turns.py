@@ -5,7 +5,7 @@ from contextlib import suppress
 
 import pytest
 
-from formiga_bt.services.turns import SWITCH_S, short_turns
+from formiga_bt.services.thread_switching import SWITCH_S, short_turns
 
 
 def test_turns_are_short_inside_and_as_before_after_it_whatever_happens() -> None:

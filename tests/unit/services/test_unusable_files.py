@@ -8,11 +8,11 @@ from typing import Any, Final
 
 import pytest
 
-from formiga_bt.errors import FormigaError
-from formiga_bt.services.bundles import BundleStore
-from formiga_bt.services.journaling import JournalAt
-from formiga_bt.site_folder import SiteFolder
-from formiga_bt.unusable_files import FILES
+from formiga_bt.base.errors import FormigaError
+from formiga_bt.base.site_folder import SiteFolder
+from formiga_bt.base.unusable_files import FILES
+from formiga_bt.services.kept.bundles import BundleStore
+from formiga_bt.services.kept.journaling import JournalAt
 from tests.unit.services.conftest import Start
 from tests.unit.services.test_api_library import SHORT
 

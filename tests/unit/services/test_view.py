@@ -6,18 +6,18 @@ from pathlib import Path
 import pytest
 from msgspec.structs import replace
 
-from formiga_bt.engine.changes import LockdownPut, TaskPut
-from formiga_bt.engine.inputs import Alarm, Operator, Step, TimerDue
-from formiga_bt.engine.records import Lockdown, TaskRecord
-from formiga_bt.engine.replies import Refusal
-from formiga_bt.engine.timers import TurnDue
+from formiga_bt.engine.kernel.changes import LockdownPut, TaskPut
+from formiga_bt.engine.kernel.inputs import Alarm, Operator, Step, TimerDue
+from formiga_bt.engine.kernel.records import Lockdown, TaskRecord
+from formiga_bt.engine.kernel.replies import Refusal
+from formiga_bt.engine.kernel.timers import TurnDue
+from formiga_bt.rehearsal.testing import packaged_task
 from formiga_bt.services.feed import Feed
-from formiga_bt.services.shown import task_out
+from formiga_bt.services.replies.shown import task_out
 from formiga_bt.services.view import View
 from formiga_bt.show.why import words
 from formiga_bt.show.why.places import StepPlaces, running_leaves
 from formiga_bt.show.why.words import span
-from formiga_bt.testing import packaged_task
 from tests.unit.services.fakes import NOW
 
 ROOT = Path(__file__).parents[3]

@@ -5,7 +5,7 @@ from collections import deque
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from formiga_bt.geo import Place, Position
+from formiga_bt.base.geo import Place, Position
 from formiga_bt.transport.messages import (
     AgentCard,
     AgentGone,

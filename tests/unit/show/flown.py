@@ -1,6 +1,6 @@
 """A small flight and its site, made by hand: what charts and maps are tested with."""
 
-from formiga_bt.clock import SECOND
+from formiga_bt.base.clock import SECOND
 from formiga_bt.show.facts import ActionFact, Chart, Mark, Point, Shape, TaskFact, Timeline, Track, Waiting
 
 ZERO = 1_000_000 * SECOND

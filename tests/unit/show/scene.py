@@ -1,9 +1,9 @@
 """A run in virtual time whose steps go into a ledger as they are made, and what a source says of it."""
 
-from formiga_bt.rehearsal import Rehearsal
+from formiga_bt.rehearsal.rehearsal import Rehearsal
 from formiga_bt.show.facts import StepFact
-from formiga_bt.show.folded import FoldedSource
-from formiga_bt.show.ledger import Bounds, Ledger
+from formiga_bt.show.history.folded import FoldedSource
+from formiga_bt.show.history.ledger import Bounds, Ledger
 
 
 def source_of(run: Rehearsal, bounds: Bounds | None = None) -> FoldedSource:

@@ -4,11 +4,11 @@ from typing import Any
 
 import pytest
 
-from formiga_bt.clock import SECOND
-from formiga_bt.geo import Place, Position, Region
+from formiga_bt.base.clock import SECOND
+from formiga_bt.base.geo import Place, Position, Region
 from formiga_bt.lang.types import AgentRef, Type, list_of
+from formiga_bt.rehearsal.testing import packaged_world
 from formiga_bt.show.amounts import Wording, percent
-from formiga_bt.testing import packaged_world
 from tests.unit.engine.yard import CART, Yard, task
 from tests.unit.show.scene import source_of
 

@@ -7,12 +7,12 @@ from typing import Any, get_args
 import pytest
 from msgspec.structs import replace
 
-from formiga_bt.engine.inputs import Operator
-from formiga_bt.engine.records import IN_FLIGHT, GoalState
-from formiga_bt.rehearsal import Rehearsal, fleet_of
+from formiga_bt.engine.kernel.inputs import Operator
+from formiga_bt.engine.kernel.records import IN_FLIGHT, GoalState
+from formiga_bt.rehearsal.rehearsal import Rehearsal, fleet_of
+from formiga_bt.rehearsal.testing import packaged_task, packaged_world
 from formiga_bt.show.why.causes import CAUSES, causes_of
 from formiga_bt.show.why.words import BLOCKED, GATE, HOLDS
-from formiga_bt.testing import packaged_task, packaged_world
 from tests.missions.test_shipped import pick_up
 
 

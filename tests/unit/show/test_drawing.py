@@ -6,9 +6,9 @@ import pytest
 
 from formiga_bt.cli.inputs import read_task, read_world
 from formiga_bt.lang.places import steps_with_paths
-from formiga_bt.show.drawing import cut, drawing_of, is_step, names_of, text_of, walk
 from formiga_bt.show.facts import Box, Drawing
-from formiga_bt.show.phrases import param_label
+from formiga_bt.show.tree.drawing import cut, drawing_of, is_step, names_of, text_of, walk
+from formiga_bt.show.tree.phrases import param_label
 
 TREES = sorted((Path(__file__).parents[3] / "trees").rglob("*.yaml"))
 TASKS = [p for p in TREES if "\ntask:" in p.read_text(encoding="utf-8") and ".test" not in p.suffixes]

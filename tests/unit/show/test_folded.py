@@ -3,10 +3,11 @@
 import msgspec
 import pytest
 
-from formiga_bt.clock import SECOND
-from formiga_bt.engine import changes as ch
-from formiga_bt.engine.inputs import Alarm, Operator, Started, Step
-from formiga_bt.engine.records import (
+from formiga_bt.base.clock import SECOND
+from formiga_bt.base.errors import TaskError
+from formiga_bt.engine.kernel import changes as ch
+from formiga_bt.engine.kernel.inputs import Alarm, Operator, Started, Step
+from formiga_bt.engine.kernel.records import (
     AgentRecord,
     Deadline,
     GoalRecord,
@@ -16,15 +17,14 @@ from formiga_bt.engine.records import (
     StandingOrder,
     TaskRecord,
 )
-from formiga_bt.engine.timers import ClearanceDue, LiveDue, OrderDue, TaskDue, Timer
-from formiga_bt.errors import TaskError
+from formiga_bt.engine.kernel.timers import ClearanceDue, LiveDue, OrderDue, TaskDue, Timer
 from formiga_bt.lang.types import AgentRef
-from formiga_bt.rehearsal import Rehearsal, fleet_of
+from formiga_bt.rehearsal.rehearsal import Rehearsal, fleet_of
+from formiga_bt.rehearsal.testing import packaged_task, packaged_world
 from formiga_bt.show.facts import ActionFact, Chart, Now, Stats, TaskPicture, Timeline
-from formiga_bt.show.folded import FoldedSource
-from formiga_bt.show.ledger import Ledger
+from formiga_bt.show.history.folded import FoldedSource
+from formiga_bt.show.history.ledger import Ledger
 from formiga_bt.show.source import Source
-from formiga_bt.testing import packaged_task, packaged_world
 from tests.unit.engine.yard import CART, TWO, Yard, yard
 from tests.unit.show.scene import source_of
 

@@ -4,8 +4,8 @@ from datetime import UTC
 
 import pytest
 
-from formiga_bt.clock import SECOND
-from formiga_bt.errors import UnusableFile
+from formiga_bt.base.clock import SECOND
+from formiga_bt.base.errors import UnusableFile
 from formiga_bt.show.facts import ActionFact, TaskFact, Timeline, Waiting
 from formiga_bt.show.gantt.files import made
 from formiga_bt.show.gantt.plan import kind_of, planned

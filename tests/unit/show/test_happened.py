@@ -4,12 +4,12 @@ from typing import Any
 
 import pytest
 
-from formiga_bt.clock import SECOND
-from formiga_bt.engine import changes as ch
-from formiga_bt.engine.inputs import Input, LockdownOrder, Operator, Started, Step
-from formiga_bt.engine.records import AgentRecord, ClearanceRecord, GoalRecord, Lockdown, Question, StandingOrder
-from formiga_bt.engine.replies import Refusal
-from formiga_bt.show.runlog import RunLog
+from formiga_bt.base.clock import SECOND
+from formiga_bt.engine.kernel import changes as ch
+from formiga_bt.engine.kernel.inputs import Input, LockdownOrder, Operator, Started, Step
+from formiga_bt.engine.kernel.records import AgentRecord, ClearanceRecord, GoalRecord, Lockdown, Question, StandingOrder
+from formiga_bt.engine.kernel.replies import Refusal
+from formiga_bt.show.history.runlog import RunLog
 
 
 class Feeder:

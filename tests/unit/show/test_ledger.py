@@ -2,15 +2,15 @@
 
 from msgspec.structs import replace
 
-from formiga_bt.clock import SECOND
-from formiga_bt.engine import changes as ch
-from formiga_bt.engine.inputs import Alarm, Operator, Started, Step
-from formiga_bt.engine.records import AgentRecord, Deadline, GoalRecord, TaskRecord
-from formiga_bt.engine.replies import Refusal
-from formiga_bt.engine.state import load_snapshot, snapshot
-from formiga_bt.engine.timers import LiveDue, TaskDue
-from formiga_bt.geo import Position
-from formiga_bt.show.ledger import Bounds, Ledger
+from formiga_bt.base.clock import SECOND
+from formiga_bt.base.geo import Position
+from formiga_bt.engine.kernel import changes as ch
+from formiga_bt.engine.kernel.inputs import Alarm, Operator, Started, Step
+from formiga_bt.engine.kernel.records import AgentRecord, Deadline, GoalRecord, TaskRecord
+from formiga_bt.engine.kernel.replies import Refusal
+from formiga_bt.engine.kernel.state import load_snapshot, snapshot
+from formiga_bt.engine.kernel.timers import LiveDue, TaskDue
+from formiga_bt.show.history.ledger import Bounds, Ledger
 from tests.unit.engine.yard import CART, Yard
 from tests.unit.show.scene import source_of, told
 

@@ -3,9 +3,9 @@
 import pytest
 from msgspec.structs import replace
 
-from formiga_bt.geo import Position
+from formiga_bt.base.geo import Position
+from formiga_bt.rehearsal.testing import packaged_world
 from formiga_bt.show.listed import listing, natural, port_of
-from formiga_bt.testing import packaged_world
 from tests.unit.services.fakes import machine
 
 

@@ -7,13 +7,13 @@ from msgspec.structs import replace
 from rich.console import Console
 
 from agents_sim.referee import Crash, Pass, Verdict
-from formiga_bt.clock import SECOND
-from formiga_bt.engine import changes as ch
-from formiga_bt.engine.inputs import Alarm, PublishState, Started, Step
-from formiga_bt.engine.records import AgentRecord, GoalRecord, Lockdown, StandingOrder, TaskRecord
-from formiga_bt.geo import Position
+from formiga_bt.base.clock import SECOND
+from formiga_bt.base.geo import Position
+from formiga_bt.engine.kernel import changes as ch
+from formiga_bt.engine.kernel.inputs import Alarm, PublishState, Started, Step
+from formiga_bt.engine.kernel.records import AgentRecord, GoalRecord, Lockdown, StandingOrder, TaskRecord
+from formiga_bt.show.history.runlog import RunLog
 from formiga_bt.show.live import LiveView, PlainView, View
-from formiga_bt.show.runlog import RunLog
 
 CLEAN = Verdict((), (), (), Pass("hwd_1", "hwd_2", 0, 30.2))
 

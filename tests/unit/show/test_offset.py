@@ -2,7 +2,7 @@
 
 import pytest
 
-from formiga_bt.clock import SECOND
+from formiga_bt.base.clock import SECOND
 from formiga_bt.show.offset import offset_words
 
 

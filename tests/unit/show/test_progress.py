@@ -2,12 +2,12 @@
 
 import pytest
 
-from formiga_bt.clock import SECOND
-from formiga_bt.geo import Place
+from formiga_bt.base.clock import SECOND
+from formiga_bt.base.geo import Place
 from formiga_bt.lang.types import AgentRef
-from formiga_bt.rehearsal import Rehearsal, fleet_of
-from formiga_bt.show.progress import instance_of
-from formiga_bt.testing import packaged_task, packaged_world
+from formiga_bt.rehearsal.rehearsal import Rehearsal, fleet_of
+from formiga_bt.rehearsal.testing import packaged_task, packaged_world
+from formiga_bt.show.history.progress import instance_of
 from tests.unit.engine.yard import CART, Yard, task
 from tests.unit.show.scene import source_of, step_of, told
 

@@ -5,11 +5,11 @@ from pathlib import Path
 import pytest
 from msgspec.structs import replace
 
-from formiga_bt.clock import SECOND
-from formiga_bt.engine import changes as ch
-from formiga_bt.engine.inputs import Alarm, Effect, Notify, PublishState, Started, Step
-from formiga_bt.engine.records import AgentRecord, GoalRecord, Question, TaskRecord
-from formiga_bt.show.runlog import Line, RunLog
+from formiga_bt.base.clock import SECOND
+from formiga_bt.engine.kernel import changes as ch
+from formiga_bt.engine.kernel.inputs import Alarm, Effect, Notify, PublishState, Started, Step
+from formiga_bt.engine.kernel.records import AgentRecord, GoalRecord, Question, TaskRecord
+from formiga_bt.show.history.runlog import Line, RunLog
 
 
 class Feeder:
@@ -125,9 +125,9 @@ def test_rows_of_tasks_keep_their_order(feed: Feeder) -> None:
 
 
 def test_its_state_is_the_engines(tmp_path: Path) -> None:
+    from formiga_bt.base.packaged import folder
     from formiga_bt.cli.inputs import read_task, read_world
-    from formiga_bt.packaged import folder
-    from formiga_bt.rehearsal import Rehearsal, fleet_of
+    from formiga_bt.rehearsal.rehearsal import Rehearsal, fleet_of
 
     world = read_world((), folder("trees") / "demo-site.yaml")
     move = read_task(folder("trees") / "move_task.yaml", world).task

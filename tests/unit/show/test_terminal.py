@@ -4,7 +4,7 @@ from typing import Any
 
 import pytest
 
-from formiga_bt.diagnostics import Mark
+from formiga_bt.base.diagnostics import Mark
 from formiga_bt.lang.model import (
     Ask,
     Call,
@@ -25,10 +25,10 @@ from formiga_bt.lang.model import (
     WithAgents,
 )
 from formiga_bt.lang.types import ANY, DISTANCE, PLACE
-from formiga_bt.show.drawing import cut, drawing_of
 from formiga_bt.show.facts import StepFact
-from formiga_bt.show.phrases import source
-from formiga_bt.show.terminal import draw
+from formiga_bt.show.tree.drawing import cut, drawing_of
+from formiga_bt.show.tree.phrases import source
+from formiga_bt.show.tree.terminal import draw
 
 
 def at(line: int, file: str = "trees/Fetch.yaml") -> Mark:

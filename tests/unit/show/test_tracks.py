@@ -1,8 +1,8 @@
 """Ways: what is thinned, and what is kept of a rest."""
 
-from formiga_bt.clock import SECOND
-from formiga_bt.geo import Position
-from formiga_bt.show.tracks import Way
+from formiga_bt.base.clock import SECOND
+from formiga_bt.base.geo import Position
+from formiga_bt.show.history.tracks import Way
 
 
 def test_a_rest_has_a_point_when_it_began_and_one_when_it_ended() -> None:

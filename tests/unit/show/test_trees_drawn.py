@@ -16,19 +16,19 @@ from typing import get_args
 import pytest
 
 from formiga_bt.cli.inputs import read_task, read_world
-from formiga_bt.show.dot import dot_of
-from formiga_bt.show.drawing import cut, drawing_of, is_step, walk
 from formiga_bt.show.facts import Box, Drawing, Span, Spot, StepFact
-from formiga_bt.show.formats import SUFFIXES, UnknownFormat, as_png, as_text, format_of, json_of
-from formiga_bt.show.html import html_of
-from formiga_bt.show.looks import Look
-from formiga_bt.show.marks import IGNORED_FAILURE, MARKS, mark_of, note_of
-from formiga_bt.show.mermaid import mermaid_of
-from formiga_bt.show.outline import WIDTH, Shape, outline_of
-from formiga_bt.show.png import painted, png_of
-from formiga_bt.show.shapes import shape_of
-from formiga_bt.show.svg import svg_of
-from formiga_bt.show.terminal import draw, legend
+from formiga_bt.show.tree.dot import dot_of
+from formiga_bt.show.tree.drawing import cut, drawing_of, is_step, walk
+from formiga_bt.show.tree.formats import SUFFIXES, UnknownFormat, as_png, as_text, format_of, json_of
+from formiga_bt.show.tree.html import html_of
+from formiga_bt.show.tree.looks import Look
+from formiga_bt.show.tree.marks import IGNORED_FAILURE, MARKS, mark_of, note_of
+from formiga_bt.show.tree.mermaid import mermaid_of
+from formiga_bt.show.tree.outline import WIDTH, Shape, outline_of
+from formiga_bt.show.tree.png import painted, png_of
+from formiga_bt.show.tree.shapes import shape_of
+from formiga_bt.show.tree.svg import svg_of
+from formiga_bt.show.tree.terminal import draw, legend
 
 ROOT = Path(__file__).parents[3]
 GOLDEN = Path(__file__).parent / "golden"

@@ -2,8 +2,8 @@ from collections.abc import Callable
 
 import pytest
 
-from formiga_bt.clock import SECOND
-from formiga_bt.geo import Position
+from formiga_bt.base.clock import SECOND
+from formiga_bt.base.geo import Position
 from formiga_bt.transport.agent_side import REMEMBERED_GOALS, AgentSide
 from formiga_bt.transport.messages import (
     AgentCard,

@@ -9,8 +9,8 @@ import sys
 
 import pytest
 
-from formiga_bt.geo import Position
-from formiga_bt.transport.bounds import ID_LIMIT, MOST, MOST_DEPTH, MOST_INT
+from formiga_bt.base.bounds import ID_LIMIT, MOST, MOST_DEPTH, MOST_INT
+from formiga_bt.base.geo import Position
 from formiga_bt.transport.codec import (
     CHECKS_LIMIT,
     WireError,

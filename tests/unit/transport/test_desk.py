@@ -2,8 +2,8 @@ import threading
 
 import pytest
 
-from formiga_bt.clock import SECOND
-from formiga_bt.errors import TransportError
+from formiga_bt.base.clock import SECOND
+from formiga_bt.base.errors import TransportError
 from formiga_bt.transport.desk import MOST_OPEN, DeskTransport
 from formiga_bt.transport.messages import (
     AgentSeen,

@@ -1,5 +1,5 @@
-from formiga_bt.clock import SECOND, VirtualScheduler
-from formiga_bt.geo import Position
+from formiga_bt.base.clock import SECOND, VirtualScheduler
+from formiga_bt.base.geo import Position
 from formiga_bt.transport.agent_side import AgentSide
 from formiga_bt.transport.memory import Faults, MemoryHub
 from formiga_bt.transport.messages import (

@@ -12,7 +12,7 @@ import msgspec
 import pytest
 from msgspec import Struct
 
-from formiga_bt.geo import Position
+from formiga_bt.base.geo import Position
 from formiga_bt.transport import agent_side, codec
 from formiga_bt.transport.codec import CancelRequest, GoalsReply, GoalsRequest
 from formiga_bt.transport.desk import ConfirmFields

@@ -8,7 +8,7 @@ from msgspec.structs import replace
 from textual import events
 from textual.pilot import Pilot
 
-from formiga_bt.errors import FormigaError, TaskError
+from formiga_bt.base.errors import FormigaError, TaskError
 from formiga_bt.show.facts import (
     AgentFact,
     Because,
@@ -28,9 +28,9 @@ from formiga_bt.show.facts import (
     Timeline,
     Top,
 )
-from formiga_bt.watch.app import Watch
-from formiga_bt.watch.background import here
-from formiga_bt.watch.orders import Order, Reply
+from formiga_bt.show.watch.app import Watch
+from formiga_bt.show.watch.background import here
+from formiga_bt.show.watch.orders import Order, Reply
 
 S = 1_000_000
 NAMED = {"exclamation_mark": "!", "question_mark": "?", "slash": "/", "minus": "-"}

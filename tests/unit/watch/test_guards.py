@@ -3,8 +3,8 @@
 import pytest
 
 from formiga_bt.show.facts import AgentFact, Now, QuestionFact, Top
-from formiga_bt.watch.guards import PATIENCE_S, Gate, cannot_answer, guard_of
-from formiga_bt.watch.orders import Order
+from formiga_bt.show.watch.guards import PATIENCE_S, Gate, cannot_answer, guard_of
+from formiga_bt.show.watch.orders import Order
 from tests.unit.watch.fake import AT, agent, question
 
 

@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
-from formiga_bt.watch.aim import ABORT, FOR_ALL, FOR_MACHINES, ORDERS
-from formiga_bt.watch.keys import TABLE, help_lines
+from formiga_bt.show.watch.aim import ABORT, FOR_ALL, FOR_MACHINES, ORDERS
+from formiga_bt.show.watch.keys import TABLE, help_lines
 
 PAGE = (Path(__file__).parents[3] / "docs" / "seeing.md").read_text(encoding="utf-8")
 

@@ -3,8 +3,8 @@
 import pytest
 
 from formiga_bt.show.facts import Now, Top
-from formiga_bt.watch.needs import needs
-from formiga_bt.watch.text import FULL
+from formiga_bt.show.watch.needs import needs
+from formiga_bt.show.watch.text import FULL
 from tests.unit.watch.fake import AT, agent
 
 

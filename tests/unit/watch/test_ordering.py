@@ -1,8 +1,8 @@
 """Keys that order, on a screen: what leaves, after which guard, for which target; and that nothing else ever leaves."""
 
-from formiga_bt.errors import FormigaError
+from formiga_bt.base.errors import FormigaError
 from formiga_bt.show.facts import LineFact
-from formiga_bt.watch.orders import Reply
+from formiga_bt.show.watch.orders import Reply
 from tests.unit.watch.fake import AT, FakeSource, Room, S, agent, many, question, task, watching
 
 

@@ -5,10 +5,10 @@ from collections.abc import Awaitable, Callable
 
 from msgspec.structs import replace
 
-from formiga_bt.errors import UnusableFile
+from formiga_bt.base.errors import UnusableFile
 from formiga_bt.show.facts import Now
-from formiga_bt.watch.background import here
-from formiga_bt.watch.player import Player
+from formiga_bt.show.watch.background import here
+from formiga_bt.show.watch.player import Player
 from tests.unit.watch.fake import AT, FakeActor, FakeSource, Room, S
 
 

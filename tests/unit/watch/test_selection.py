@@ -1,6 +1,6 @@
 """The choice follows its row; when that is gone, nothing is chosen until a person moves."""
 
-from formiga_bt.watch.selection import Selection
+from formiga_bt.show.watch.selection import Selection
 
 
 def test_the_choice_follows_its_id() -> None:

@@ -3,8 +3,8 @@
 from msgspec.structs import replace
 
 from formiga_bt.show.facts import Now, Top
-from formiga_bt.watch.text import plain
-from formiga_bt.watch.top import Link, about, parts, top_lines
+from formiga_bt.show.watch.text import plain
+from formiga_bt.show.watch.top import Link, about, parts, top_lines
 from tests.unit.watch.fake import AT, S
 
 FULL = Top(airborne=7, needs_you=2, longest_wait_us=41 * S, alarms=1, held=1, taken=(("PILOT", "lwd_3"),))

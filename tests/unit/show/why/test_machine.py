@@ -4,10 +4,10 @@ from typing import Any
 
 import pytest
 
-from formiga_bt.clock import SECOND
-from formiga_bt.engine.records import Deadline, GoalRecord, Question
-from formiga_bt.engine.state import EngineState
-from formiga_bt.engine.timers import ClearanceDue
+from formiga_bt.base.clock import SECOND
+from formiga_bt.engine.kernel.records import Deadline, GoalRecord, Question
+from formiga_bt.engine.kernel.state import EngineState
+from formiga_bt.engine.kernel.timers import ClearanceDue
 from formiga_bt.show.why.front import explain
 from tests.unit.services.fakes import NOW, machine, order, task
 

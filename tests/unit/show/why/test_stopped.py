@@ -4,18 +4,18 @@ from typing import Any
 
 import pytest
 
-from formiga_bt.clock import SECOND
-from formiga_bt.engine.records import Found, GoalRecord, Lockdown, Verdict
-from formiga_bt.engine.state import EngineState
-from formiga_bt.geo import Position
+from formiga_bt.base.clock import SECOND
+from formiga_bt.base.geo import Position
+from formiga_bt.engine.kernel.records import Found, GoalRecord, Lockdown, Verdict
+from formiga_bt.engine.kernel.state import EngineState
 from formiga_bt.lang.model import Catalogue
+from formiga_bt.rehearsal.testing import packaged_world
 from formiga_bt.services.standing import lockdown_out, standing_out
 from formiga_bt.show.facts import Because
 from formiga_bt.show.why.front import explain
 from formiga_bt.show.why.standing import stands
 from formiga_bt.show.why.text import in_words
 from formiga_bt.show.why.words import GATE, HOLDS, REASONS, VERDICTS, say
-from formiga_bt.testing import packaged_world
 from tests.unit.services.fakes import NOW, machine, order, task
 
 
@@ -255,7 +255,7 @@ def test_each_cause_of_held_has_words(cause: str) -> None:
 
 
 def test_each_limit_of_the_envelope_has_words_and_an_unknown_one_too() -> None:
-    from formiga_bt.lang.envelope import BREACHES
+    from formiga_bt.lang.site.envelope import BREACHES
 
     assert [name for name in BREACHES if f"envelope.{name}" not in REASONS] == []
     assert say(REASONS, "envelope.new") == REASONS["envelope"]

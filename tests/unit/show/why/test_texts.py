@@ -7,23 +7,23 @@ from typing import Any
 
 import pytest
 
-from formiga_bt.clock import SECOND
+from formiga_bt.base.clock import SECOND
+from formiga_bt.base.errors import TaskError
+from formiga_bt.base.geo import Position
 from formiga_bt.engine.allocator.candidate import Candidate
 from formiga_bt.engine.allocator.policy import closest_charged
-from formiga_bt.engine.inputs import Abort, Operator
-from formiga_bt.engine.records import GoalRecord, Question, Recovering, Request, RoleRequest, Verdict
-from formiga_bt.engine.state import EngineState
-from formiga_bt.errors import TaskError
-from formiga_bt.geo import Position
-from formiga_bt.lang.binding import bind_params
+from formiga_bt.engine.kernel.inputs import Abort, Operator
+from formiga_bt.engine.kernel.records import GoalRecord, Question, Recovering, Request, RoleRequest, Verdict
+from formiga_bt.engine.kernel.state import EngineState
+from formiga_bt.lang.request.binding import bind_params
 from formiga_bt.nodes.run import Failure
-from formiga_bt.rehearsal import Rehearsal, fleet_of, simulated
+from formiga_bt.rehearsal.rehearsal import Rehearsal, fleet_of, simulated
+from formiga_bt.rehearsal.testing import packaged_task, packaged_world, task_of
 from formiga_bt.show.facts import ActionFact
 from formiga_bt.show.why.chosen import chosen
 from formiga_bt.show.why.front import explain
 from formiga_bt.show.why.scene import Scene
 from formiga_bt.show.why.text import in_words
-from formiga_bt.testing import packaged_task, packaged_world, task_of
 from tests.unit.services.fakes import NOW, machine, order, task
 
 SITE, CATALOGUE = packaged_world()

@@ -1,12 +1,12 @@
 """Every task and machine can be explained at every moment of a day on which much goes wrong."""
 
+from formiga_bt.base.packaged import files, folder
 from formiga_bt.lang.loader import load_catalogue
 from formiga_bt.lang.scenario import load_scenario
-from formiga_bt.packaged import files, folder
-from formiga_bt.show.ledger import Ledger
+from formiga_bt.rehearsal.simulation import VirtualRun
+from formiga_bt.show.history.ledger import Ledger
 from formiga_bt.show.why.front import explain
 from formiga_bt.show.why.text import in_words
-from formiga_bt.simulation import VirtualRun
 
 ALL = {
     "busy", "battery", "cannot_continue", "chosen", "cleanup", "control", "envelope.reserve", "gate.clearance",

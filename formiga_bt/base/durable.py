@@ -1,0 +1,156 @@
+"""Files that a power cut leaves whole, and that are their owner's alone: replaced at once, or grown by lines.
+
+Called by whoever keeps something on disk. Modes do not depend on the umask of whoever started the process.
+"""
+
+import json
+import os
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from pathlib import Path
+from typing import IO, Any, Final
+
+from formiga_bt.base.errors import SiteError
+
+PRIVATE_FILE: Final = 0o600
+PRIVATE_FOLDER: Final = 0o700
+
+
+def private_folder(path: Path) -> None:
+    """Make a folder, and those above it that lack; it is its owner's alone, also if it was there before.
+
+    Raises:
+        OSError: it cannot be made, or is somebody else's.
+    """
+    path.mkdir(mode=PRIVATE_FOLDER, parents=True, exist_ok=True)
+    path.chmod(PRIVATE_FOLDER)
+
+
+def make_private(tree: Path) -> None:
+    """Take the rights of others away from everything in a folder that is this user's; links are left as they are."""
+    for place, folders, files in os.walk(tree):
+        for names, mode in ((folders, PRIVATE_FOLDER), (files, PRIVATE_FILE)):
+            for name in names:
+                path = Path(place) / name
+                with suppress(OSError):  # it has gone meanwhile, or is somebody else's
+                    if not path.is_symlink() and path.stat().st_mode & 0o777 != mode:
+                        path.chmod(mode)
+
+
+def append_line(file: Path, record: Mapping[str, Any]) -> None:
+    """Add a record to a file of JSON lines, safely on disk when this returns; what a power cut left half written stays alone.
+
+    Raises:
+        SiteError: the file cannot be written.
+    """
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        is_new = not file.exists()
+        with open(file, "ab+", opener=_private) as lines:
+            torn = lines.tell() > 0 and _last_byte(lines) != b"\n"
+            text = json.dumps(dict(record), ensure_ascii=False)
+            lines.write((b"\n" if torn else b"") + text.encode() + b"\n")
+            lines.flush()
+            os.fsync(lines.fileno())
+        if is_new:
+            _sync_folder(file.parent)
+    except OSError as error:
+        raise SiteError(f"cannot write {file}: {error.strerror or error}") from error
+
+
+def _private(name: str, flags: int) -> int:
+    return os.open(name, flags, PRIVATE_FILE)
+
+
+def _last_byte(file: IO[bytes]) -> bytes:
+    file.seek(-1, os.SEEK_END)
+    return file.read(1)
+
+
+def read_lines(file: Path) -> list[dict[str, Any]]:
+    """Return the records of a file of JSON lines, those that a power cut cut short left out; none, if there is no file.
+
+    Raises:
+        SiteError: the file is there but cannot be read.
+    """
+    try:
+        texts = file.read_bytes().splitlines() if file.exists() else []
+    except OSError as error:
+        raise SiteError(f"cannot read {file}: {error.strerror or error}") from error
+    found = []
+    for text in texts:
+        try:
+            record = json.loads(text)
+        except ValueError:
+            continue
+        if isinstance(record, dict):
+            found.append(record)
+    return found
+
+
+def write_durably(file: Path, text: str) -> None:
+    """Replace a file so that after a power cut it is either the old or the new one.
+
+    Raises:
+        SiteError: it cannot be written.
+    """
+    try:
+        beside = file.with_name(f".{file.name}.new")
+        with open(beside, "w", encoding="utf-8", opener=_private) as new:
+            os.fchmod(new.fileno(), PRIVATE_FILE)
+            new.write(text)
+            new.flush()
+            os.fsync(new.fileno())
+        beside.replace(file)
+        _sync_folder(file.parent)
+    except OSError as error:
+        raise SiteError(f"cannot write {file}: {error.strerror or error}") from error
+
+
+def remove_durably(file: Path) -> None:
+    """Remove a file so that it does not come back after a power cut.
+
+    Raises:
+        SiteError: it cannot be removed.
+    """
+    try:
+        file.unlink(missing_ok=True)
+        _sync_folder(file.parent)
+    except OSError as error:
+        raise SiteError(f"cannot remove {file}: {error.strerror or error}") from error
+
+
+def move_aside(files: Sequence[Path], name: str = "aside") -> Path | None:
+    """Move files of one folder, in this order, into a folder NAME-N beside them.
+
+    It is the last there is, if none of them is in it yet. Files that are not there are passed over; None: none is there.
+
+    Raises:
+        SiteError: they cannot be moved; some may be.
+    """
+    there = [one for one in files if one.exists() or one.is_symlink()]
+    if not there:
+        return None
+    beside = there[0].parent
+    try:
+        numbers = (one.name.removeprefix(f"{name}-") for one in beside.glob(f"{name}-*"))
+        last = max((int(one) for one in numbers if one.isascii() and one.isdecimal()), default=0)
+        if not last or any((beside / f"{name}-{last}" / one.name).exists() for one in there):
+            last += 1
+        target = beside / f"{name}-{last}"
+        target.mkdir(exist_ok=True)
+        for one in there:
+            one.rename(target / one.name)
+        _sync_folder(target)
+        _sync_folder(beside)
+    except OSError as error:
+        raise SiteError(f"cannot set {there[0]} aside: {error.strerror or error}") from error
+    return target
+
+
+def _sync_folder(path: Path) -> None:
+    folder = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(folder)
+    finally:
+        os.close(folder)

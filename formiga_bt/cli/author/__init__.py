@@ -1,0 +1,1 @@
+"""Verbs of those who write tasks: check, show, dry-run, test, draft."""

@@ -1,0 +1,1 @@
+"""Verbs of those who connect formiga: simulated agents, editors, assistants, other formats."""

@@ -1,0 +1,55 @@
+"""`formiga mcp`: the server that an assistant starts and speaks with over stdin and stdout."""
+
+import time
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from formiga_bt.base.extras import install
+from formiga_bt.cli.client import TokenFileOption, UrlOption, user
+from formiga_bt.cli.inputs import UnusableFile, is_demo, readable
+
+if TYPE_CHECKING:
+    from formiga_bt.show.source import Source
+
+
+def command(
+    site: Annotated[
+        Path | None,
+        typer.Option(
+            help="Site file. Default: site.yaml of this folder, else the demo site that ships with formiga.",
+            metavar="FILE",
+        ),
+    ] = None,
+    actions: Annotated[
+        list[Path] | None,
+        typer.Option(help="Catalogue file; may be repeated. Default: the one that ships with formiga.", metavar="FILE"),
+    ] = None,
+    by: Annotated[str, typer.Option(help="For whom the assistant works. Default: you.", metavar="NAME")] = "",
+    url: UrlOption = "",
+    token_file: TokenFileOption = None,
+) -> None:
+    """Serve an assistant over the Model Context Protocol: look, check, dry-run, propose. Set-up: docs/mcp.md.
+
+    An assistant starts it, and ends it by closing stdin. Nothing that an assistant does moves a machine: what it proposes waits
+    for a person. Exit code 2: a file cannot be read, or the extra is not installed.
+    """
+    if find_spec("mcp") is None:
+        raise UnusableFile(f"the server for assistants needs a package more\n  help: {install('mcp')}")
+    here = Path("site.yaml")
+    named = site if site is not None else here if here.is_file() else None
+    file = None if named is None or is_demo(named) else str(readable(named).resolve())
+    from formiga_bt.llm.mcp.ground import Where, ground_of
+    from formiga_bt.llm.mcp.server import serve
+
+    where = Where(file, tuple(str(readable(path).resolve()) for path in actions or ()))
+    ground_of(where)
+
+    def engine() -> "Source":
+        from formiga_bt.cli.remote import connect_source
+
+        return connect_source(None if url or file is None else Path(file), url, token_file)
+
+    serve(where, engine, lambda: time.time_ns() // 1_000_000, [by or user(), user()])

@@ -1,0 +1,55 @@
+"""Which scenario a word on the command line means, read and checked. Used by `sim` and `demo`."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from formiga_bt.base.errors import FormigaError
+from formiga_bt.base.packaged import folder
+from formiga_bt.cli.inputs import UnusableFile, read_world, readable
+
+if TYPE_CHECKING:
+    from formiga_bt.lang.scenario import Scenario
+
+
+def shipped() -> list[str]:
+    """Return the names of the scenarios that ship with formiga."""
+    return sorted(path.stem for path in (folder("trees") / "scenarios").glob("*.yaml"))
+
+
+def find_scenario(word: str) -> Path:
+    """Return the file that a word names: a path, else a scenario that ships with formiga.
+
+    Raises:
+        UnusableFile: neither.
+    """
+    path = Path(word)
+    if path.is_file() or path.suffix or len(path.parts) > 1:
+        return readable(path)
+    inside = folder("trees") / "scenarios" / f"{word}.yaml"
+    if word in shipped():
+        return inside
+    from formiga_bt.lang.text.reading import did_you_mean
+
+    what = f"no scenario is called '{word}'{did_you_mean(word, shipped())}"
+    raise UnusableFile(f"{what}\n  help: name a file, or one of {', '.join(shipped())}")
+
+
+def read_scenario(word: str, actions: Sequence[Path] = ()) -> "Scenario":
+    """Read and check a scenario with all that it names.
+
+    Raises:
+        UnusableFile: there is no such file.
+        FormigaError: it has errors; the text tells all of them.
+    """
+    from formiga_bt.base.diagnostics import render
+    from formiga_bt.lang.scenario import load_scenario
+
+    path = find_scenario(word)
+    world = read_world(actions)
+    loaded = load_scenario(path, catalogue=world.catalogue)
+    errors = [problem for problem in (*world.diagnostics, *loaded.diagnostics) if problem.severity == "error"]
+    if loaded.scenario is None or errors:
+        sources = {**world.sources, **loaded.sources}
+        raise FormigaError("\n\n".join([*(render(problem, sources) for problem in errors), f"{path} cannot be played"]))
+    return loaded.scenario

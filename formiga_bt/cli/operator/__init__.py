@@ -1,0 +1,1 @@
+"""Verbs of those who run a site: start, request, look, explain, replay."""

@@ -1,0 +1,1 @@
+"""Verbs of those who decide: stops, continue, answers, approvals, duty."""

@@ -1,0 +1,192 @@
+"""Who is admitted, and which port is whose: one judgement of an agent, by its card and by the site file.
+
+| why not | what it means | until |
+|---|---|---|
+| `unknown_type` | the catalogue has no such type | its card names another, or the engine is started anew |
+| `other_type` | its card names another type than before, while the machine was in use | its next card |
+| `datum` | its heights count from another ground than ours | its next card |
+| `unlisted` | the site is `real` and does not list it | the engine is started anew |
+| `no_port` | no port is free for it | its next card |
+
+Asked at each card, and for each agent when the engine is started anew. A machine in use is let go only when it rests: what
+the site file no longer lists stays under our control in the air (`AgentRecord.refused_at_rest`).
+"""
+
+from typing import Final, Protocol
+
+from formiga_bt.engine.kernel import changes as ch
+from formiga_bt.engine.kernel.core import Core
+from formiga_bt.engine.kernel.inputs import Alarm, CancelGoal, QueryGoal
+from formiga_bt.engine.kernel.ports import GoalPort
+from formiga_bt.engine.kernel.records import AgentRecord
+from formiga_bt.transport.messages import AgentCard
+
+TURNED_AWAY: Final = ("datum", "other_type", "unknown_type")
+"""For these a machine that was admitted is quarantined at once, also in the air: where it would go cannot be said to it."""
+
+
+COMES_BACK: Final = ("lost", "bad_status", *TURNED_AWAY)
+"""Of a machine that is quarantined for these, and admitted, a status is enough: it is asked what it does, and comes home."""
+
+
+class Quarantines(Protocol):
+    """`Fleet`, as far as needed here."""
+
+    goals: GoalPort
+
+    def quarantine(self, agent_id: str, why: str) -> None:
+        """Take a machine out of its task and out of the pool."""
+        ...
+
+
+class Admission:
+    """Judges agents, and makes their records."""
+
+    def __init__(self, core: Core, fleet: Quarantines) -> None:
+        self._core = core
+        self._fleet = fleet
+
+    # -- cards, and the site file ------------------------------------------------------------------------------------
+    def admit(self, card: AgentCard, wall: int) -> None:
+        """Make the record of an agent that was never seen before."""
+        core = self._core
+        kind = core.catalogue.types.get(card.type)
+        refused, home = self.judge(card.id, card.type, datum=card.datum)
+        agent = AgentRecord(
+            id=card.id,
+            type=card.type,
+            human=kind.human if kind else card.human,
+            shared=kind.shared if kind else False,
+            actions=self.known(card),
+            on_link_loss="" if card.human else card.on_link_loss,
+            limits=dict(card.limits),
+            present=True,
+            liveness="ALIVE",
+            home="" if refused else home,
+            boot_id=card.boot_id,
+            heard_at=core.now,
+            heard_wall=wall,
+            refused=refused,
+            order=core.count("agent"),
+            control="engine" if kind and kind.human else "unknown",
+        )
+        core.emit(ch.AgentPut(agent))
+        if refused:
+            core.effect(Alarm("not_admitted", f"{card.id} ({card.type}) is not admitted: {refused}", "", card.id))
+
+    def judge_anew(self, card: AgentCard) -> None:
+        """A known agent announced itself again: what its card says may have been mended, or be wrong now."""
+        core, agent = self._core, self._core.state.agents[card.id]
+        refused, home = self.judge(card.id, card.type, home=agent.home, datum=card.datum)
+        if card.type != agent.type and not self._retype(agent, card):
+            refused = "other_type"
+        agent = core.state.agents[card.id]
+        if refused == agent.refused:
+            if refused and agent.pool == "QUARANTINED":
+                core.effect(QueryGoal(agent.id))  # what it still does is called off
+            return
+        if not refused:
+            core.put_agent(agent.id, refused="", home=home)
+        elif agent.refused or refused in TURNED_AWAY:  # else the site file says so: that was judged at the start
+            self._turn_away(agent, refused)
+
+    def _retype(self, agent: AgentRecord, card: AgentCard) -> bool:
+        """Let an agent be of another type than before; return False if it is ours as it was, and in use."""
+        core, kind = self._core, self._core.catalogue.types.get(card.type)
+        ours = not agent.refused or agent.pool == "QUARANTINED"
+        human = kind.human if kind is not None else card.human
+        if ours and (human != agent.human or self.is_in_use(agent)):
+            return False
+        core.put_agent(agent.id, refused="other_type")  # one less of its former type
+        core.put_agent(agent.id, type=card.type, human=human, shared=kind is not None and kind.shared)
+        return True
+
+    def _turn_away(self, agent: AgentRecord, why: str) -> None:
+        """What was admitted cannot be any more: the machine leaves its task, and what it still does is called off."""
+        core = self._core
+        used = not agent.refused and not agent.human and self.is_in_use(agent)
+        text = f"{agent.id} ({agent.type}) is not admitted: {why}"
+        if used:
+            text += "; it was in use: it leaves its task, and only hold and cut reach it"
+            core.effect(Alarm("not_admitted", text, agent.task, agent.id))
+            for goal in [goal for goal in core.index.goals_of(agent.id) if goal.in_flight]:
+                core.effect(CancelGoal(goal.id, agent.id, goal.action))
+            self._fleet.goals.lose(agent.id, "lost")
+            self._fleet.quarantine(agent.id, why)
+            if core.state.agents[agent.id].quarantine in ("asked", *COMES_BACK):
+                core.put_agent(agent.id, quarantine=why)
+            core.effect(QueryGoal(agent.id))
+        else:
+            core.effect(Alarm("not_admitted", text, "", agent.id))
+        core.put_agent(agent.id, refused=why, refused_at_rest="")
+
+    def read_anew(self) -> None:
+        """The engine was started anew: who is admitted, and each machine's port, are as the site file says now."""
+        core = self._core
+        for agent in list(core.state.agents.values()):
+            datum = "other" if agent.refused == "datum" else "local"
+            refused, home = self.judge(agent.id, agent.type, home=agent.home, datum=datum)
+            if agent.refused == "other_type" and refused in ("", "unlisted", "no_port"):
+                refused = "other_type"
+            used = not agent.refused and self.is_in_use(agent)
+            if used and refused == "unknown_type":
+                self._turn_away(agent, refused)
+                continue
+            stays = used and refused in ("unlisted", "no_port")
+            core.put_agent(
+                agent.id,
+                refused="" if stays else refused,
+                refused_at_rest=refused if stays and not agent.human else "",
+                home=home if stays or not refused else "",
+            )
+            if stays and not agent.human:
+                text = f"{agent.id} is in use and not admitted any more: {refused}; it can be stopped and comes home"
+                core.effect(Alarm("not_admitted", f"{text}, but gets no new task", agent.task, agent.id))
+
+    def let_go(self, agent_id: str) -> None:
+        """A machine that is admitted no more rests, and nothing holds it: it is no longer ours."""
+        agent = self._core.state.agents[agent_id]
+        if agent.refused_at_rest and agent.pool != "QUARANTINED" and not self.is_in_use(agent):
+            self._core.put_agent(agent_id, refused=agent.refused_at_rest, refused_at_rest="")
+
+    # -- the judgement -----------------------------------------------------------------------------------------------
+    def judge(self, agent_id: str, type_name: str, *, home: str = "", datum: str = "local") -> tuple[str, str]:
+        """Return why an agent is not admitted, or "", and the port that is, or would be, its own.
+
+        Args:
+            agent_id: whose.
+            type_name: as its card says.
+            home: its port until now; it keeps it unless the site gives it to another, or has it no more.
+            datum: as its card says.
+        """
+        core = self._core
+        kind, listed = core.catalogue.types.get(type_name), core.site.agents.get(agent_id)
+        if kind is None:
+            return "unknown_type", ""
+        if kind.human:
+            home = ""
+        elif listed is not None:
+            home = listed.home
+        elif home not in core.site.ports or home in [one.home for one in core.site.agents.values()]:
+            home = self._free_port(agent_id)
+        if datum != "local":
+            return "datum", home
+        if listed is None and core.site.mode == "real":
+            return "unlisted", home
+        return "" if home or kind.human else "no_port", home
+
+    def _free_port(self, agent_id: str) -> str:
+        agents, listed = self._core.state.agents.values(), self._core.site.agents.values()
+        taken = {agent.home for agent in agents if agent.id != agent_id} | {one.home for one in listed}
+        return next((name for name in self._core.site.ports if name not in taken), "")
+
+    def known(self, card: AgentCard) -> tuple[str, ...]:
+        """Return what an agent announces that its type has."""
+        kind = self._core.catalogue.types.get(card.type)
+        return tuple(action for action in card.actions if kind is None or action in kind.actions)
+
+    def is_in_use(self, agent: AgentRecord) -> bool:
+        """Return whether a machine does something for us, or may be in the air: it is not let go of then."""
+        goals = any(not goal.ended for goal in self._core.index.goals_of(agent.id))
+        ordered = agent.id in self._core.state.orders
+        return bool(agent.task) or goals or ordered or (agent.may_be_airborne and not agent.human)

@@ -1,0 +1,261 @@
+"""Preemption: whom a HIGH request that gets no agents asks to step aside, and who may be asked at all.
+
+A task may be ended to begin anew only while nothing is lost by it: in its steps, not held by a person, with no load on its
+machines, no action sent that may not be repeated, no `critical` step running. `if_lost: rebind` asks the same.
+
+`allocation` makes a `Preemption` at each look, after the policy's decision. It keeps nothing: who steps aside already is read
+from the state each time, so a machine that is lost on its way home is replaced, and nobody is asked twice for the same slot.
+"""
+
+from collections.abc import Callable, Sequence
+from itertools import combinations
+from typing import Final
+
+from msgspec import Struct
+from msgspec.structs import replace
+
+from formiga_bt.engine.allocator.candidate import Candidate
+from formiga_bt.engine.allocator.filters import refusal
+from formiga_bt.engine.allocator.policy import Decision
+from formiga_bt.engine.kernel.core import Core
+from formiga_bt.engine.kernel.records import PRIORITIES, Request, RoleRequest, TaskRecord, Verdict
+from formiga_bt.lang.places import steps_around
+
+MOST_SETS: Final = 1000
+"""So many sets of tasks are compared for the smallest; beyond that one is taken from which none can be left out."""
+
+Slots = Sequence[RoleRequest]
+"""A role of machines as often as it has places."""
+
+Team = Callable[[Sequence[str]], list[str] | None]
+"""The agents that fill all slots if these tasks step aside, or None."""
+
+
+class Plan(Struct, frozen=True):
+    """How a HIGH request gets its agents: from whom, and on their way already from whom."""
+
+    request: str
+    victims: tuple[str, ...]
+    """Tasks to be preempted now."""
+    awaited: dict[str, int]
+    """Tasks that step aside for it, the victims among them -> the run that they end."""
+    agents: frozenset[str]
+    """The machines that it will have."""
+
+
+# -- who may be asked --------------------------------------------------------------------------------------------------
+def why_not_preemptible(core: Core, task: TaskRecord) -> str:
+    """Return why a task may not be restarted now, or "" if it may.
+
+    One of: `ending` (its steps are over or being stopped, or have not begun), `not_preemptible` (its file says so, or is of
+    high priority), `held`, `ordered` (an order stands on a machine of it), `spent` (an action that may not be repeated was
+    sent), `loaded`, `critical`.
+    """
+    return _why_not(core, task, "")
+
+
+def may_rebind(core: Core, task: TaskRecord, agent_id: str) -> bool:
+    """Return whether a task that loses an agent begins anew with another one, instead of its step failing.
+
+    Call it when the agent is lost or quarantined, while it still stands in the task's roles and before the trees run on.
+    """
+    model = core.library.of(task)
+    if model is None:
+        return False
+    roles = [name for name, agents in task.roles.items() if agent_id in agents]
+    rebinds = any(name in model.roles and model.roles[name].if_lost == "rebind" for name in roles)
+    rebinds = rebinds or (bool(roles) and agent_id in task.rebinds)
+    return rebinds and not _why_not(core, task, agent_id)
+
+
+def _why_not(core: Core, task: TaskRecord, lost: str) -> str:
+    model = core.library.of(task)
+    if task.section != "steps" or task.status != "ACTIVE" or task.stopping or task.outcome or task.again:
+        return "ending"
+    if model is None or task.system_agent or not model.preemptible:
+        return "not_preemptible"
+    if any(not cause.startswith("clearance:") for cause in task.held if not (lost and cause.endswith(f":{lost}"))):
+        return "held"
+    agents = [core.state.agents[agent_id] for agent_id in task.granted]
+    mine = [a for a in agents if not a.human and (a.task == task.id or a.id == lost)]
+    if any(a.id in core.state.orders for a in mine if a.id != lost):
+        return "ordered"
+    if task.spent or any(core.state.tasks[child].spent for child in task.children):
+        return "spent"
+    if any(a.payload_kg > 0 for a in mine):
+        return "loaded"
+    running = core.state.memory.get(task.id, {})
+    return "critical" if any(step.critical for key in running for step in steps_around(model, key)) else ""
+
+
+# -- whom to ask -------------------------------------------------------------------------------------------------------
+class Preemption:
+    """One look at the HIGH requests that got nothing: who is coming home, who may be preempted, who is asked.
+
+    Args:
+        core: the engine's core; only read.
+        requests: all that wait, in order of service.
+        decision: what the policy made of them.
+        agents: all agents.
+    """
+
+    def __init__(
+        self, core: Core, requests: Sequence[Request], decision: Decision, agents: Sequence[Candidate]
+    ) -> None:
+        self._core = core
+        granted = {grant.task: grant for grant in decision.grants}
+        urgent = [request for request in requests if request.priority == "high"]
+        self._waiting = {request.task: request for request in urgent if request.task not in granted}
+        self.plans: dict[str, Plan] = {}
+        """A plan for each of them that could be served if others step aside, in order of service."""
+        if not self._waiting:
+            return
+        machines = [a for a in agents if not a.human and a.task in core.state.tasks]
+        tasks = {a.task: core.state.tasks[a.task] for a in machines}
+        ending = {t.id for t in tasks.values() if t.again or _steps_aside(t) or t.section == "recover"}
+        self._why_not = {t.id: why_not_preemptible(core, t) for t in tasks.values() if PRIORITIES[t.priority] > 0}
+        willing = [t for t in tasks.values() if self._why_not.get(t.id) == ""]
+        willing.sort(key=lambda t: (-PRIORITIES[t.priority], -t.order))
+        self._home = {a.id: _at_home(core, a, leaving=a.task in ending) for a in machines}
+        self._coming = [a.id for a in machines if a.task in ending]
+        self._held = {t.id: [a.id for a in machines if a.task == t.id] for t in willing}
+        groups = [group for r in urgent if r.task in granted for group in granted[r.task].roles.values()]
+        claimed = {agent for group in groups for agent in group}
+        for request in self._waiting.values():
+            plan = self._plan(request, decision.verdicts.get(request.task, ()), claimed)
+            if plan is not None:
+                self.plans[request.task] = plan
+                claimed |= plan.agents
+
+    def told(self, request: Request, verdicts: tuple[Verdict, ...]) -> tuple[Verdict, ...]:
+        """Return the verdicts of a request, with what preemption makes of the busy ones."""
+        if request.task not in self._waiting:
+            return verdicts
+        plan = self.plans.get(request.task)
+
+        def tell(verdict: Verdict) -> Verdict:
+            task = self._core.state.tasks.get(verdict.detail) if verdict.code == "busy" else None
+            if task is None or self._core.state.agents[verdict.agent].task != task.id:
+                return verdict
+            if plan is not None and verdict.agent in plan.agents and task.id in plan.awaited:
+                return replace(verdict, code="preempting")
+            code = self._why_not.get(task.id, "")
+            return replace(verdict, code="kept", detail=f"{task.id}: {code}") if code not in ("", "ending") else verdict
+
+        return tuple(tell(verdict) for verdict in verdicts)
+
+    def _plan(self, request: Request, verdicts: Sequence[Verdict], claimed: set[str]) -> Plan | None:
+        """Return how the request gets its agents, or None if it cannot, or need not wait for anybody to step aside."""
+        fits = {(v.role, v.agent) for v in verdicts if v.code in ("fits", "chosen")}
+        slots = [role for role in request.roles if not role.human for _ in range(role.count)]
+        for role in request.roles:
+            if role.human and sum(name == role.role for name, _ in fits) < role.count:
+                return None
+        free = [v.agent for v in verdicts if (v.role, v.agent) in fits and v.agent not in claimed]
+        ready = [*dict.fromkeys(free), *(a for a in self._coming if a not in claimed)]
+        fits |= {
+            (role.role, agent_id)
+            for role in dict.fromkeys(slots)
+            for agent_id, home in self._home.items()
+            if home is not None and refusal(home, role) is None
+        }
+        chosen = self._victims(slots, fits, ready, claimed, parents_of(self._core, request.holder))
+        if chosen is None:
+            return None
+        victims, team = chosen
+        tasks = self._core.state.tasks
+        owners = [tasks[self._core.state.agents[agent_id].task] for agent_id in team if agent_id in self._home]
+        awaited = {t.id: t.run for t in owners if _steps_aside(t) or t.id in victims}
+        return Plan(request.task, victims, awaited, frozenset(team)) if awaited else None
+
+    def _victims(
+        self, slots: Slots, fits: set[tuple[str, str]], ready: list[str], claimed: set[str], spared: frozenset[str]
+    ) -> tuple[tuple[str, ...], list[str]] | None:
+        """Return the fewest, lowest, youngest tasks that must step aside, and the agents that fill the slots then."""
+        held = {
+            task: useful
+            for task, agents in self._held.items()
+            if task not in spared
+            and (useful := [a for a in agents if a not in claimed and any((s.role, a) in fits for s in slots)])
+        }
+
+        def team(tasks: Sequence[str]) -> list[str] | None:
+            return match(slots, fits, [*ready, *(a for task in tasks for a in held[task])])
+
+        found = team(())
+        if found is not None:
+            return (), found
+        everybody = tuple(held)
+        if team(everybody) is None:
+            return None
+        tried = 0
+        for number in range(1, len(slots) + 1):
+            for some in combinations(everybody, number):
+                found = team(some)
+                if found is not None:
+                    return some, found
+                tried += 1
+                if tried >= MOST_SETS:
+                    return _pruned(everybody, team)
+        raise AssertionError("as many tasks as slots suffice if all do")
+
+
+def parents_of(core: Core, task_id: str) -> frozenset[str]:
+    """Return the tasks by which a task was requested and with which it ends: it can gain nothing from their end."""
+    found: set[str] = set()
+    task = core.state.tasks.get(task_id)
+    while task is not None and task.parent and not task.detached:
+        found.add(task.parent)
+        task = core.state.tasks.get(task.parent)
+    return frozenset(found)
+
+
+def _steps_aside(task: TaskRecord) -> bool:
+    """Return whether a task is being ended because it was preempted."""
+    return task.code == "preempted" and task.section != "done"
+
+
+def _pruned(tasks: tuple[str, ...], team: Team) -> tuple[tuple[str, ...], list[str]]:
+    """Return tasks of which none can be left out; those that come last are spared first."""
+    kept = tasks
+    for task in reversed(tasks):
+        fewer = tuple(t for t in kept if t != task)
+        if team(fewer) is not None:
+            kept = fewer
+    found = team(kept)
+    assert found is not None
+    return kept, found
+
+
+def match(slots: Slots, fits: set[tuple[str, str]], agents: Sequence[str]) -> list[str] | None:
+    """Return a different agent for each slot, the first ones where there is a choice; None if that cannot be.
+
+    `fits` holds (role, agent) of every agent that fits a role.
+    """
+    of_slot: dict[int, str] = {}
+    of_agent: dict[str, int] = {}
+
+    def fill(slot: int, seen: set[str]) -> bool:
+        for agent in agents:
+            if agent in seen or (slots[slot].role, agent) not in fits:
+                continue
+            seen.add(agent)
+            if agent not in of_agent or fill(of_agent[agent], seen):
+                of_slot[slot], of_agent[agent] = agent, slot
+                return True
+        return False
+
+    if all(fill(slot, set()) for slot in range(len(slots))):
+        return [of_slot[slot] for slot in range(len(slots))]
+    return None
+
+
+def _at_home(core: Core, agent: Candidate, *, leaving: bool) -> Candidate | None:
+    """Return a machine as it will be when its task has given it back; None = it lands just now, who knows where."""
+    goal = core.state.goals.get(agent.goal)
+    if goal is not None and goal.in_flight and core.action(goal.action).lands and not leaving:
+        return None
+    brought = agent.landed != "grounded" and core.catalogue.types[agent.type].recover is not None
+    landed, at_port = ("grounded", True) if brought else (agent.landed, agent.at_port)
+    # Checks before a flight are told on the ground: the machine must pass them when it is there.
+    return replace(agent, task="", goal="", word="STANDBY", landed=landed, at_port=at_port, preflight=False)

@@ -1,0 +1,171 @@
+"""The gatekeeper: shows every goal to the safety gate, sends what may go, keeps what must wait and looks at it again.
+
+Waiting goals are looked at when something that one may wait for has changed (a goal ended, a machine moved, an answer came),
+in the order safety goal or way home, priority, age. What the gate sees is `engine.gateview`; what becomes of machines that
+wait for each other is `engine.room`.
+"""
+
+from formiga_bt.engine.goals.air_holding import Room
+from formiga_bt.engine.goals.gateview import GateView
+from formiga_bt.engine.kernel import changes as ch
+from formiga_bt.engine.kernel.core import EVERYTHING, Core
+from formiga_bt.engine.kernel.inputs import Alarm, SendGoal
+from formiga_bt.engine.kernel.ports import ClearancePort
+from formiga_bt.engine.kernel.records import BUSY, GoalRecord
+from formiga_bt.engine.kernel.timers import AcceptDue
+from formiga_bt.safety.gate import Go, Hold, Refuse, Verdict, judge, may_go_again
+from formiga_bt.transport.messages import to_wire
+
+TTL_BEATS = 10
+"""A goal that reaches its agent later than so many heartbeats (wall seconds) is refused by it."""
+
+
+class Gatekeeper:
+    """Between goals and transports."""
+
+    def __init__(self, core: Core) -> None:
+        self._core = core
+        self.view = GateView(core)
+        self.room = Room(core, self.view, self._send_at_once)
+
+    @property
+    def clearances(self) -> ClearancePort:
+        """Return who asks people to stand clear."""
+        return self.view.clearances
+
+    @clearances.setter
+    def clearances(self, clearances: ClearancePort) -> None:
+        self.view.clearances = self.room.clearances = clearances
+
+    def verdict(self, goal: GoalRecord) -> Verdict:
+        """Return what the gate says of a goal now."""
+        core = self._core
+        ask = self.view.ask(goal)
+        if ask.human:
+            return judge(ask, (), core.now, 0.0)
+        site, view = core.site, self.view
+        traffic = view.traffic(ask)
+        found = judge(ask, traffic, core.now, site.separation_m, site.min_spacing_m, lambda: view.breach(goal, ask))
+        if isinstance(found, Go) and (found.leg is not None or found.area is not None) and not ask.lands:
+            claimant = self.room.claimed(goal, found)
+            if claimant:
+                return Hold("leg_busy", claimant)
+        return found
+
+    def try_send(self, goal_id: str) -> None:
+        """Show a goal to the gate and act on the verdict."""
+        core = self._core
+        goal = core.state.goals[goal_id]
+        match self.verdict(goal):
+            case Go() as go:
+                back = self.room.approach(goal) if core.action(goal.action).lands else None
+                if back is None:
+                    self._send(goal, go)
+                elif isinstance(back, Go):
+                    core.put_goal(goal_id, code="draining", text=core.state.agents[goal.agent].goal)
+                else:
+                    self._waits(goal, back)
+            case Hold() | Refuse() as no:
+                self._waits(goal, no)
+
+    def _waits(self, goal: GoalRecord, no: Hold | Refuse) -> None:
+        """A goal may not go now, or never."""
+        if isinstance(no, Refuse):
+            self.forget(goal)
+            self._core.put_goal(goal.id, state="gate_refused", code=no.code, text=no.text)
+            return
+        if goal.code != no.code or goal.text != no.whom:
+            goal = self._core.put_goal(goal.id, code=no.code, text=no.whom)
+            if no.code == "rebooted":
+                self._tell_of_rebooted(goal)
+        if no.code == "clearance":
+            self.clearances.need(goal)
+        elif no.code in BUSY:
+            self.room.waits(goal)
+
+    def _tell_of_rebooted(self, goal: GoalRecord) -> None:
+        knows = self._core.state.agents[goal.agent].landed == "grounded"
+        stands = "stands" if knows else "does not know whether it stands"
+        text = f"{goal.agent} was started anew and {stands}; {goal.action} waits until you have looked at it"
+        self._core.effect(Alarm("rebooted", f"{text}: formiga agents clear {goal.agent}", goal.task, goal.agent))
+
+    def _send_at_once(self, goal: GoalRecord) -> Verdict:
+        verdict = self.verdict(goal)
+        if isinstance(verdict, Go):
+            self._core.count("safety")
+            self._core.emit(ch.GoalPut(goal))
+            self._send(goal, verdict)
+        return verdict
+
+    def _send(self, goal: GoalRecord, go: Go) -> None:
+        core = self._core
+        place = self.clearances.place(goal.agent)
+        clearance = self.clearances.take(goal)
+        self.room.forget(goal.id)
+        goal = core.put_goal(
+            goal.id, state="sent", code="", text="", leg=go.leg, area=go.area, sent_at=core.now, clearance=clearance,
+            cleared=place if clearance is not None else None,
+        )  # fmt: skip
+        agent = core.state.agents[goal.agent]
+        if not agent.human:
+            moves = go.leg is not None or go.area is not None
+            core.put_agent(
+                agent.id, goal=goal.id, action=goal.action,
+                pool="QUARANTINED" if agent.pool == "QUARANTINED" else "EXECUTING ACTION",
+                lost_leg=None if moves else agent.lost_leg, lost_area=None if moves else agent.lost_area,
+            )  # fmt: skip
+        if not goal.repeatable and goal.section == "steps" and goal.task in core.state.tasks:
+            core.put_task(goal.task, spent=True)
+        core.effect(self._effect(goal))
+        core.set_wall(AcceptDue(goal.id), core.action(goal.action).accept_timeout_us)
+
+    def _effect(self, goal: GoalRecord) -> SendGoal:
+        agent = self._core.state.agents[goal.agent]
+        return SendGoal(
+            goal.id,
+            goal.agent,
+            goal.action,
+            {name: to_wire(value) for name, value in goal.fields.items()},
+            self._core.state.epoch,
+            TTL_BEATS,
+            goal.safety,
+            goal.clearance,
+            link_silence_s=None if agent.human else self._core.rules(agent, goal.task).link_silence_s,
+            task=goal.task,
+        )
+
+    def may_resend(self, goal: GoalRecord) -> bool:
+        """Return whether a goal that its agent never had may go now as it is: who commands, and the word it carries."""
+        return may_go_again(self.view.ask(goal), goal.clearance, goal.cleared, self._core.now)
+
+    def resend(self, goal: GoalRecord) -> None:
+        """Send a goal again that its agent never had, under the same id."""
+        self._core.effect(self._effect(goal))
+
+    # -- time and changes --------------------------------------------------------------------------------------------
+    def review(self) -> None:
+        """Look again at the waiting goals that wait for something that has changed."""
+        core = self._core
+        stale, core.stale = core.stale, set()
+        index = core.index
+        if not index.gated:
+            return
+        # A goal that waits for a machine in its way waits on while neither that machine nor its own has changed.
+        names = (
+            index.gated
+            if EVERYTHING in stale
+            else dict.fromkeys(goal_id for agent in stale for goal_id in index.held_up_by(agent))
+        )
+        waiting = [core.state.goals[goal_id] for goal_id in names]
+        waiting.sort(key=lambda goal: (*self.room.rank(goal), goal.id))
+        for goal in waiting:
+            if core.state.goals.get(goal.id) is goal:
+                self.try_send(goal.id)
+                if core.state.goals[goal.id].ended:
+                    core.wake(goal.task, goal.owner)
+
+    def forget(self, goal: GoalRecord) -> None:
+        """A waiting goal was withdrawn, or will never go."""
+        self.clearances.withdraw(goal)
+        self.room.forget(goal.id)
+        self._core.stale.add(EVERYTHING)

@@ -1,0 +1,338 @@
+"""What the gate sees: goals as `Ask`, machines as `Traffic`, limits as `Rules`, all made from the engine's records.
+
+Traffic and its grid are kept and made anew only for machines that changed (`Core.moved`). So is what is known of a goal that
+waits, while nothing that it is made from has changed. Called by the gatekeeper and by `engine.room`; decides nothing.
+"""
+
+from operator import attrgetter
+from typing import Any, Final
+
+from formiga_bt.base.clock import SECOND, Micros
+from formiga_bt.base.energy import Power
+from formiga_bt.base.geo import Place, Position, Region, horizontal_m
+from formiga_bt.engine.kernel.core import Core
+from formiga_bt.engine.kernel.ports import ClearancePort
+from formiga_bt.engine.kernel.records import AgentRecord, GoalRecord, StandingOrder, TaskRecord
+from formiga_bt.safety.envelope import Breach, GateFlight, at_gate, ways_of
+from formiga_bt.safety.gate import AT_PORT_M, Ask
+from formiga_bt.safety.grid import Box, Grid, grown
+from formiga_bt.safety.rules import Rules
+from formiga_bt.safety.traffic import GROUND_M, Area, Traffic, Way, traffic_of
+
+SUN_EVERY_US: Micros = 60 * SECOND
+"""Whether the sun is up is asked so often."""
+
+SPARE: Final = 64
+"""So many goals that wait no more are never too many to keep in mind."""
+
+_seen = attrgetter(
+    "present", "liveness", "pool", "control", "taken", "rebooted", "goal", "position", "landed", "home"
+)  # fmt: skip
+"""What a machine's record adds to `Ask`."""
+_flown = attrgetter(
+    "position", "landed", "stood_at", "battery", "payload_kg", "wind", "layer_m", "home", "limits"
+)  # fmt: skip
+"""What it adds to the flight that is held against the envelope."""
+
+
+class Case:
+    """What is known of a waiting goal, and what that was made from."""
+
+    __slots__ = ("ask", "breach", "flown", "seen")
+
+    def __init__(self, ask: Ask, seen: tuple[Any, ...]) -> None:
+        self.ask = ask
+        self.seen = seen
+        self.breach: Breach | None = None
+        self.flown: tuple[Any, ...] = ()
+        """Empty: its limits were not looked at yet."""
+
+
+class GateView:
+    """The gate's view of the engine's state."""
+
+    clearances: ClearancePort
+
+    def __init__(self, core: Core) -> None:
+        self._core = core
+        self._skies: Grid[Traffic] = Grid()
+        self._ports: Grid[Place] = Grid()
+        for port in core.site.ports.values():
+            box = (port.at.east_m, port.at.east_m, port.at.north_m, port.at.north_m)
+            self._ports.put(port.name, grown(box, AT_PORT_M), port.at)
+        self._reach_m = max(core.site.separation_m, core.site.min_spacing_m)
+        self._sun: tuple[Micros, bool] = (-1, False)
+        self._cases: dict[str, Case] = {}
+
+    # -- goals -------------------------------------------------------------------------------------------------------
+    def ask(self, goal: GoalRecord) -> Ask:
+        """Return a goal as the gate sees it."""
+        if not goal.code:
+            return self._ask(goal)  # it does not wait yet: most never do
+        state = self._core.state
+        agent = state.agents[goal.agent]
+        seen = (
+            *_seen(agent), state.tasks.get(goal.task), state.orders.get(agent.id), state.clearances.get(agent.id),
+            state.lockdown, state.resume, state.counters.get("deposed", 0),
+        )  # fmt: skip
+        case = self._cases.get(goal.id)
+        if case is None:
+            case = self._cases[goal.id] = Case(self._ask(goal), seen)
+            self._forget_old()
+        elif case.seen != seen:
+            case.ask, case.seen = self._ask(goal), seen
+        return case.ask
+
+    def _forget_old(self) -> None:
+        gated = self._core.index.gated
+        if len(self._cases) > 2 * len(gated) + SPARE:
+            self._cases = {goal_id: case for goal_id, case in self._cases.items() if goal_id in gated}
+
+    def _ask(self, goal: GoalRecord) -> Ask:
+        core = self._core
+        agent = core.state.agents[goal.agent]
+        deposed = core.state.counters.get("deposed", 0) > 0
+        task = core.state.tasks.get(goal.task)
+        if agent.human:
+            return Ask(
+                agent=agent.id, task=goal.task, human=True, reachable=reachable(agent), control="engine", deposed=deposed,
+                unsettled=self._is_unsettled(agent.id),
+                locked=self._locked(goal, task), held=bool(task and _holds(task, agent, goal.section)),
+            )  # fmt: skip
+        spec = core.action(goal.action)
+        target = goal.fields.get(spec.moves_to) if spec.moves_to else None
+        region = None
+        if not spec.moves_to:
+            region = next((value for value in goal.fields.values() if isinstance(value, Region)), None)
+        altitude = goal.fields.get("altitude") if region is not None or spec.effect == "airborne" else None
+        home = core.site.ports.get(agent.home)
+        near: list[Place] = []
+        if spec.starts_rotors or spec.lands:
+            places = agent.position, target
+            near = [port for place in places if isinstance(place, Place | Position) for port in self.ports_at(place)]
+        return Ask(
+            agent=agent.id,
+            task=goal.task,
+            human=False,
+            reachable=reachable(agent) and (agent.pool != "QUARANTINED" or goal.safety),
+            control=agent.control,
+            safety=goal.safety,
+            deposed=deposed,
+            taken=agent.taken,
+            busy=agent.goal if agent.goal != goal.id else "",
+            stopped=self._stopped(goal),
+            locked=self._locked(goal, task),
+            unsettled=self._is_unsettled(agent.id),
+            goes_home=goal.section == "recover",
+            rebooted=agent.rebooted,
+            held=bool(task and _holds(task, agent, goal.section)),
+            requires="" if goal.safety else spec.requires,
+            position=agent.position,
+            landed=agent.landed,
+            target=target if isinstance(target, Place | Position) else None,
+            rises_to_m=float(altitude) if isinstance(altitude, int | float) else None,
+            starts_rotors=spec.starts_rotors,
+            climbs_on=bool(goal.rest_of),
+            lands=spec.lands,
+            region=region,
+            clearance=self.clearances.given(agent.id) if agent.id in core.state.clearances else None,
+            cleared=self.clearances.place(agent.id) if agent.id in core.state.clearances else None,
+            asked=self._is_asked(goal),
+            ports=tuple(near),
+            home=home.at if home else None,
+            exempt_clearance=spec.cuts or (task is not None and task.stop in ("land", "cut")),
+        )
+
+    def _is_unsettled(self, agent_id: str) -> bool:
+        resume = self._core.state.resume
+        return resume is not None and (resume.phase != "watching" or agent_id in resume.before)
+
+    def _is_asked(self, goal: GoalRecord) -> bool:
+        record = self._core.state.clearances.get(goal.agent)
+        return record is not None and record.goal == goal.id and record.state in ("asked", "waiting")
+
+    def _carries_out(self, goal: GoalRecord, order: StandingOrder) -> bool:
+        """Return whether a goal is an order's own: of its system task, of the recover that does it, or its `cut`."""
+        if goal.id == order.goal:
+            return True
+        task = self._core.state.tasks.get(goal.task)
+        return task is not None and goal.task == order.task and (bool(task.system_agent) or goal.section == "recover")
+
+    def _stopped(self, goal: GoalRecord) -> str:
+        order = self._core.state.orders.get(goal.agent)
+        if order is None or goal.id.startswith("safety/") or self._carries_out(goal, order):
+            return ""
+        return order.stop
+
+    def _locked(self, goal: GoalRecord, task: TaskRecord | None) -> str:
+        lockdown = self._core.state.lockdown
+        if lockdown is None or task is None or goal.safety or task.stop:
+            return ""
+        order = self._core.state.orders.get(goal.agent)
+        if order is not None and self._carries_out(goal, order):
+            return ""
+        way_home = goal.section == "recover" or bool(task.system_agent)
+        return "" if way_home and lockdown.how == "return" else lockdown.how
+
+    # -- limits ------------------------------------------------------------------------------------------------------
+    def breach(self, goal: GoalRecord, ask: Ask) -> Breach | None:
+        """Return the limit that a goal would break."""
+        core = self._core
+        agent = core.state.agents[goal.agent]
+        rescue = goal.safety or goal.section == "recover"
+        rules = core.rules(agent, "" if rescue else goal.task)
+        case = self._cases.get(goal.id) if goal.code and not rules.daylight_only else None
+        if case is None:
+            return self._breach(goal, ask, agent, rules, rescue=rescue)
+        flown = _flown(agent)
+        if case.flown != flown:
+            case.breach, case.flown = self._breach(goal, ask, agent, rules, rescue=rescue), flown
+        return case.breach
+
+    def _breach(self, goal: GoalRecord, ask: Ask, agent: AgentRecord, rules: Rules, *, rescue: bool) -> Breach | None:
+        core = self._core
+        spec = core.action(goal.action)
+        moves = ask.target is not None or ask.rises_to_m is not None or ask.region is not None
+        speed = goal.fields.get("speed")
+        flight = GateFlight(
+            agent=agent.id,
+            here=agent.position,
+            grounded=agent.landed == "grounded",
+            ways=ways_of(agent.position, ask.target, core.airspace, ask.rises_to_m) if ask.region is None else (),
+            region=ask.region,
+            region_up_m=ask.rises_to_m if ask.region is not None else None,
+            lands_at=(ask.target.ground if isinstance(ask.target, Position) else ask.target) if ask.lands else None,
+            hover_s=0.0 if moves else spec.typical_us / SECOND,
+            speed_m_s=float(speed) if isinstance(speed, int | float) else None,
+            spots=(agent.stood_at,) if agent.stood_at is not None else (),
+            battery=agent.battery,
+            payload_kg=agent.payload_kg,
+            wind=agent.wind,
+            power=self.power(agent),
+            home=ask.home,
+            layer_m=agent.layer_m,
+            sun_up=self._sun_up() if rules.daylight_only else None,
+            rescue=rescue,
+        )
+        return at_gate(flight, core.airspace, rules)
+
+    def may_land(self, agent: AgentRecord, spot: Place) -> bool:
+        """Return whether a machine may fly straight to a spot and land there: fence, no-fly regions, ground."""
+        ways = ways_of(agent.position, spot, self._core.airspace)
+        flight = GateFlight(agent=agent.id, here=agent.position, ways=ways, lands_at=spot, home=spot, rescue=True)
+        return at_gate(flight, self._core.airspace, self._core.rules(agent, "")) is None
+
+    def power(self, agent: AgentRecord) -> Power | None:
+        """Return what a machine uses."""
+        return self._core.power(agent)
+
+    def _sun_up(self) -> bool:
+        at, up = self._sun
+        if at < 0 or self._core.now - at >= SUN_EVERY_US:
+            up = self._core.airspace.sun_is_up(self._core.now)
+            self._sun = (self._core.now, up)
+        return up
+
+    # -- the others --------------------------------------------------------------------------------------------------
+    def traffic(self, ask: Ask) -> list[Traffic]:
+        """Return the machines that may be near a goal's way and spots, in the order of their admission."""
+        self._refresh()
+        here, target = ask.position, ask.target
+        if here is not None and target is not None and ask.region is None:  # nearly all of them
+            west, east = (here.east_m, target.east_m) if here.east_m <= target.east_m else (target.east_m, here.east_m)
+            south, north = here.north_m, target.north_m
+            if south > north:
+                south, north = north, south
+            return self._near((west, east, south, north))
+        points: list[Place | Position] = []
+        if ask.position is not None:
+            points.append(ask.position)
+        if ask.target is not None:
+            points.append(ask.target)
+        if ask.region is not None:
+            points += ask.region.corners
+        if not points:
+            return []
+        easts, norths = [p.east_m for p in points], [p.north_m for p in points]
+        return self._near((min(easts), max(easts), min(norths), max(norths)))
+
+    def _near(self, box: Box) -> list[Traffic]:
+        found = self._skies.near(grown(box, self._reach_m))
+        if len(found) > 1:
+            found.sort(key=_order)
+        return found
+
+    def _refresh(self) -> None:
+        core = self._core
+        if not core.moved:
+            return
+        moved, core.moved = core.moved, {}
+        for agent_id in moved:
+            agent = core.state.agents[agent_id]
+            if not agent.human:
+                traffic = self._seen(agent)
+                self._skies.put(agent_id, traffic.reach, traffic)
+
+    def _seen(self, agent: AgentRecord) -> Traffic:
+        goal = self._core.state.goals.get(agent.goal) if agent.goal else None
+        leg: Way | None = agent.lost_leg
+        area: Area | None = agent.lost_area
+        if goal is not None and goal.in_flight and (goal.leg is not None or goal.area is not None):
+            leg, area = goal.leg, goal.area
+        column = self._column_m(agent, leg)
+        return traffic_of(
+            agent.id,
+            agent.task,
+            agent.landed,
+            agent.position,
+            leg,
+            column,
+            area,
+            agent.order,
+            self._landing_spot(agent),
+        )
+
+    def _column_m(self, agent: AgentRecord, leg: Way | None) -> float | None:
+        spot = leg[1] if leg is not None else agent.position
+        if not agent.task or spot is None or spot.up_m > GROUND_M:
+            return None
+        return None if self.ports_at(spot) else agent.layer_m
+
+    def _landing_spot(self, agent: AgentRecord) -> Place | None:
+        # One that waits in the air for people to stand clear of its landing keeps the spot.
+        clearance = self._core.state.clearances.get(agent.id)
+        if clearance is None or clearance.state not in ("asked", "waiting") or agent.landed != "airborne":
+            return None
+        return clearance.place
+
+    def ports_at(self, spot: Place | Position) -> list[Place]:
+        """Return the ports at a spot."""
+        near = self._ports.near((spot.east_m, spot.east_m, spot.north_m, spot.north_m))
+        return [port for port in near if horizontal_m(port, spot) <= AT_PORT_M]
+
+    def occupant(self, agent_id: str, spot: Place) -> str:
+        """Return another machine that stands on, or lands at, a spot, or ""."""
+        self._refresh()
+        near_m = self._core.site.min_spacing_m
+        box = grown((spot.east_m, spot.east_m, spot.north_m, spot.north_m), near_m)
+        for other in sorted(self._skies.near(box), key=_order):
+            if other.agent != agent_id and any(horizontal_m(its, spot) < near_m for its in other.spots):
+                return other.agent
+        return ""
+
+
+_order = attrgetter("order")
+
+
+def _holds(task: TaskRecord, agent: AgentRecord, section: str) -> bool:
+    held = task.held
+    if section != "steps":  # cleanup and the way home go on; but only a person hands a machine back that was taken over
+        stands = bool(task.system_agent) and agent.landed == "grounded"
+        return f"take-over:{agent.id}" in held or ("resume" in held and (section != "recover" or stands))
+    # The clearance that a goal's own agent waits for is judged by the gate itself.
+    return any(cause != f"clearance:{agent.id}" for cause in held)
+
+
+def reachable(agent: AgentRecord) -> bool:
+    """Return whether a goal can be sent to an agent now."""
+    return agent.present and agent.liveness == "ALIVE"

@@ -1,0 +1,46 @@
+"""HELD: a flag with a list of causes beside a task's status.
+
+While held, no new goal of `steps` leaves, goals in flight end naturally, and - unless the only causes are clearances - the
+task's deadlines stand still.
+"""
+
+from formiga_bt.engine.kernel.core import EVERYTHING, Core, clock_stands
+from formiga_bt.engine.kernel.records import Request
+from formiga_bt.engine.kernel.timers import AllocationDue
+
+
+def hold(core: Core, task_id: str, cause: str) -> None:
+    """Add a cause, if it is not there yet."""
+    task = core.state.tasks.get(task_id)
+    if task is None or cause in task.held or task.section == "done":
+        return
+    stood = clock_stands(task)
+    if not stood and not cause.startswith("clearance:"):
+        core.pause_deadlines(task_id)
+        core.put_task(task_id, stood_since=core.now)
+    core.put_task(task_id, held=(*core.task(task_id).held, cause))
+
+
+def unhold(core: Core, task_id: str, cause: str) -> None:
+    """Take a cause away; with the last one the clocks run and waiting goals are looked at again."""
+    task = core.state.tasks.get(task_id)
+    if task is None or cause not in task.held:
+        return
+    stood = clock_stands(task)
+    found = {} if cause == "resume" else task.found
+    task = core.put_task(task_id, held=tuple(c for c in task.held if c != cause), found=found)
+    if stood and not clock_stands(task):
+        since = core.now if task.stood_since is None else task.stood_since
+        core.put_task(task_id, stood_us=task.stood_us + core.now - since, stood_since=None)
+        core.resume_deadlines(task_id)
+    core.stale.add(EVERYTHING)
+    if AllocationDue() not in core.state.deadlines and any(
+        _concerns(core, r, task_id) for r in core.state.requests.values()
+    ):
+        core.set_deadline(
+            AllocationDue(), core.now
+        )  # its blocks, and the tasks that it requested, may have agents again
+
+
+def _concerns(core: Core, request: Request, task_id: str) -> bool:
+    return request.holder == task_id or core.task(request.holder).parent == task_id

@@ -1,0 +1,658 @@
+"""The engine's state as frozen records: tasks, agents, goals, questions, clearances.
+
+Written only by `state.apply`; everything here is data that a journal can keep and a new process can load.
+"""
+
+from collections.abc import Mapping
+from typing import Any, Final, Literal
+
+from msgspec import Struct
+
+from formiga_bt.base.clock import Micros
+from formiga_bt.base.geo import Place, Position
+from formiga_bt.engine.kernel.timers import Timer
+from formiga_bt.nodes.ends import Drain
+from formiga_bt.nodes.run import Failure, Served
+from formiga_bt.safety.traffic import Area
+from formiga_bt.transport.messages import Clearance, Control, Landed, PreflightCheck
+
+TaskStatus = Literal["PENDING", "ASSIGNED", "ACTIVE", "ENDING", "SUCCEEDED", "FAILED", "CANCELED"]
+Priority = Literal["low", "medium", "high"]
+PRIORITIES: Final[dict[str, int]] = {"high": 0, "medium": 1, "low": 2}
+"""Order of service: lower first."""
+
+Again = Literal["", "preempted", "agent_lost", "restart"]
+"""Why a task is ended to begin anew."""
+
+Liveness = Literal["ALIVE", "SUSPECT", "LOST"]
+Pool = Literal["STANDBY", "ASSIGNED", "EXECUTING ACTION", "PARKED_AWAY", "QUARANTINED"]
+
+GoalState = Literal[
+    "gated", "sent", "accepted", "running", "canceling", "interrupted",
+    "rejected", "succeeded", "failed", "canceled", "taken_over", "superseded", "lost", "in_doubt", "gate_refused", "again",
+]  # fmt: skip
+ENDED: Final[frozenset[str]] = frozenset(
+    {
+        "rejected",
+        "succeeded",
+        "failed",
+        "canceled",
+        "superseded",
+        "taken_over",
+        "lost",
+        "in_doubt",
+        "gate_refused",
+        "again",
+    }
+)
+"""Goal states after which nothing more is waited for. `again`: a person said continue, the step sends its next attempt."""
+IN_FLIGHT: Final[frozenset[str]] = frozenset({"sent", "accepted", "running", "canceling"})
+"""Goal states in which the agent has, or may have, the goal. `interrupted` (by a pilot or a stop) waits for a person's word."""
+
+BUSY: Final = ("spot_busy", "leg_busy", "port_busy")
+"""Codes of waits at the gate for another machine."""
+
+STOPPED: Final = "stopped"
+"""Why a goal is canceled, and then interrupted: an order stands on its machine."""
+GO_ON: Final = "go_on"
+"""The same, but a person said continue before the machine had stopped: then its step sends its next attempt at once."""
+
+Stop = Literal["hold", "return", "land", "cut"]
+"""The four stops."""
+
+
+class StandingOrder(Struct, frozen=True, kw_only=True, omit_defaults=True):
+    """An order on one machine that ranks above its task: of a person, of lockdown, or of the engine after a breach.
+
+    While it stands, nothing but its own safety goals goes to the machine, and no task is granted it.
+    """
+
+    agent: str
+    stop: Stop
+    by: str
+    scope: Literal["agent", "task", "all", "lockdown", "engine"]
+    """What it was given for: it stands until `continue` of that, the end of that task, the release, or (engine) it is done."""
+    why: str = ""
+    """`envelope.<name>` for the engine's own."""
+    at: Micros
+    state: Literal["open", "done", "failed"] = "open"
+    task: str = ""
+    """The system task that carries it out, or the task whose recover does."""
+    goal: str = ""
+    """The safety goal of a `cut`."""
+
+    @property
+    def brings_down(self) -> bool:
+        """Return whether it brings its machine home, or down, and has not done so yet."""
+        return self.stop in ("return", "land") and self.state == "open"
+
+
+class Lockdown(Struct, frozen=True):
+    """Nothing starts and nothing goes on; what flies does `how`."""
+
+    how: Literal["hold", "return", "land"]
+    by: str
+    at: Micros
+
+
+class Approval(Struct, frozen=True, kw_only=True):
+    """A person approved a task as it is: its tree, imports, catalogue and the site with its fences."""
+
+    task: str
+    by: str
+    at: Micros
+
+
+class Recovering(Struct, frozen=True):
+    """The way home of one agent at its release: the number of the try, and how it stands."""
+
+    agent: str
+    attempt: int
+    state: Literal["running", "waiting", "done", "failed"]
+    """`waiting`: the next try comes after a pause."""
+    way: Literal["recover", "fetch", "land"] = "recover"
+    """Which subtree of its type flies it."""
+    first: int = 1
+    """The number of the first try since it was last granted: blocks of one task may get a machine more than once."""
+
+    @property
+    def section(self) -> str:
+        """Return the section of its task that it is, which is also the scope of its names."""
+        return f"recover:{self.agent}#{self.attempt}"
+
+    @property
+    def tries(self) -> int:
+        """Return the how-manieth try since then this is."""
+        return self.attempt - self.first + 1
+
+
+class Tidy(Struct, frozen=True, kw_only=True, omit_defaults=True):
+    """The `finally` of a stopped sequence."""
+
+    id: str
+    path: str
+    """Of its sequence."""
+    scope: str
+    owner: str = ""
+    """Node key to wake at its end; `!task` = the task's drain."""
+    state: Literal["waiting", "running", "stopping", "ended"]
+    after: Drain = ()
+    """What it begins after, or (stopping) ends after."""
+    error: Failure | None = None
+
+    @property
+    def ended(self) -> bool:
+        """Return whether nobody needs to wait for it any more."""
+        return self.state == "ended"
+
+
+class Happening(Struct, frozen=True):
+    """An event that an agent told of itself."""
+
+    agent: str
+    event: str
+    order: int
+    """Counts all of them."""
+    boot_id: str
+    n: int
+    at: Micros
+    """Engine time of its arrival."""
+    fields: dict[str, Any]
+
+
+class Version(Struct, frozen=True):
+    """A version of a task that is served, or was."""
+
+    order: int
+    """When it came, among those of all names; 0: it was there from the start."""
+    n: int
+    """Which of its name it is, from 1; what people are told."""
+    bundle: str
+
+
+class Found(Struct, frozen=True):
+    """How a machine was found that is not as it was left when the engine went away."""
+
+    change: str
+    """In words, after its id: `landed`."""
+    flew: bool = False
+    """It was in the air, and did nothing that lands."""
+
+
+class Paused(Struct, frozen=True, array_like=True):
+    """A deadline that stands still: what is left of it."""
+
+    timer: Timer
+    left_us: Micros
+
+
+class TaskRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
+    """A task. `section` is the part that runs; `outcome` is decided when the steps end and never changes after."""
+
+    id: str
+    name: str
+    order: int
+    bundle: str
+    version: int = 1
+    """Which version of its name it runs (`Version.n`)."""
+    library: int = 0
+    """`Version.order` of the newest version of any name when a person requested it, or the first task of its family."""
+    priority: Priority = "medium"
+    by: str = ""
+    wait: Micros | None = None
+    """How long each run waits for its first agents, if its request said so."""
+    expires: Micros | None = None
+    """The longest time PENDING of each run, likewise."""
+    parent: str = ""
+    """The task that requested it, if no person did; then also the node that waits for its end, and how deep it is."""
+    parent_node: str = ""
+    depth: int = 0
+    detached: bool = False
+    """It outlives its parent."""
+    children: tuple[str, ...] = ()
+    """Tasks that it requested in this run."""
+    status: TaskStatus = "PENDING"
+    run: int = 1
+    section: Literal["", "steps", "on_failure", "on_abort", "finally", "recover", "done"] = ""
+    stopping: bool = False
+    """The section was stopped and its goals drain."""
+    drain: Drain = ()
+    """What the next part waits for."""
+    tidying: tuple[Tidy, ...] = ()
+    """Each `finally` of a stopped sequence that is not over."""
+    outcome: Literal["", "SUCCEEDED", "FAILED", "CANCELED"] = ""
+    code: str = ""
+    """Reason code of the outcome."""
+    reason: str = ""
+    failure: Failure | None = None
+    abort_reason: str = ""
+    abort_now: bool = False
+    held: tuple[str, ...] = ()
+    """Causes of HELD: operator, clearance:<agent>, take-over:<agent>, lockdown, resume."""
+    found: dict[str, Found] = {}
+    """While HELD (resume): its agents that were not as the engine had left them."""
+    events_from: int = 0
+    """`Happening.order` of the last event before its admission."""
+    events_taken: dict[str, int] = {}
+    """`<agent>|<event>` -> order of the last one that a step took."""
+    stood_us: Micros = 0
+    """For how long its clock has stood still by now, without the present stand."""
+    stood_since: Micros | None = None
+    paused: tuple[Paused, ...] = ()
+    """Deadlines that stand still while held."""
+    roles: dict[str, tuple[str, ...]] = {}
+    """Role -> agents that it holds now."""
+    served: dict[str, Served] = {}
+    """Node of a `with_agents` -> the allocator's answer to it, until the node takes it."""
+    rebinds: tuple[str, ...] = ()
+    """Agents that blocks got in roles with `if_lost: rebind`."""
+    releasing: dict[str, str] = {}
+    """Agents on their way back to the pool before the task ends -> the node that waits for it."""
+    release_after: dict[str, Drain] = {}
+    """Of those: what must end before one may go home, such as each `finally` inside the block that held it."""
+    granted: tuple[str, ...] = ()
+    """Every agent the task was granted, in order of grant."""
+    recovering: tuple[Recovering, ...] = ()
+    submitted_at: Micros = 0
+    assigned_at: Micros | None = None
+    active_at: Micros | None = None
+    ended_at: Micros | None = None
+    system_agent: str = ""
+    """Set for a system task: the agent it commands."""
+    stop: Literal["", "hold", "return", "land", "cut"] = ""
+    """Set for a system task that carries out an order: it borrows the agent, which stays its task's."""
+    params: dict[str, Any] = {}
+    """As requested: a restart begins with them."""
+    again: Again = ""
+    """It is being ended to begin anew: after its release it is PENDING with run + 1."""
+    spent: bool = False
+    """An action that may not be repeated was sent in this run: no preemption, no rebinding."""
+    past: tuple[str, ...] = ()
+    """Why each earlier run was ended to begin anew, in words."""
+    pilot: str = ""
+    """The pilot on duty for it (`mode: real`)."""
+    notes: tuple[str, ...] = ()
+    """What went wrong in cleanup; the outcome does not change."""
+
+    @property
+    def ended(self) -> bool:
+        """Return whether it has its terminal status."""
+        return self.section == "done"
+
+    def tidy(self, tidy_id: str) -> Tidy | None:
+        """Return the `finally` with this id that is not forgotten."""
+        return next((tidy for tidy in self.tidying if tidy.id == tidy_id), None)
+
+    def left_of(self, timer: Timer) -> Micros | None:
+        """Return what is left of a deadline that stands still, or None."""
+        return next((one.left_us for one in self.paused if one.timer == timer), None) if self.paused else None
+
+    def without(self, timer: Timer) -> tuple[Paused, ...]:
+        """Return what stands still but this."""
+        return tuple(one for one in self.paused if one.timer != timer)
+
+    @property
+    def attached(self) -> bool:
+        """Return whether it will end with the task that requested it."""
+        return bool(self.parent) and not self.detached and not self.ended
+
+
+def family(tasks: Mapping[str, TaskRecord], task_id: str) -> tuple[str, ...]:
+    """Return a task, then those that it requested and that end with it, and theirs: what has not ended.
+
+    A copy of the state may have forgotten children that ended long ago (`show.ledger`).
+    """
+    mine = [child for child in tasks[task_id].children if child in tasks and tasks[child].attached]
+    return (task_id, *(one for child in mine for one in family(tasks, child)))
+
+
+class AgentRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
+    """An agent as the fleet knows it."""
+
+    id: str
+    type: str
+    human: bool = False
+    shared: bool = False
+    actions: tuple[str, ...] = ()
+    present: bool = False
+    """Its presence token stands."""
+    liveness: Liveness = "LOST"
+    pool: Pool = "STANDBY"
+    task: str = ""
+    role: str = ""
+    goal: str = ""
+    """The goal in flight."""
+    action: str = ""
+    home: str = ""
+    """Its own port's name."""
+    layer_m: float | None = None
+    lost_leg: tuple[Position, Position] | None = None
+    """The way that it was on when it was lost, or did not confirm that it stopped: it may have gone on, so all of it stays
+    reserved until it says that it stands on the ground, is asked what it still does, or flies another."""
+    lost_area: Area | None = None
+    """The area that it explored then, likewise."""
+    battery: float | None = None
+    position: Position | None = None
+    initial: Position | None = None
+    landed: Landed = "unknown"
+    stood_at: Place | None = None
+    """Where it was last known to stand on the ground: near it, it may be low."""
+    control: Control = "unknown"
+    word: str = ""
+    """The agent's own status word."""
+    payload_kg: float = 0.0
+    wind: tuple[float, float] | None = None
+    """East and north, m/s, where it blows to, as the machine feels it."""
+    checks: tuple[PreflightCheck, ...] = ()
+    on_link_loss: str = ""
+    limits: dict[str, float] = {}
+    """What it announces of itself, SI by name; its type's numbers hold for the rest."""
+    taken: bool = False
+    """A pilot or its own failsafe took it over, and no person has handed it back yet."""
+    breach: str = ""
+    """The limit of its envelope that it breaks now; a `!` before it: its landing is finished first, then its task ends."""
+    boot_id: str = ""
+    former: tuple[str, ...] = ()
+    """Processes of it that were heard before this one (`engine.boots`)."""
+    boot_wall: Micros = 0
+    """Wall time since which this one is, or since which it and another speak in turn."""
+    rebooted: bool = False
+    """Its process was started anew, and it has not said since that it flies: nothing but stops is sent to it until a person
+    clears it or a task is granted it. One that flies keeps its way home."""
+    twice_wall: Micros = 0
+    """Wall time at which a second one was last heard beside it, to a second."""
+    seq: int = -1
+    stamp: Micros = 0
+    """Engine time of the newest status as stamped by the agent; it may be ahead by some minutes (`engine.boots`)."""
+    stray_stamp: Micros = 0
+    """Stamp of a status that did not count up but is newer (`engine.boots`), since the last one that did; 0: none."""
+    stray_wall: Micros = 0
+    """Wall time of its arrival."""
+    epoch: int = 0
+    """The engine's epoch that it follows, as it says; 0: it does not say."""
+    epoch_ignored: int = 0
+    """The newest epoch that it ignored because it is out of bounds."""
+    heard_at: Micros = 0
+    """Engine time of arrival of the newest status."""
+    heard_wall: Micros = 0
+    bad: int = 0
+    """Bad messages counted."""
+    quarantine: str = ""
+    """Why it is quarantined."""
+    refused: str = ""
+    """Why this agent is not admitted (`engine.admission`), or empty."""
+    refused_at_rest: str = ""
+    """Why it will not be, once it rests and nothing holds it: until then it can be stopped, and gets no new task."""
+    told_late: str = ""
+    """The question of which a person was last told that the answer came too late."""
+    order: int = 0
+
+    @property
+    def said_at(self) -> Micros:
+        """Return the engine time of the newest status: its stamp, but not later than its arrival."""
+        return min(self.stamp, self.heard_at)
+
+    @property
+    def may_be_airborne(self) -> bool:
+        """Return whether it flies for all that is known: one that was lost on its way up from the ground, too."""
+        return self.landed != "grounded" or self.lost_leg is not None or self.lost_area is not None
+
+
+class GoalRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
+    """A goal, from the leaf's wish to its end. `ended` goals go when their owner has taken the outcome."""
+
+    id: str
+    agent: str
+    action: str
+    rest_of: str = ""
+    """The action of its step, if this one does what is left of it: the climb of a TakeOff that was broken off in the air."""
+    task: str = ""
+    owner: str = ""
+    """Node key to wake; `!task` = the task's drain, `!question` = the queue of questions, `!none` = nobody."""
+    section: str = ""
+    fields: dict[str, Any] = {}
+    state: GoalState = "gated"
+    code: str = ""
+    """Gate's or agent's code."""
+    text: str = ""
+    n: int = -1
+    result: dict[str, Any] = {}
+    safety: bool = False
+    repeatable: bool = True
+    cancel_asked: bool = False
+    cancel_why: str = ""
+    order: int = 0
+    at: Micros = 0
+    """When it was ordered."""
+    sent_at: Micros | None = None
+    progress: float | None = None
+    phase: str = ""
+    leg: tuple[Position, Position] | None = None
+    """The straight way that the gate granted."""
+    area: Area | None = None
+    """The area at one height that it explores: nobody else may come near while it does."""
+    clearance: Clearance | None = None
+    cleared: Place | None = None
+    """The spot that the clearance is for."""
+
+    @property
+    def ended(self) -> bool:
+        """Return whether the goal has a terminal state."""
+        return self.state in ENDED
+
+    @property
+    def in_flight(self) -> bool:
+        """Return whether the agent has, or may have, the goal."""
+        return self.state in IN_FLIGHT
+
+    @property
+    def stopping(self) -> bool:
+        """Return whether an order cancels it now: it will be interrupted."""
+        return self.state == "canceling" and self.cancel_why == STOPPED
+
+
+class Answer(Struct, frozen=True):
+    """One person's answer."""
+
+    by: str
+    answer: str
+    at: Micros
+
+
+class Question(Struct, frozen=True, kw_only=True, omit_defaults=True):
+    """A question to people; shown to each person as a Confirm goal `<id>~<person>`."""
+
+    id: str
+    number: str
+    """`Q7`, for people."""
+    task: str
+    priority: Priority
+    kind: Literal["ask", "clearance"]
+    text: str
+    note: str = ""
+    options: tuple[str, ...]
+    tiers: tuple[tuple[str, ...], ...]
+    tier: int = 0
+    policy: Literal["any", "all"] = "any"
+    escalate_us: Micros | None = None
+    expires_at: Micros | None = None
+    if_no_answer: str = ""
+    clears: str = ""
+    clears_on: tuple[str, ...] = ()
+    owner: str = ""
+    asked_at: Micros = 0
+    answers: tuple[Answer, ...] = ()
+    declined: tuple[str, ...] = ()
+    """People whose app refused or failed to show it; they are not asked again."""
+    again: tuple[str, ...] = ()
+    """Whose app slept until the prompt was too old; each entry is one more showing, under a goal id of its own."""
+    reply: dict[str, Any] | None = None
+    order: int = 0
+
+    def showing(self, person: str) -> str:
+        """Return the id of the Confirm goal that shows it to a person now."""
+        times = self.again.count(person)
+        return f"{self.id}~{person}" + (f"#{times + 1}" if times else "")
+
+    @property
+    def asked(self) -> tuple[str, ...]:
+        """Return the people asked so far, each once."""
+        return tuple(dict.fromkeys(p for tier in self.tiers[: self.tier + 1] for p in tier))
+
+
+class ClearanceRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
+    """The engine's own question whether people stand clear of one machine's start or landing."""
+
+    agent: str
+    task: str
+    goal: str
+    n: int
+    state: Literal["asked", "waiting", "given"]
+    opened_at: Micros
+    by: str = ""
+    given_at: Micros | None = None
+    place: Place | None = None
+    """The spot that the word is for."""
+    here: Place | None = None
+    """Where the machine was when it was asked for, or given."""
+    landed: Landed = "unknown"
+    """Whether it stood there."""
+
+
+class Before(Struct, frozen=True):
+    """A machine of a task as it was last known before the engine was away."""
+
+    boot_id: str
+    seq: int
+    control: str
+    landed: tuple[str, ...]
+    """What it may be now, by what it was doing."""
+    port: str
+    """On whose port it stood; "" = in the air, or elsewhere."""
+    position: Position | None
+    """Where it stood or hovered; None: it was on its way."""
+
+
+class Resuming(Struct, frozen=True, kw_only=True):
+    """The engine was away, and not all is known again of what happened meanwhile.
+
+    | phase | what |
+    |---|---|
+    | asking | machines tell what became of their goals; no timer fires, no goal leaves |
+    | overdue | deadlines that passed meanwhile fire, in order; no goal leaves yet |
+    | watching | all goes on; only some machines were not heard of yet |
+    """
+
+    phase: Literal["asking", "overdue", "watching"]
+    since: Micros
+    """Wall time when the engine was last alive."""
+    at: Micros
+    """Engine time then."""
+    outage_us: Micros
+    """Wall time until it was there again."""
+    speed: float = 1.0
+    """Engine seconds per wall second then."""
+    until: Micros = 0
+    """Deadlines up to this instant are overdue."""
+    waits: tuple[str, ...] = ()
+    """Agents with a goal in doubt that have not told of it."""
+    unheard: tuple[str, ...] = ()
+    """Agents that have not announced themselves again."""
+    before: dict[str, Before] = {}
+    cancels: tuple[tuple[str, str, str], ...] = ()
+    """Agent, goal and action of cancels that may not have left, of goals that are forgotten here."""
+    stood: bool = False
+    """The engine's process stood still; it did not end, so what its agents do not know of surely never left it."""
+
+
+class Wakes(Struct, frozen=True, omit_defaults=True):
+    """What a task has used of its budget of wakes (`engine.pace`)."""
+
+    spent: Micros = 0
+    """Its budget is spent up to this instant; up to a second before now is saved up."""
+    since: Micros | None = None
+    """Its deadlines are rounded up since then."""
+    rounded: Micros | None = None
+    """When one was last."""
+    path: str = ""
+    """Of which node."""
+
+
+class Deadline(Struct, frozen=True):
+    """An engine-time deadline; `seq` breaks ties in the order of setting. `task` owns it, if any."""
+
+    at: Micros
+    seq: int
+    task: str = ""
+    pausable: bool = False
+
+
+class Request(Struct, frozen=True, kw_only=True):
+    """A waiting task as the allocator sees it (`/allocation/requests/<task>`): expressions are already values."""
+
+    task: str
+    """Its id: the task's, or `<task>|<node key>` of a `with_agents`, whose task runs already."""
+    priority: Priority
+    order: int
+    at: Micros
+    roles: tuple["RoleRequest", ...]
+    expires: Micros | None = None
+    reserves: bool = False
+    """It waits long enough, or others step aside for it: it keeps fitting agents from requests after it."""
+    preempting: dict[str, int] = {}
+    """Tasks that step aside for it now -> the run that they end."""
+    wait_left: Micros | None = None
+    """What is left of the roles' `wait`, which stands still meanwhile."""
+
+    @property
+    def holder(self) -> str:
+        """Return the task that will hold the agents."""
+        return self.task.partition("|")[0]
+
+    @property
+    def node(self) -> str:
+        """Return the key of the `with_agents` that asks; "" = the task itself, before its first step."""
+        return self.task.partition("|")[2]
+
+
+class RoleRequest(Struct, frozen=True, kw_only=True):
+    """One role of a request."""
+
+    role: str
+    types: tuple[str, ...]
+    human: bool
+    count: int = 1
+    more: int = 0
+    """So many beyond `count` are taken too, if they fit and are free."""
+    is_list: bool = False
+    id: str = ""
+    near: tuple[Any, ...] = ()
+    """Places; one, or one per agent."""
+    prefer: str = ""
+    battery_min: float = 0.0
+    away: bool = False
+    actions: tuple[str, ...] = ()
+    wait_until: Micros | None = None
+    but_not: tuple[str, ...] = ()
+    """Agents that failed in an earlier attempt."""
+    rebind: bool = False
+    """Whether the task begins anew if the agent is lost (of a block; the model tells it of a task's own roles)."""
+
+
+class Verdict(Struct, frozen=True):
+    """What the allocator thought of one agent for one role: a filter's code, or its cost."""
+
+    role: str
+    agent: str
+    code: str
+    """`chosen`, `fits` (another cost less, or the team is not complete), or the filter that refused it.
+
+    For a HIGH request also `preempting` (its task, the detail, steps aside) and `kept` (its task may not be preempted now: the
+    detail is `<task>: <code>`, see `engine.preemption`).
+    """
+    cost: float | None = None
+    """Metres."""
+    detail: str = ""
+    """Of one that is short of charge the numbers."""
+    short: int = 0
+    """Points of charge that the job leaves less than a comfortable margin: counted in its cost (`allocator.cost`)."""

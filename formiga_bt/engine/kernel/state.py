@@ -1,0 +1,414 @@
+"""The engine's state, and `apply`: the one function that changes it. The live engine and the fold of a journal share it."""
+
+from collections.abc import Callable, Mapping
+from operator import attrgetter
+from types import MappingProxyType
+from typing import Any, Final
+
+import msgspec
+from msgspec import Struct, field
+
+from formiga_bt.base.clock import Micros
+from formiga_bt.base.geo import Place, Position, Region
+from formiga_bt.engine.kernel import changes as ch
+from formiga_bt.engine.kernel.inputs import Step
+from formiga_bt.engine.kernel.records import (
+    AgentRecord,
+    Approval,
+    ClearanceRecord,
+    Deadline,
+    GoalRecord,
+    Happening,
+    Lockdown,
+    Question,
+    Request,
+    Resuming,
+    StandingOrder,
+    TaskRecord,
+    Verdict,
+    Version,
+    Wakes,
+)
+from formiga_bt.engine.kernel.timers import Timer, WallTimer
+from formiga_bt.lang.types import AgentRef
+from formiga_bt.nodes.blackboard import Blackboard
+from formiga_bt.nodes.memory import Mem
+from formiga_bt.nodes.run import Failure
+from formiga_bt.safety.drafted import Drafted
+
+KEPT_EVENTS: Final = 100
+"""So many events of an agent are kept for those who will wait for them."""
+
+
+class EngineState(Struct):
+    """Everything that the engine knows, as data. Only `apply` writes it."""
+
+    seq: int = 0
+    now: Micros = 0
+    epoch: int = 0
+    tasks: dict[str, TaskRecord] = field(default_factory=dict)
+    memory: dict[str, dict[str, Mem]] = field(default_factory=dict)
+    """task -> node key -> memory"""
+    scopes: dict[str, dict[str, dict[str, Any]]] = field(default_factory=dict)
+    """task -> scope -> name -> value"""
+    agents: dict[str, AgentRecord] = field(default_factory=dict)
+    goals: dict[str, GoalRecord] = field(default_factory=dict)
+    questions: dict[str, Question] = field(default_factory=dict)
+    clearances: dict[str, ClearanceRecord] = field(default_factory=dict)
+    deadlines: dict[Timer, Deadline] = field(default_factory=dict)
+    wall: dict[WallTimer, Micros] = field(default_factory=dict)
+    orders: dict[str, StandingOrder] = field(default_factory=dict)
+    """agent -> the order that stands on it"""
+    lockdown: Lockdown | None = None
+    resume: Resuming | None = None
+    """while it is found out what happened when the engine was away"""
+    approvals: dict[str, Approval] = field(default_factory=dict)
+    """hash of a bundle and its site -> who approved it (`mode: real`)"""
+    duty: dict[str, Micros] = field(default_factory=dict)
+    """pilots on duty -> since when (`mode: real`)"""
+    drafted: dict[str, Drafted] = field(default_factory=dict)
+    """bundle of a task that a model wrote -> who asked for it"""
+    library: dict[str, tuple[Version, ...]] = field(default_factory=dict)
+    """task -> its versions, oldest first, once another than the first is served"""
+    happenings: dict[str, list[Happening]] = field(default_factory=dict)
+    """agent -> its newest events, oldest first; at most `KEPT_EVENTS`"""
+    requests: dict[str, Request] = field(default_factory=dict)
+    explanations: dict[str, tuple[Verdict, ...]] = field(default_factory=dict)
+    counters: dict[str, int] = field(default_factory=dict)
+    wakes: dict[str, Wakes] = field(default_factory=dict)
+    """task -> what it has used of its budget of wakes, once it was in haste"""
+
+
+def apply(state: EngineState, board: Blackboard, change: ch.Change) -> None:
+    """Change `state`, and the blackboard that shows it, as `change` says."""
+    APPLY[type(change)](state, board, change)
+
+
+def _task(state: EngineState, board: Blackboard, change: ch.TaskPut) -> None:
+    task = change.task
+    old = state.tasks.get(task.id)
+    state.tasks[task.id] = task
+    if old is None or old.status != task.status:
+        board.put(f"/tasks/{task.id}/status", task.status)
+
+
+def _agent(state: EngineState, board: Blackboard, change: ch.AgentPut) -> None:
+    agent = change.agent
+    old = state.agents.get(agent.id)
+    state.agents[agent.id] = agent
+    _show_agent(board, agent, old)
+
+
+def _goal(state: EngineState, _: Blackboard, change: ch.GoalPut) -> None:
+    state.goals[change.goal.id] = change.goal
+
+
+def _goal_drop(state: EngineState, _: Blackboard, change: ch.GoalDrop) -> None:
+    state.goals.pop(change.goal, None)
+
+
+def _question(state: EngineState, _: Blackboard, change: ch.QuestionPut) -> None:
+    state.questions[change.question.id] = change.question
+
+
+def _question_drop(state: EngineState, _: Blackboard, change: ch.QuestionDrop) -> None:
+    state.questions.pop(change.question, None)
+
+
+def _clearance(state: EngineState, _: Blackboard, change: ch.ClearancePut) -> None:
+    _set_or_drop(state.clearances, change.agent, change.clearance)
+
+
+def _happened(state: EngineState, board: Blackboard, change: ch.Happened) -> None:
+    one = change.happening
+    state.happenings[one.agent] = [*state.happenings.get(one.agent, ()), one][-KEPT_EVENTS:]
+    state.counters["happening"] = one.order
+    board.touch(event_key(one.agent, one.event))
+
+
+def _order(state: EngineState, _: Blackboard, change: ch.OrderPut) -> None:
+    _set_or_drop(state.orders, change.agent, change.order)
+
+
+def _lockdown(state: EngineState, _: Blackboard, change: ch.LockdownPut) -> None:
+    state.lockdown = change.lockdown
+
+
+def _resume(state: EngineState, _: Blackboard, change: ch.ResumePut) -> None:
+    state.resume = change.resume
+
+
+def _wakes(state: EngineState, _: Blackboard, change: ch.WakesPut) -> None:
+    state.wakes[change.task] = change.wakes
+
+
+def _approval(state: EngineState, _: Blackboard, change: ch.ApprovalPut) -> None:
+    _set_or_drop(state.approvals, change.digest, change.approval)
+
+
+def _duty(state: EngineState, _: Blackboard, change: ch.DutyPut) -> None:
+    _set_or_drop(state.duty, change.pilot, change.since)
+
+
+def _drafted(state: EngineState, _: Blackboard, change: ch.DraftedPut) -> None:
+    state.drafted[change.bundle] = change.drafted
+
+
+def _library(state: EngineState, _: Blackboard, change: ch.LibraryPut) -> None:
+    state.library[change.task] = change.versions
+
+
+def _scope(state: EngineState, _: Blackboard, change: ch.ScopePut) -> None:
+    values = None if change.values is None else dict(change.values)
+    _set_or_drop(state.scopes.setdefault(change.task, {}), change.scope, values)
+
+
+def _var(state: EngineState, board: Blackboard, change: ch.VarPut) -> None:
+    state.scopes[change.task][change.scope][change.name] = change.value
+    board.touch(name_key(change.task, change.scope, change.name))
+
+
+def _memory(state: EngineState, _: Blackboard, change: ch.NodeMem) -> None:
+    memory = state.memory.get(change.task)
+    if memory is None:
+        memory = state.memory[change.task] = {}
+    if change.mem is None:
+        memory.pop(change.path, None)
+    else:
+        memory[change.path] = change.mem
+
+
+def _ended(_: EngineState, __: Blackboard, ___: ch.NodesEnded) -> None:
+    """Nothing: it is history, not state."""
+
+
+def _deadline(state: EngineState, _: Blackboard, change: ch.DeadlineSet) -> None:
+    deadline = change.deadline
+    if deadline is None:
+        state.deadlines.pop(change.timer, None)
+    else:
+        state.deadlines[change.timer] = deadline
+        state.counters["deadline"] = deadline.seq
+
+
+def _wall(state: EngineState, _: Blackboard, change: ch.WallTimerSet) -> None:
+    _set_or_drop(state.wall, change.timer, change.after_us)
+
+
+def _request(state: EngineState, board: Blackboard, change: ch.RequestPut) -> None:
+    task_id, request = change.task, change.request
+    _set_or_drop(state.requests, task_id, request)
+    if request is None and "|" in task_id:  # of a block: its explanation ends with its wait
+        state.explanations.pop(task_id, None)
+    board.put(f"/allocation/requests/{task_id}", request)
+
+
+def _granted(_: EngineState, board: Blackboard, change: ch.Granted) -> None:
+    board.put(f"/allocation/grants/{change.task}", change.roles)
+
+
+def _explained(state: EngineState, _: Blackboard, change: ch.Explained) -> None:
+    state.explanations[change.task] = change.verdicts
+
+
+def _reexplained(state: EngineState, _: Blackboard, change: ch.Reexplained) -> None:
+    was = state.explanations.get(change.task)
+    if was is not None:  # None: a reader folds without what was explained before
+        now = list(was)
+        for place, verdict in change.changed:
+            now[place] = verdict
+        state.explanations[change.task] = tuple(now)
+
+
+def _counter(state: EngineState, _: Blackboard, change: ch.CounterSet) -> None:
+    if change.name == "epoch":
+        state.epoch = change.value
+    else:
+        state.counters[change.name] = change.value
+
+
+def _forget(state: EngineState, board: Blackboard, change: ch.TaskForget) -> None:
+    task_id = change.task
+    state.memory.pop(task_id, None)
+    state.scopes.pop(task_id, None)
+    state.wakes.pop(task_id, None)
+    board.drop(f"/allocation/requests/{task_id}")
+    board.drop(f"/allocation/grants/{task_id}")
+
+
+def _gone(state: EngineState, board: Blackboard, change: ch.TaskGone) -> None:
+    state.tasks.pop(change.task, None)
+    state.explanations.pop(change.task, None)
+    board.drop(f"/tasks/{change.task}/status")
+
+
+APPLY: Final[Mapping[type, Callable[[EngineState, Blackboard, Any], None]]] = MappingProxyType(
+    {
+        ch.TaskPut: _task,
+        ch.AgentPut: _agent,
+        ch.GoalPut: _goal,
+        ch.GoalDrop: _goal_drop,
+        ch.QuestionPut: _question,
+        ch.QuestionDrop: _question_drop,
+        ch.ClearancePut: _clearance,
+        ch.Happened: _happened,
+        ch.OrderPut: _order,
+        ch.LockdownPut: _lockdown,
+        ch.ApprovalPut: _approval,
+        ch.DutyPut: _duty,
+        ch.DraftedPut: _drafted,
+        ch.LibraryPut: _library,
+        ch.ScopePut: _scope,
+        ch.VarPut: _var,
+        ch.NodeMem: _memory,
+        ch.NodesEnded: _ended,
+        ch.DeadlineSet: _deadline,
+        ch.WallTimerSet: _wall,
+        ch.RequestPut: _request,
+        ch.Granted: _granted,
+        ch.Explained: _explained,
+        ch.Reexplained: _reexplained,
+        ch.CounterSet: _counter,
+        ch.TaskForget: _forget,
+        ch.TaskGone: _gone,
+        ch.ResumePut: _resume,
+        ch.WakesPut: _wakes,
+    }
+)
+"""How each kind of change is applied."""
+
+
+def fold(state: EngineState, board: Blackboard, step: Step) -> None:
+    """Bring a state that stands before a recorded step to where it stood after it."""
+    state.seq, state.now = step.seq, step.at
+    for change in step.changes:
+        apply(state, board, change)
+
+
+def name_key(task_id: str, scope: str, name: str) -> str:
+    """Return the blackboard key under which readers of a task's name are kept."""
+    return f"/tasks/{task_id}/{scope}/{name}"
+
+
+def event_key(agent: str, event: str) -> str:
+    """Return the blackboard key under which those who wait for an event of an agent are kept."""
+    return f"/events/{agent}/{event}"
+
+
+def is_member(agent: AgentRecord) -> bool:
+    """Return whether an agent is there for those who look at the fleet: admitted and not lost."""
+    return not agent.refused and agent.liveness != "LOST"
+
+
+def members_key(agent_type: str) -> str:
+    """Return the blackboard key that tells how many agents of exactly this type are there."""
+    return f"/fleet/{agent_type}/members"
+
+
+def _set_or_drop(table: dict[Any, Any], key: Any, value: Any) -> None:
+    if value is None:
+        table.pop(key, None)
+    else:
+        table[key] = value
+
+
+_SHOWN = (
+    "battery",
+    "position",
+    "landed",
+    "control",
+    "pool",
+    "task",
+    "action",
+    "liveness",
+    "layer_m",
+    "home",
+    "payload_kg",
+)
+_NEVER: Final = object()
+
+
+_shown = attrgetter(*_SHOWN)
+
+
+def _show_agent(board: Blackboard, agent: AgentRecord, old: AgentRecord | None = None) -> None:
+    """Write what people and conditions may read of an agent; of one that was shown before only what differs."""
+    now = _shown(agent)
+    if old is None or old.type != agent.type:
+        was: tuple[Any, ...] = (_NEVER,) * len(_SHOWN)
+    else:
+        was = _shown(old)
+        if now == was and is_member(agent) == is_member(old):
+            return
+    root = f"/fleet/{agent.type}/{agent.id}"
+    member = is_member(agent)
+    if board.get(f"{root}/member", False) != member:
+        board.put(f"{root}/member", member)
+        key = members_key(agent.type)
+        board.put(key, board.get(key, 0) + (1 if member else -1))
+    for name, value, before in zip(_SHOWN, now, was, strict=True):
+        if value is not before:
+            board.put(f"{root}/{name}", value)
+
+
+# -- snapshots ---------------------------------------------------------------------------------------------------------
+# Values inside `Any` fields come back as plain mappings; their tag says what they were.
+_TAGGED: dict[str, type[Struct]] = {"place": Place, "position": Position, "region": Region, "agent": AgentRef}
+
+
+def revive(value: Any) -> Any:
+    """Return a runtime value from its plain form: tagged mappings become points, regions, agents; lists become tuples."""
+    if isinstance(value, dict):
+        kind = _TAGGED.get(value.get("is", ""))
+        if kind is not None:
+            return msgspec.convert(value, kind)
+        return {key: revive(item) for key, item in value.items()}
+    if isinstance(value, list):
+        return tuple(revive(item) for item in value)
+    return value
+
+
+def snapshot(state: EngineState) -> bytes:
+    """Return the whole state as msgpack (JSON has no keys but text)."""
+    return msgspec.msgpack.encode(state)
+
+
+def load_snapshot(data: bytes) -> EngineState:
+    """Return the state that `snapshot` wrote."""
+    state = msgspec.msgpack.decode(data, type=EngineState)
+    state.scopes = {
+        task: {scope: {name: revive(v) for name, v in values.items()} for scope, values in scopes.items()}
+        for task, scopes in state.scopes.items()
+    }
+    for task_id, task in state.tasks.items():
+        if task.params:
+            state.tasks[task_id] = msgspec.structs.replace(task, params=revive(task.params))
+    for goal_id, goal in state.goals.items():
+        state.goals[goal_id] = msgspec.structs.replace(goal, fields=revive(goal.fields), result=revive(goal.result))
+    for agent_id, happened in state.happenings.items():
+        state.happenings[agent_id] = [msgspec.structs.replace(one, fields=revive(one.fields)) for one in happened]
+    for memory in state.memory.values():
+        for path, mem in memory.items():
+            failure = getattr(mem, "failure", None)
+            if isinstance(failure, dict):
+                mem = msgspec.structs.replace(mem, failure=msgspec.convert(failure, Failure))
+            for name in ("items", "collected"):
+                if getattr(mem, name, ()):
+                    mem = msgspec.structs.replace(mem, **{name: revive(list(getattr(mem, name)))})
+            memory[path] = mem
+    for task_id, request in state.requests.items():
+        roles = tuple(msgspec.structs.replace(r, near=revive(list(r.near))) for r in request.roles)
+        state.requests[task_id] = msgspec.structs.replace(request, roles=roles)
+    return state
+
+
+def board_of(state: EngineState) -> Blackboard:
+    """Return a blackboard that shows a loaded state."""
+    board = Blackboard()
+    for task in state.tasks.values():
+        board.put(f"/tasks/{task.id}/status", task.status)
+    for agent in state.agents.values():
+        _show_agent(board, agent)
+    for task_id, request in state.requests.items():
+        board.put(f"/allocation/requests/{task_id}", request)
+    return board

@@ -1,0 +1,1 @@
+"""What ranks above every task: stops, lockdown, breaches, and who may let a task fly."""

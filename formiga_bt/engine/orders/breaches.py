@@ -1,0 +1,156 @@
+"""Breaches of the envelope in flight: looked for at each status of a machine in the air.
+
+| it flies | what happens |
+|---|---|
+| for a task's steps or cleanup | alarm, the task ends `envelope.<name>`, it is ordered to return (or hold 5 s first) |
+| the last phase of a landing, and the limit is reserve, wind or daylight | alarm; the landing is finished, then the task ends |
+| for nobody | alarm, and it is ordered to return |
+| home already: recover, an order | alarm; a rescue is never refused; at half the reserve without a free way home it lands |
+"""
+
+from msgspec.structs import replace
+
+from formiga_bt.base.clock import SECOND
+from formiga_bt.base.geo import Place, horizontal_m
+from formiga_bt.engine.kernel.core import Core
+from formiga_bt.engine.kernel.inputs import Alarm
+from formiga_bt.engine.kernel.overload import lag_since
+from formiga_bt.engine.kernel.records import AgentRecord, GoalRecord
+from formiga_bt.engine.orders.orders import Orders
+from formiga_bt.engine.tasks.tasks import Tasks
+from formiga_bt.safety.envelope import Breach, FlightState, in_flight
+
+DESCENDING = "descending"
+"""The phase of a landing that is not broken off."""
+SLACK, SPARE_S = 3.0, 60.0
+"""A way that lasts more than three times what it should, and a minute, is no progress."""
+LATER = "!"
+"""In `AgentRecord.breach`: its landing is finished first, then its task ends."""
+
+
+class Breaches:
+    """What the engine does when a machine leaves its envelope."""
+
+    def __init__(self, core: Core, tasks: Tasks, orders: Orders) -> None:
+        self._core = core
+        self._tasks = tasks
+        self._orders = orders
+
+    def look(self, agent_id: str, ended: str) -> None:
+        """A status of a machine came in; by it this goal of the machine has ended, though its end may not be handled yet."""
+        core = self._core
+        agent = core.state.agents[agent_id]
+        if agent.landed == "grounded":
+            self._on_ground(agent)
+            return
+        if agent.refused or agent.pool == "QUARANTINED" or agent.control != "engine" or agent.taken:
+            return
+        found = self._broken(agent) or (self._stuck(agent) if agent.goal != ended else ())
+        self._waits_too_long(agent)
+        if not found:
+            if agent.breach and not agent.breach.startswith(LATER):
+                core.put_agent(agent_id, breach="")
+        elif agent.breach.removeprefix(LATER) != found[0].name:
+            self._breached(agent, found[0])
+
+    def _broken(self, agent: AgentRecord) -> tuple[Breach, ...]:
+        core = self._core
+        state, rules = self._state(agent), core.rules(agent, agent.task)
+        found = in_flight(state, core.airspace, rules)
+        if found and not agent.goal:
+            spots = self._lands_later(agent)
+            if spots:
+                return in_flight(replace(state, spots=(*state.spots, *spots)), core.airspace, rules)
+        return found
+
+    def _lands_later(self, agent: AgentRecord) -> tuple[Place, ...]:
+        """Return where it was landing when it was stopped, or waits to land: it may be low there."""
+        goals = [g for g in self._core.index.goals_of(agent.id) if g.state in ("interrupted", "gated")]
+        specs = [(goal, self._core.action(goal.action)) for goal in goals]
+        targets = [goal.fields.get(spec.moves_to) for goal, spec in specs if spec.lands]
+        return tuple(target for target in targets if isinstance(target, Place))
+
+    def _state(self, agent: AgentRecord) -> FlightState:
+        core = self._core
+        goal = core.state.goals.get(agent.goal)
+        spec = core.action(goal.action) if goal is not None else None
+        target = goal.fields.get(spec.moves_to) if goal is not None and spec is not None and spec.lands else None
+        home = core.site.ports.get(agent.home)
+        return FlightState(
+            agent=agent.id,
+            here=agent.position,
+            spots=(agent.stood_at,) if agent.stood_at is not None else (),
+            lands_at=target if isinstance(target, Place) else None,
+            descending=_descends(goal),
+            battery=agent.battery,
+            payload_kg=agent.payload_kg,
+            wind=agent.wind,
+            power=core.power(agent),
+            home=home.at if home else None,
+            layer_m=agent.layer_m,
+            sun_up=core.airspace.sun_is_up(core.now) if core.rules(agent, agent.task).daylight_only else None,
+        )
+
+    def _waits_too_long(self, agent: AgentRecord) -> None:
+        """It waits for a way home until half its reserve is gone: better a landing that is ordered than one by its failsafe."""
+        core = self._core
+        if agent.goal or agent.battery is None or core.power(agent) is None or not self._comes_home(agent):
+            return
+        half = core.rules(agent, "").reserve_pct / 2
+        order = core.state.orders.get(agent.id)
+        if agent.battery < half and (order is None or order.stop == "return"):
+            self._orders.no_way_home(
+                agent.id, f"envelope.reserve: the way home stayed taken until {agent.battery:.0f} % were left"
+            )
+
+    def _stuck(self, agent: AgentRecord) -> tuple[Breach, ...]:
+        """A way takes far longer than it should: the machine does not get on."""
+        core = self._core
+        goal, power = core.state.goals.get(agent.goal), core.power(agent)
+        if goal is None or power is None or goal.leg is None or goal.sent_at is None or goal.state != "running":
+            return ()
+        resume = core.state.resume
+        if resume is not None and agent.id in resume.waits:
+            return ()  # it may have ended while the engine was away
+        lag = lag_since(core.state, goal.sent_at)
+        if lag is None:
+            return ()  # the engine comes late, not the machine
+        (start, end), speed = goal.leg, goal.fields.get("speed")
+        pace = min(power.speed_m_s, float(speed)) if isinstance(speed, int | float) else power.speed_m_s
+        typical_s = horizontal_m(start, end) / max(pace, 0.5) + abs(end.up_m - start.up_m) / max(power.climb_m_s, 0.2)
+        most_s, lasts_s = SLACK * typical_s + SPARE_S + lag / SECOND, (core.now - goal.sent_at) / SECOND
+        if lasts_s <= most_s:
+            return ()
+        text = f"{goal.action} should take about {typical_s:.0f} s and runs for {lasts_s:.0f} s: it does not get on"
+        return (Breach("progress", text, round(lasts_s, 1), round(most_s, 1)),)
+
+    def _breached(self, agent: AgentRecord, breach: Breach) -> None:
+        core = self._core
+        core.put_agent(agent.id, breach=f"{LATER if breach.only_alarm else ''}{breach.name}")
+        core.effect(Alarm(breach.code, f"{agent.id}: {breach.text}", agent.task, agent.id))
+        if breach.only_alarm or self._comes_home(agent):
+            return
+        if agent.task:
+            self._tasks.fail(agent.task, breach.code, f"{agent.id}: {breach.text}")
+        reaction = core.rules(agent, agent.task).reaction(breach.name)
+        self._orders.breached(agent.id, breach.name, reaction)
+
+    def _comes_home(self, agent: AgentRecord) -> bool:
+        order = self._core.state.orders.get(agent.id)
+        task = self._core.state.tasks.get(agent.task)
+        if order is not None and (order.stop != "hold" or order.scope == "engine"):
+            return True
+        return task is not None and (task.section == "recover" or bool(task.system_agent))
+
+    def _on_ground(self, agent: AgentRecord) -> None:
+        if not agent.breach:
+            return
+        self._core.put_agent(agent.id, breach="")
+        name = agent.breach.removeprefix(LATER)
+        if agent.breach.startswith(LATER) and agent.task and not self._comes_home(agent):
+            text = f"{agent.id} broke its limit while it landed; it stands now"
+            self._tasks.fail(agent.task, f"envelope.{name}", text)
+
+
+def _descends(goal: GoalRecord | None) -> bool:
+    return goal is not None and goal.in_flight and goal.phase == DESCENDING

@@ -1,0 +1,1 @@
+"""Going on after the engine was away, and while its journal cannot keep up."""

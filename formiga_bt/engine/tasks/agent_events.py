@@ -1,0 +1,60 @@
+"""Events that agents tell of themselves (`wait_for: picker.sos`): taken once each, kept for those who wait for them later.
+
+As many are kept as `KEPT_EVENTS` says. Once more than that were forgotten that no task took, an alarm tells it, one time.
+An event that the agent's type does not have, or whose fields cannot be read, counts as a bad message.
+"""
+
+from formiga_bt.engine.agents.fleet import Fleet
+from formiga_bt.engine.goals.goals import read_result
+from formiga_bt.engine.kernel import changes as ch
+from formiga_bt.engine.kernel.core import Core
+from formiga_bt.engine.kernel.inputs import Alarm
+from formiga_bt.engine.kernel.records import Happening
+from formiga_bt.engine.kernel.state import KEPT_EVENTS
+from formiga_bt.transport.messages import AgentEvent
+
+
+class Happenings:
+    """Takes events in."""
+
+    def __init__(self, core: Core, fleet: Fleet) -> None:
+        self._core = core
+        self._fleet = fleet
+
+    def on_event(self, event: AgentEvent) -> None:
+        """Keep an event, and wake who waits for it; a repeated one is ignored."""
+        core = self._core
+        agent = core.state.agents.get(event.agent)
+        if agent is None or agent.refused:
+            return
+        if any((old.boot_id, old.n) == (event.boot_id, event.n) for old in core.state.happenings.get(agent.id, ())):
+            return
+        types = core.agent_type(agent).events.get(event.event)
+        if types is None:
+            self._fleet.on_bad(agent.id, f"{agent.type} has no event {event.event}")
+            return
+        try:
+            fields = read_result(types, event.fields)
+        except (KeyError, TypeError, ValueError, OverflowError) as error:
+            self._fleet.on_bad(agent.id, f"event {event.event} cannot be read: {error}")
+            return
+        if missing := [name for name in types if name not in fields]:
+            self._fleet.on_bad(agent.id, f"event {event.event} misses {missing[0]}")
+            return
+        self._forget_oldest(agent.id)
+        order = core.state.counters.get("happening", 0) + 1
+        core.emit(ch.Happened(Happening(agent.id, event.event, order, event.boot_id, event.n, core.now, fields)))
+
+    def _forget_oldest(self, agent: str) -> None:
+        """Count the event that the next one pushes out, unless a task took it, or a later one of its name."""
+        core = self._core
+        kept = core.state.happenings.get(agent, [])
+        if len(kept) < KEPT_EVENTS:
+            return
+        key = f"{agent}|{kept[0].event}"
+        if any(task.events_taken.get(key, 0) >= kept[0].order for task in core.state.tasks.values()):
+            return
+        if core.count(f"unheard|{agent}") == KEPT_EVENTS + 1:
+            what = f"no task took more than {KEPT_EVENTS} events of {agent}, and they are forgotten"
+            text = f"{what}; the last was '{kept[0].event}'"
+            core.effect(Alarm("events_unheard", text, "", agent))

@@ -1,0 +1,1 @@
+"""The HTTP API: who may call, the routes, the server."""

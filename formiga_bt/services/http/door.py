@@ -1,0 +1,182 @@
+"""Who may call, how much they may send, and how many at once: checked before any route is looked for.
+
+On the loopback no token is needed in mode simulation, but a web page that the user happens to look at must not be able to fly
+drones: requests from other origins, and for other host names (DNS rebinding), are refused. Beyond the loopback, and in mode
+real everywhere, every request needs the site's token. A token that is sent is always compared. At the local door the system
+itself says whose process calls (`connection`), so what stops something is taken there without a token.
+
+A request that changes something has a `Caller`: if its client goes away, what it asked for is dropped, unless it is a stop.
+"""
+
+import asyncio
+import contextlib
+import hmac
+from collections.abc import Awaitable, Callable, MutableMapping
+from typing import Any, Final
+
+from formiga_bt.base.endpoints import is_loopback
+from formiga_bt.engine.drivers.waiting import CALLER, Caller, since_boot
+from formiga_bt.services.http.crowd import Crowd
+from formiga_bt.services.http.urgent import is_urgent
+
+BODY_LIMIT: Final = 1_000_000
+"""Bytes of a request's body."""
+DROP_LIMIT: Final = 20 * BODY_LIMIT
+GONE: Final = b"gone"
+"""Stands for a body that did not come to its end; compared by identity."""
+TURNS: Final = 4
+"""Turns of the event loop in which it sees that a connection is closed already."""
+
+Scope = MutableMapping[str, Any]
+Message = MutableMapping[str, Any]
+Receive = Callable[[], Awaitable[Message]]
+Send = Callable[[Message], Awaitable[None]]
+App = Callable[[Scope, Receive, Send], Awaitable[None]]
+Answer = Callable[[int, str, str, str], App]
+"""Makes the app that answers a refusal: status, code, text, hint."""
+
+
+FULL: Final = {
+    "crowded": ("this door of the engine is full", "try again in some seconds; stops get through"),
+    "too_many_streams": ("too many read the events already", "end some of them, or try again later"),
+}
+STREAM: Final = "/v1/events"
+
+
+class Door:
+    """ASGI middleware.
+
+    Args:
+        app: what is behind it.
+        token: the site's token.
+        needs_token: whether each request must bring it.
+        refusal: how a refusal is written.
+        crowd: the places at this door.
+        is_local: it is the Unix socket.
+    """
+
+    def __init__(
+        self,
+        app: App,
+        *,
+        token: str,
+        needs_token: bool,
+        refusal: Answer,
+        crowd: Crowd[Any] | None = None,
+        is_local: bool = False,
+    ) -> None:
+        self._app = app
+        self._token = token
+        self._needs_token = needs_token
+        self._refusal = refusal
+        self._crowd = crowd
+        self._is_local = is_local
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Let a request in, or refuse it."""
+        if scope["type"] != "http":
+            await self._app(scope, receive, send)
+            return
+        caller = Caller(since_boot())
+        urgent = is_urgent(scope["method"], scope["path"])
+        headers = {name.decode("latin-1").lower(): value.decode("latin-1") for name, value in scope["headers"]}
+        refusal = self._check(scope, headers, urgent=urgent)
+        if refusal is not None:
+            await refusal(scope, receive, send)
+            return
+        body = await _read(receive)
+        if body is None:
+            await self._too_large()(scope, receive, send)
+        elif body is not GONE:
+            await self._let_in(scope, body, receive, send, caller, urgent=urgent)
+
+    async def _let_in(
+        self, scope: Scope, body: bytes, receive: Receive, send: Send, caller: Caller, *, urgent: bool
+    ) -> None:
+        crowd, stream = self._crowd, scope["path"] == STREAM
+        full = crowd.begin(urgent=urgent, stream=stream) if crowd is not None else ""
+        if full:
+            await self._refusal(503, full, *FULL[full])(scope, receive, send)
+            return
+        try:
+            if scope["method"] in ("GET", "HEAD", "OPTIONS"):
+                await self._app(scope, _replayed(body, receive), send)
+            else:
+                await self._attended(scope, body, receive, send, caller)
+        finally:
+            if crowd is not None:
+                crowd.end(urgent=urgent, stream=stream)
+
+    async def _attended(self, scope: Scope, body: bytes, receive: Receive, send: Send, caller: Caller) -> None:
+        """Let a request in whose client is watched while it waits."""
+        watch = asyncio.create_task(_watch(receive, caller))
+        for _ in range(TURNS):  # a client that has gone already is seen before its order is given
+            await asyncio.sleep(0)
+        before = CALLER.set(caller)
+        try:
+            await self._app(scope, _replayed(body, receive), send)
+        finally:
+            CALLER.reset(before)
+            watch.cancel()
+            with contextlib.suppress(asyncio.CancelledError):
+                await watch
+
+    def _check(self, scope: Scope, headers: dict[str, str], *, urgent: bool) -> App | None:
+        scheme, _, word = headers.get("authorization", "").partition(" ")
+        if word or (self._needs_token and not (self._is_local and urgent)):
+            if scheme.lower() == "bearer" and hmac.compare_digest(word.strip().encode(), self._token.encode()):
+                return None
+            hint = "send it as 'Authorization: Bearer ...'; it is in the file `token` of the site's runtime folder"
+            return self._refusal(401, "unauthorized", "this engine wants its site's token", hint)
+        if self._is_local:
+            return None  # no web page reaches it
+        if not is_loopback(headers.get("host", "").rsplit(":", 1)[0]):
+            return self._refusal(403, "wrong_host", "call this engine by 127.0.0.1 or localhost", "")
+        origin = headers.get("origin")
+        if headers.get("sec-fetch-site", "none") not in ("none", "same-origin") or (
+            origin is not None and origin != f"{scope.get('scheme', 'http')}://{headers.get('host', '')}"
+        ):
+            return self._refusal(403, "other_origin", "a page of another origin may not call this engine", "")
+        return None
+
+    def _too_large(self) -> App:
+        return self._refusal(413, "too_large", f"the body is larger than {BODY_LIMIT:,} bytes", "")
+
+
+async def _read(receive: Receive) -> bytes | None:
+    """Return the whole body, None if it is too large, `GONE` if the client went away in the middle of it.
+
+    What is too much is read and dropped, up to a bound: a client that is still sending would not see the answer.
+    """
+    body, got = b"", 0
+    while True:
+        message = await receive()
+        if message["type"] == "http.disconnect":
+            return GONE
+        part = bytes(message.get("body", b""))
+        got += len(part)
+        body = body + part if got <= BODY_LIMIT else b""
+        if not message.get("more_body", False):
+            return body if got <= BODY_LIMIT else None
+        if got > DROP_LIMIT:
+            return None
+
+
+async def _watch(receive: Receive, caller: Caller) -> None:
+    """Wait until the client has gone, or has its answer."""
+    while (await receive())["type"] != "http.disconnect":
+        pass
+    caller.leave()
+
+
+def _replayed(body: bytes, receive: Receive) -> Receive:
+    given = False
+
+    async def replay() -> Message:
+        nonlocal given
+        if given:
+            return await receive()
+        given = True
+        return {"type": "http.request", "body": body, "more_body": False}
+
+    return replay

@@ -1,0 +1,1 @@
+"""What outlives one start of the engine: the journal, loaded tasks, the flight log, where to go on."""

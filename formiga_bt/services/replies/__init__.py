@@ -1,0 +1,1 @@
+"""What the API answers: its models, made from the view's records."""

@@ -1,0 +1,107 @@
+"""Alarms of the engine's own house that stand: its clock, its runtime folder, its journal. The engine itself knows none of it.
+
+Each second `House` asks its checks what is wrong now. What is new is an alarm in the feed, what is no more a notice. What
+stands is in `GET /v1/health`, on the top line of `formiga watch` and in its list of what needs a person.
+"""
+
+import logging
+import threading
+from collections.abc import Callable, Iterable
+from typing import Final
+
+from msgspec import Struct
+
+from formiga_bt.base.clock import OFF, EngineClock, Micros, wall_clock_us
+from formiga_bt.show.offset import offset_words
+
+EACH_S: Final = 1.0
+log = logging.getLogger("formiga.house")
+
+
+class Trouble(Struct, frozen=True):
+    """Something that is wrong now. The same code and subject is the same trouble, whatever its text."""
+
+    code: str
+    subject: str
+    text: str
+    """What is wrong, and what a person can do."""
+
+
+class Standing(Struct, frozen=True):
+    """A trouble, and since when it stands."""
+
+    trouble: Trouble
+    since: Micros
+    """Wall clock."""
+
+
+Check = Callable[[], Iterable[Trouble]]
+Tell = Callable[[str, Trouble], None]
+"""Called with `alarm` when a trouble begins, with `notice` when it is over."""
+
+
+class House:
+    """Watches over the house of an engine in a thread of its own; `standing` may be read from any.
+
+    Args:
+        tell: tells people of what begins and of what is over.
+        checks: each returns what is wrong now; more may be added before `start`.
+    """
+
+    def __init__(self, tell: Tell, checks: Iterable[Check] = ()) -> None:
+        self.checks = list(checks)
+        self.standing: tuple[Standing, ...] = ()
+        """What stands, the oldest first; replaced whole."""
+        self._tell = tell
+        self._end = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="formiga-house", daemon=True)
+
+    def start(self) -> None:
+        """Look once, then each second."""
+        self.look()
+        self._thread.start()
+
+    def stop(self) -> None:
+        """End; may be called twice."""
+        self._end.set()
+        if self._thread.is_alive():
+            self._thread.join(5.0)
+
+    def look(self) -> None:
+        """Ask each check, and tell what is new and what is over."""
+        found = {(one.code, one.subject): one for check in self.checks for one in check()}
+        before = {(one.trouble.code, one.trouble.subject): one for one in self.standing}
+        now = wall_clock_us()
+        stays = [Standing(found[key], one.since) for key, one in before.items() if key in found]
+        begins = [Standing(one, now) for key, one in found.items() if key not in before]
+        self.standing = (*stays, *begins)
+        for one in begins:
+            self._tell("alarm", one.trouble)
+        for key, one in before.items():
+            if key not in found:
+                self._tell("notice", one.trouble)
+
+    def _run(self) -> None:
+        while not self._end.wait(EACH_S):
+            try:
+                self.look()
+            except Exception:  # a bug in one look must not end all later ones
+                log.exception("the engine's house could not be looked through")
+
+
+def clock_check(clock: EngineClock) -> Check:
+    """Return the check whether engine time that follows the wall clock is far from it."""
+
+    def look() -> Iterable[Trouble]:
+        ahead = clock.ahead_us
+        if not clock.follows_wall or abs(ahead) <= OFF:
+            return ()
+        help_ = (
+            "set the machine's clock right; until it has caught up, a start is refused (clock_ahead)"
+            if ahead > 0
+            else "a restart of the engine sets it right at once"
+        )
+        text = f"engine time is {offset_words(ahead)}, and approaches it by 1 % of the time that passes; {help_}"
+        return (Trouble("clock_off", "clock", text),)
+
+    return look

@@ -1,0 +1,59 @@
+"""A site and the ways of its agents as a `Chart`: base, ports, places, areas, tracks, and where something happened."""
+
+from collections.abc import Collection, Iterator
+from typing import Literal
+
+from formiga_bt.base.clock import Micros
+from formiga_bt.base.geo import Place, Position, Region
+from formiga_bt.lang.model import Site
+from formiga_bt.safety.airspace import Airspace
+from formiga_bt.show.facts import Chart, Mark, Point, Shape
+from formiga_bt.show.history.ledger import Ledger
+
+
+def chart(ledger: Ledger, site: Site, now: Micros, tasks: Collection[str] = ()) -> Chart:
+    """Return the site with the ways for these tasks, or with all ways."""
+    wanted = frozenset(tasks) if tasks else None
+    ways = sorted(ledger.ways.values(), key=lambda way: way.agent)
+    # a person belongs to no task: those who are asked for one are on its map
+    people = {row.agent for task in wanted or () for row in ledger.story(task).rows}
+    events = [event.mark for event in ledger.events if wanted is None or event.task in wanted]
+    return Chart(
+        site=site.name,
+        at=now,
+        marks=(*_marks(site), *events),
+        shapes=tuple(_shapes(site)),
+        tracks=tuple(
+            track for way in ways for track in way.tracks(None if way.human and way.agent in people else wanted)
+        ),
+        origin_lat=site.lat,
+        origin_lng=site.lng,
+    )
+
+
+def _marks(site: Site) -> Iterator[Mark]:
+    yield Mark(name="base", kind="base", at=Point(0.0, 0.0))
+    for port in site.ports.values():
+        yield from _mark(port.name, "port", port.at)
+    for name, at in site.places.items():
+        yield from _mark(name, "place", at)
+
+
+def _mark(name: str, kind: Literal["port", "place"], at: object) -> Iterator[Mark]:
+    if isinstance(at, Place | Position):
+        up = at.up_m if isinstance(at, Position) else 0.0
+        yield Mark(name=name, kind=kind, at=Point(at.east_m, at.north_m, up))
+
+
+def _shapes(site: Site) -> Iterator[Shape]:
+    if isinstance(site.fence, Region):
+        yield Shape(name="fence", kind="fence", corners=_corners(site.fence))
+    for region, zone in zip(site.no_fly, Airspace(site).no_fly, strict=True):
+        yield Shape(name=zone.name, kind="zone", corners=_corners(region), forbidden=True)
+    for name, region in site.regions.items():
+        if isinstance(region, Region) and region not in site.no_fly:
+            yield Shape(name=name, kind="region", corners=_corners(region))
+
+
+def _corners(region: Region) -> tuple[Point, ...]:
+    return tuple(Point(corner.east_m, corner.north_m) for corner in region.corners)

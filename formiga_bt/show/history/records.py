@@ -1,0 +1,126 @@
+"""Facts of single records of the engine: an agent, a goal, a question, a task."""
+
+from collections.abc import Collection
+
+from formiga_bt.base.clock import Micros
+from formiga_bt.base.geo import Position
+from formiga_bt.engine.kernel.library import newest_of
+from formiga_bt.engine.kernel.pace import throttled
+from formiga_bt.engine.kernel.records import AgentRecord, GoalRecord, Question, TaskRecord
+from formiga_bt.engine.kernel.state import EngineState
+from formiga_bt.show.amounts import percent
+from formiga_bt.show.facts import AgentFact, GoalFact, Point, QuestionFact, TaskFact
+from formiga_bt.show.history.notes import gate_words
+from formiga_bt.show.history.rows import path_of_goal, where
+from formiga_bt.show.history.urgency import Index
+from formiga_bt.show.lapse import cleared_machine, lapses_at
+from formiga_bt.show.why.standing import stands
+
+
+def point(where: Position) -> Point:
+    """Return a point to a centimetre."""
+    return Point(round(where.east_m, 2), round(where.north_m, 2), round(where.up_m, 2))
+
+
+def task_fact(index: Index, task: TaskRecord) -> TaskFact:
+    """Return a task as lists show it."""
+    over = task.section == "done"
+    coming = None if over else index.urgent(task)
+    slow = throttled(index.state, task, index.now)
+    return TaskFact(
+        id=task.id,
+        name=task.name,
+        status=task.status,
+        held=task.held,
+        section="" if over else task.section,
+        priority=task.priority,
+        by=task.by,
+        version=_version(index.state, task),
+        parent=task.parent,
+        agents=agents_of(task),
+        code=task.code,
+        reason=task.reason,
+        doing=("throttled; " if slow is not None else "") + index.doing(task),
+        throttled_since=slow.since if slow is not None else None,
+        needs="" if over else index.needs(task),
+        urgent_at=coming[0] if coming is not None else None,
+        urgent=coming[1] if coming is not None else "",
+        submitted_at=task.submitted_at,
+        ended_at=task.ended_at,
+    )
+
+
+def _version(state: EngineState, task: TaskRecord) -> str:
+    newest = newest_of(state, task.name)
+    return f"version {task.version}, newest {newest.n}" if newest is not None and not task.system_agent else ""
+
+
+def agents_of(task: TaskRecord) -> tuple[str, ...]:
+    """Return the agents that a task holds, or had if it is over."""
+    if task.section == "done":
+        return task.granted
+    held = tuple(agent for group in task.roles.values() for agent in group)
+    return tuple(dict.fromkeys((*held, *((task.system_agent,) if task.system_agent else ()))))
+
+
+def agent_fact(state: EngineState, agent: AgentRecord, now: Micros, wall: Micros = 0, port: str = "") -> AgentFact:
+    """Return an agent; `port`: at which it stands."""
+    order = state.orders.get(agent.id)
+    return AgentFact(
+        id=agent.id,
+        type=agent.type,
+        human=agent.human,
+        pool=agent.pool,
+        liveness=agent.liveness,
+        control=agent.control,
+        landed=agent.landed,
+        task=agent.task,
+        role=agent.role,
+        action=agent.action,
+        home=agent.home,
+        battery=None if agent.battery is None else round(agent.battery, 1),
+        at=None if agent.position is None else point(agent.position),
+        port=port,
+        order=stands(state, order, now, wall) if order is not None else "",
+        taken=agent.taken,
+        breach=agent.breach.removeprefix("!"),
+        quarantine=agent.quarantine,
+        refused=agent.refused or agent.refused_at_rest,
+        word=agent.word,
+    )
+
+
+def goal_fact(goal: GoalRecord) -> GoalFact:
+    """Return a goal."""
+    return GoalFact(
+        id=goal.id,
+        agent=goal.agent,
+        action=goal.action,
+        state=goal.state,
+        code=goal.code,
+        text=gate_words(goal) if goal.state == "gated" else goal.text,
+        progress=percent(goal.progress),
+        phase=goal.phase,
+        since=goal.sent_at if goal.sent_at is not None else goal.at,
+        path=path_of_goal(goal.id),
+        target=where(goal),
+    )
+
+
+def question_fact(state: EngineState, question: Question, desk: Collection[str] = ()) -> QuestionFact:
+    """Return an open question; `desk`: who answers at this engine."""
+    said = {answer.by for answer in question.answers}
+    return QuestionFact(
+        number=question.number,
+        task=question.task,
+        text=question.text,
+        kind=question.kind,
+        options=question.options,
+        asked=question.asked,
+        here=tuple(person for person in question.asked if person in desk and person not in said),
+        asked_at=question.asked_at,
+        lapses_at=lapses_at(state, question),
+        if_no_answer=question.if_no_answer,
+        clears=cleared_machine(question) or question.clears,
+        clears_on=("clear",) if question.kind == "clearance" else question.clears_on,
+    )
