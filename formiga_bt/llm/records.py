@@ -78,6 +78,10 @@ class Flight(Struct, frozen=True, kw_only=True):
     """SUCCEEDED, FAILED, CANCELED, UNFINISHED, or REFUSED (it did not start)."""
     code: str = ""
     reason: str = ""
+    breach: float | None = None
+    """Of a limit for which the gate refused the last goal: how far it would have gone, SI, percent 0..100."""
+    short: dict[str, str] = {}
+    """By machine that was full and has too little charge to go there and come home: the numbers, in words."""
     duration_s: float = 0.0
     agents: dict[str, tuple[str, ...]] = {}
     """By role."""

@@ -99,6 +99,8 @@ class Refuse(Struct, frozen=True):
 
     code: str
     text: str
+    value: float | None = None
+    """Of a limit that it would break: how far it would go, SI, percent 0..100."""
 
 
 Verdict = Go | Hold | Refuse
@@ -138,7 +140,7 @@ def judge(
         return Refuse("requires", f"{ask.agent} must be {ask.requires}, it is {ask.landed}")
     breach = limits()
     if breach is not None:
-        return Refuse(breach.code, breach.text)
+        return Refuse(breach.code, breach.text, breach.value)
     return _spot(ask, traffic, min_spacing_m) or _clear_way(ask, traffic, now, separation_m)
 
 

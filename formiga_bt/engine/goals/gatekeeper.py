@@ -72,7 +72,7 @@ class Gatekeeper:
         """A goal may not go now, or never."""
         if isinstance(no, Refuse):
             self.forget(goal)
-            self._core.put_goal(goal.id, state="gate_refused", code=no.code, text=no.text)
+            self._core.put_goal(goal.id, state="gate_refused", code=no.code, text=no.text, breach=no.value)
             return
         if goal.code != no.code or goal.text != no.whom:
             goal = self._core.put_goal(goal.id, code=no.code, text=no.whom)

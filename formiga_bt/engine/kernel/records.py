@@ -415,6 +415,8 @@ class GoalRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
     code: str = ""
     """Gate's or agent's code."""
     text: str = ""
+    breach: float | None = None
+    """Of a limit that the gate refused it for: how far it would have gone, SI, percent 0..100."""
     n: int = -1
     result: dict[str, Any] = {}
     safety: bool = False

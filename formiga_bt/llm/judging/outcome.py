@@ -27,6 +27,8 @@ MOVED_M: Final = 2.0
 _AT: Final = re.compile(r"at (-?\d+) E (-?\d+) N")
 _WRITTEN: Final = re.compile(r"[A-Za-z_]+\[\d+\](?:\.[A-Za-z_]+\[\d+\])*")
 """A path of steps down to the first call."""
+FULL_PCT: Final = 99.5
+"""A machine with so much charge is full."""
 MOST_STEPS: Final = 200_000
 """Of the engine; a task that takes more is given up."""
 
@@ -100,6 +102,12 @@ def _flight(rehearsal: "Rehearsal", task_id: str, tasks: list[Task], world: Worl
         status=status,
         code=record.code,
         reason=_reason(record, log, ways, everywhere, site) if in_time else "it is not over after a long time",
+        breach=_breach(rehearsal, task_id),
+        short={
+            one.agent: one.detail
+            for one in log.state.explanations.get(task_id, ())
+            if one.code == "energy" and (log.state.agents[one.agent].battery or 0.0) >= FULL_PCT
+        },
         duration_s=round((end - record.submitted_at) / 1e6, 1),
         agents=agents,
         visited={one: _visited(way, _without_home(spots, one, site)) for one, way in ways.items()},
@@ -115,6 +123,15 @@ def _flight(rehearsal: "Rehearsal", task_id: str, tasks: list[Task], world: Worl
         chart=source.chart([task_id]),
         lines=picture.lines,
     )
+
+
+def _breach(rehearsal: "Rehearsal", task_id: str) -> float | None:
+    """Return how far the goal of a task that the gate refused last would have gone over a limit."""
+    from formiga_bt.engine.kernel.changes import GoalPut
+
+    changes = (change for step in reversed(rehearsal.steps) for change in reversed(step.changes))
+    goals = (one.goal for one in changes if isinstance(one, GoalPut) and one.goal.task == task_id)
+    return next((goal.breach for goal in goals if goal.state == "gate_refused"), None)
 
 
 def _reason(record: "TaskRecord", log: "RunLog", ways: Mapping[str, Sequence[Track]], chart: Chart, site: Site) -> str:
@@ -291,5 +308,5 @@ def facts(flight: Flight) -> dict[str, Any]:
     """Return the plain facts of a flight, for JSON."""
     import msgspec
 
-    hidden = ("drawing", "steps", "timeline", "chart", "lines")
+    hidden = ("breach", "short", "drawing", "steps", "timeline", "chart", "lines")
     return {k: v for k, v in msgspec.to_builtins(flight).items() if k not in hidden}

@@ -14,8 +14,6 @@ from formiga_bt.llm.words.wording import read
 from formiga_bt.llm.world import World
 
 _CAMEL: Final = re.compile(r"(?<=[a-z])(?=[A-Z])")
-_ENERGY: Final = re.compile(r"(\w+) energy (100 %[^;]*)")
-_HEIGHT: Final = re.compile(r"would be (\d+(?:\.\d+)?) m over the ground")
 SAME_M: Final = 1.0
 """So near to it a height is the one that the request says."""
 _MOST_NAMES: Final = 12
@@ -55,11 +53,8 @@ def _too_far(rounds: Sequence[Round]) -> Impossible | None:
         flight = one.flight
         if flight is None or len(errors) != 1 or flight.code != "no_agent":
             continue
-        found = _ENERGY.search(flight.reason)
-        if found is not None:
-            return Impossible(
-                f"that is too far for any machine here: {found[1]} has {found[2].strip()}", "a nearer place"
-            )
+        for agent, numbers in flight.short.items():
+            return Impossible(f"that is too far for any machine here: {agent} has {numbers}", "a nearer place")
     return None
 
 
@@ -68,11 +63,11 @@ def _too_high(rounds: Sequence[Round], request: str, world: World) -> Impossible
     limit = height_limit_m(world)
     for one in rounds:
         flight = one.flight
-        found = _HEIGHT.search(flight.reason) if flight is not None and flight.code.endswith("max_height") else None
-        if limit is None or found is None:
+        height = flight.breach if flight is not None and flight.code == "envelope.max_height" else None
+        if limit is None or height is None:
             continue
         asked = [a for a in read(request, world.site, world.catalogue).amounts if a.type == "distance"]
-        said = next((a.words for a in asked if a.si > limit and abs(a.si - float(found[1])) < SAME_M), "")
+        said = next((a.words for a in asked if a.si > limit and abs(a.si - height) < SAME_M), "")
         if said:
             why = f"{said} is higher than any drone may fly here ({limit:g} m over the ground)"
             return Impossible(why, f"the same at {limit:g} m")

@@ -152,7 +152,7 @@ def test_a_breach_of_the_envelope_is_refused_with_its_code_and_numbers() -> None
 
     found = judge(ask(target=Position(0.0, 0.0, 130.0)), (), NOW, 15.0, 3.0, lambda: breach)
 
-    assert found == Refuse("envelope.max_height", "130 m over the ground, allowed are 120 m")
+    assert found == Refuse("envelope.max_height", "130 m over the ground, allowed are 120 m", 130.0)
 
 
 def test_what_waits_for_command_is_not_judged_by_limits_yet() -> None:
