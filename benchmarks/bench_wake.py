@@ -77,7 +77,7 @@ def ours(text: str = TASK, end: str = "@1") -> Callable[[], None]:
     task, rehearsal = load(text)
     task_id = rehearsal.submit(task.name)
     rehearsal.run_for(1.0)
-    trees = rehearsal.engine.tasks.runs[task_id].trees
+    trees = rehearsal.engine.runs.open[task_id].trees
     core = rehearsal.engine.core
     leaf = next(key for key in trees.statuses() if key.endswith(end))
 
@@ -94,7 +94,7 @@ def ending(text: str) -> Callable[[], None]:
     task, rehearsal = load(text)
     task_id = rehearsal.submit(task.name)
     rehearsal.run_for(0.5)
-    core, trees = rehearsal.engine.core, rehearsal.engine.tasks.runs[task_id].trees
+    core, trees = rehearsal.engine.core, rehearsal.engine.runs.open[task_id].trees
 
     def once() -> None:
         due = core.next_deadline()

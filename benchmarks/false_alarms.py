@@ -25,10 +25,10 @@ import yaml
 
 from formiga_bt.base.diagnostics import Diagnostic
 from formiga_bt.base.packaged import folder
-from formiga_bt.engine.allocation import WAIT_US
 from formiga_bt.engine.kernel.inputs import SendGoal
 from formiga_bt.engine.kernel.records import AgentRecord
 from formiga_bt.engine.kernel.state import EngineState
+from formiga_bt.engine.tasks.requests import WAIT_US
 from formiga_bt.lang import loader
 from formiga_bt.lang.files import Shelf, read_file
 from formiga_bt.lang.model import Catalogue, Site, Task

@@ -4,17 +4,15 @@ The policy is plugged in; this part turns tasks into requests, records the outco
 cruise layer of its own while there are enough.
 """
 
-from collections.abc import Mapping
 from operator import attrgetter
 from typing import Any
 
 from msgspec.structs import replace
 
-from formiga_bt.base.clock import SECOND, Micros, micros
+from formiga_bt.base.clock import SECOND, Micros
 from formiga_bt.base.energy import CALM
-from formiga_bt.base.errors import TaskError
-from formiga_bt.base.geo import Place, Position
 from formiga_bt.engine.agents.fleet import Fleet
+from formiga_bt.engine.agents.grants import assign
 from formiga_bt.engine.allocator.candidate import Candidate
 from formiga_bt.engine.allocator.energy import Charge
 from formiga_bt.engine.allocator.filters import could_serve, hopeless, looked
@@ -23,20 +21,10 @@ from formiga_bt.engine.allocator.preemption import Plan, Preemption
 from formiga_bt.engine.allocator.roster import Roster
 from formiga_bt.engine.kernel import changes as ch
 from formiga_bt.engine.kernel.core import Core
-from formiga_bt.engine.kernel.records import PRIORITIES, AgentRecord, Request, RoleRequest, TaskRecord, Verdict
-from formiga_bt.engine.kernel.timers import AllocationDue, HopelessDue, NodeDue, TaskDue
-from formiga_bt.engine.orders.authority import Authority
-from formiga_bt.engine.tasks.env import TaskEnv
-from formiga_bt.engine.tasks.taskmodel import CANNOT_COMPUTE
+from formiga_bt.engine.kernel.records import PRIORITIES, AgentRecord, Request, Verdict
+from formiga_bt.engine.kernel.timers import HopelessDue, NodeDue, TaskDue
+from formiga_bt.engine.tasks.authority import Authority
 from formiga_bt.engine.tasks.tasks import Tasks
-from formiga_bt.lang.model import Env, Role, Some, Unset, why_not_computed
-from formiga_bt.lang.types import AgentRef
-
-EVERY_US: Micros = 50_000
-"""Least engine time between two looks."""
-
-EACH_US: Micros = 100
-"""The same for each waiting request: looking at thousands takes longer than 50 ms, and nothing else would be done."""
 
 LOW_AGES_US: Micros = 3600 * SECOND
 """After so long a LOW request ranks as MEDIUM; nothing ever ages to HIGH."""
@@ -46,12 +34,6 @@ RESERVE_AFTER_US: Micros = 120 * SECOND
 
 KNOWN_AFTER_US: Micros = 10 * SECOND
 """After so long the fleet counts as known, though agents of the site are still missing."""
-
-MOST_AGENTS = 1000
-"""More than any fleet has: what `count: all` may take."""
-
-WAIT_US: Micros = 900_000_000
-"""Default of a role's `wait` while its task, or the one that waits for its end, holds agents already."""
 
 _read = attrgetter(
     "type", "order", "human", "actions", "refused", "refused_at_rest", "pool", "liveness", "control", "task", "goal",
@@ -64,100 +46,17 @@ _read = attrgetter(
 class Allocation:
     """Between waiting tasks and free agents."""
 
-    def __init__(self, core: Core, tasks: Tasks, fleet: Fleet, policy: Policy) -> None:
+    def __init__(self, core: Core, tasks: Tasks, fleet: Fleet, authority: Authority, policy: Policy) -> None:
         self._core = core
         self._tasks = tasks
         self._fleet = fleet
         self._policy = policy
-        self._authority = Authority(core)
+        self._authority = authority
         self._roster = Roster()
         self._known: dict[str, tuple[Any, ...]] = {}
         """Agent -> what its candidate was made from."""
         self._hopeless: dict[str, tuple[tuple[Verdict, ...], str]] = {}
         """Waiting requests -> the explanation last looked at, and why it says that nobody could ever serve them."""
-
-    def request(self, task: TaskRecord, values: Mapping[str, Any]) -> Request:
-        """Return a task's request; the expressions of its roles are read now, once.
-
-        Raises:
-            TaskError: one of them cannot be evaluated.
-        """
-        core = self._core
-        model = core.model(task)
-        env = TaskEnv(core, task, values)
-        waits = WAIT_US if task.parent and not task.detached else None  # its parent holds agents while it waits
-        try:
-            roles = tuple(self._role(role, env, waits) for role in model.roles.values())
-            expires = core.now + micros(model.expires.run(env)) if model.expires else None
-        except CANNOT_COMPUTE as error:
-            raise TaskError(
-                "bad_role", f"{model.name}: a role cannot be evaluated: {why_not_computed(error)}"
-            ) from error
-        if task.wait is not None:
-            roles = tuple(replace(role, wait_until=core.now + task.wait) for role in roles)
-        if task.expires is not None:
-            expires = core.now + task.expires
-        return Request(
-            task=task.id, priority=task.priority, order=task.order, at=core.now, roles=roles, expires=expires
-        )
-
-    def want(
-        self, task_id: str, node: str, roles: Mapping[str, Role], env: Env, but_not: tuple[str, ...] = ()
-    ) -> Request:
-        """Let a block of a running task wait for agents; return its request. Its `wait` is the node's own deadline."""
-        core = self._core
-        task = core.task(task_id)
-        wanted = tuple(
-            replace(self._role(role, env, WAIT_US), but_not=but_not, rebind=role.if_lost == "rebind")
-            for role in roles.values()
-        )
-        request = Request(task=f"{task_id}|{node}", priority=task.priority, order=task.order, at=core.now, roles=wanted)
-        core.emit(ch.RequestPut(request.task, request))
-        self.poke()
-        return request
-
-    def enqueue(self, request: Request) -> None:
-        """Let a request wait for agents."""
-        core = self._core
-        core.emit(ch.RequestPut(request.task, request))
-        waits = [role.wait_until for role in request.roles if role.wait_until is not None]
-        if waits:
-            core.set_deadline(TaskDue(request.task, "wait"), min(waits), request.task, pausable=True)
-        if request.expires is not None:
-            core.set_deadline(TaskDue(request.task, "expires"), request.expires, request.task)
-        self.poke()
-
-    def _role(self, role: Role, env: Env, otherwise: Micros | None) -> RoleRequest:
-        """Return a role as it is wanted; without a `wait` of its own it waits for so long, None: as long as it takes."""
-        core = self._core
-        types = tuple(
-            t for t in core.catalogue.types if t in role.types or any(x in role.types for x in _line(core, t))
-        )
-        wait = micros(role.wait.run(env)) if role.wait else otherwise
-        return RoleRequest(
-            role=role.name,
-            types=types,
-            human=all(core.catalogue.types[t].human for t in types) if types else False,
-            count=role.open.min if role.open else role.count or 1,
-            more=_beyond(role.open) if role.open else 0,
-            is_list=role.is_list,
-            id=_agent_id(role.id, env),
-            near=_places(role.near, env),
-            prefer=_agent_id(role.prefer, env),
-            battery_min=float(role.battery_min.run(env)) if role.battery_min else 0.0,
-            away=role.away,
-            actions=tuple(dict.fromkeys((*role.actions, *role.capabilities))),
-            wait_until=None if wait is None else core.now + wait,
-        )
-
-    # -- looking ---------------------------------------------------------------------------------------------------
-    def poke(self) -> None:
-        """Look at the requests soon: at once, but not within 50 ms of the last look, or longer if very many wait."""
-        core = self._core
-        if not core.state.requests or AllocationDue() in core.state.deadlines:
-            return
-        last = core.state.counters.get("alloc_at", -EVERY_US)
-        core.set_deadline(AllocationDue(), max(core.now, last + max(EVERY_US, len(core.state.requests) * EACH_US)))
 
     def look(self) -> None:
         """Let the policy decide; record grants and explanations."""
@@ -184,7 +83,7 @@ class Allocation:
             lists = frozenset(role.role for role in request.roles if role.is_list)
             core.emit(ch.RequestPut(grant.task, None))
             core.put_task(request.holder, pilot=pilot or core.task(request.holder).pilot)
-            self.assign(request.holder, roles)
+            assign(core, request.holder, roles)
             if request.node:
                 self._tasks.granted_more(request, roles)
             else:
@@ -281,35 +180,6 @@ class Allocation:
                 due = HopelessDue(request.holder, request.node)
                 core.set_deadline(due, request.at + KNOWN_AFTER_US, request.holder)
 
-    def assign(self, task_id: str, roles: Mapping[str, tuple[str, ...]]) -> None:
-        """Mark the agents as the task's and give each machine a layer."""
-        core = self._core
-        layers: dict[str, float] = {}
-        for role, agents in roles.items():
-            for agent_id in agents:
-                agent = core.state.agents[agent_id]
-                if agent.human:
-                    continue
-                kept = agent.layer_m
-                if kept is None or kept > core.rules(agent, task_id).max_height_m:
-                    kept = self.free_layer(agent_id, task_id)
-                layers[agent_id] = kept
-                core.put_agent(agent_id, task=task_id, role=role, pool="ASSIGNED", layer_m=layers[agent_id])
-        core.emit(ch.Granted(task_id, dict(roles), layers))
-
-    def free_layer(self, agent_id: str, task_id: str) -> float:
-        """Return a cruise layer that it may fly in, metres over the base's ground.
-
-        The one that fewest machines of its own task have, for the gate does not keep those apart, then fewest of all.
-        """
-        core = self._core
-        others = [a for a in core.state.agents.values() if a.layer_m is not None and a.id != agent_id]
-        used = [a.layer_m for a in others]
-        own = [a.layer_m for a in others if a.task == task_id]
-        most = core.rules(core.state.agents[agent_id], task_id).max_height_m
-        layers = [layer for layer in core.site.layers_m if layer <= most] or [min(core.site.layers_m)]
-        return min(layers, key=lambda layer: (own.count(layer), used.count(layer), layers.index(layer)))
-
     def _candidates(self) -> Roster:
         """Return all agents; only those that changed since the last look are seen anew."""
         core = self._core
@@ -381,32 +251,3 @@ class Allocation:
 def wait_of(request: Request) -> NodeDue | TaskDue:
     """Return the deadline up to which a request waits."""
     return NodeDue(request.holder, request.node) if request.node else TaskDue(request.task, "wait")
-
-
-def _beyond(some: Some) -> int:
-    return (MOST_AGENTS if some.max is None else some.max) - some.min
-
-
-def _line(core: Core, type_name: str) -> tuple[str, ...]:
-    return core.catalogue.types[type_name].extends
-
-
-def _agent_id(expr: Any, env: Env) -> str:
-    if expr is None:
-        return ""
-    try:
-        value = expr.run(env)
-    except Unset:
-        return ""  # an optional param that was not given: the key counts as absent
-    return value.id if isinstance(value, AgentRef) else str(value or "")
-
-
-def _places(expr: Any, env: Env) -> tuple[Place, ...]:
-    if expr is None:
-        return ()
-    try:
-        value = expr.run(env)
-    except Unset:
-        return ()
-    places = value if isinstance(value, tuple) else (value,)
-    return tuple(p.ground if isinstance(p, Position) else p for p in places)

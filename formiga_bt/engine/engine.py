@@ -7,6 +7,7 @@ then carries out its effects. The same engine runs in production, dry runs, test
 """
 
 from collections.abc import Callable, Collection, Mapping
+from contextlib import suppress
 from typing import assert_never
 
 from formiga_bt.base.clock import Micros
@@ -20,12 +21,12 @@ from formiga_bt.engine.goals.goals import Goals
 from formiga_bt.engine.goals.people import People
 from formiga_bt.engine.kernel import changes as ch
 from formiga_bt.engine.kernel import inputs as inp
+from formiga_bt.engine.kernel import news as nw
 from formiga_bt.engine.kernel import timers as tm
 from formiga_bt.engine.kernel.core import Core
 from formiga_bt.engine.kernel.overload import note_behind
 from formiga_bt.engine.kernel.replies import Accepted, Done, Refusal, Reply
 from formiga_bt.engine.kernel.state import EngineState
-from formiga_bt.engine.orders.authority import Authority
 from formiga_bt.engine.orders.breaches import Breaches
 from formiga_bt.engine.orders.command import Command
 from formiga_bt.engine.orders.lockdown import Lockdowns
@@ -35,6 +36,13 @@ from formiga_bt.engine.restart.reconcile import Reconcile
 from formiga_bt.engine.restart.rescue import Rescue
 from formiga_bt.engine.restart.resume import restore_trees
 from formiga_bt.engine.tasks.agent_events import Happenings
+from formiga_bt.engine.tasks.authority import Authority
+from formiga_bt.engine.tasks.children import Children
+from formiga_bt.engine.tasks.intake import Intake
+from formiga_bt.engine.tasks.recovery import Recovery
+from formiga_bt.engine.tasks.requests import Requests
+from formiga_bt.engine.tasks.runs import Runs
+from formiga_bt.engine.tasks.system_tasks import Errands
 from formiga_bt.engine.tasks.tasks import Tasks
 from formiga_bt.engine.tasks.treerun import CompiledTrees, TreesFactory
 from formiga_bt.engine.tasks.wake_queue import Turns
@@ -74,34 +82,34 @@ class Engine:
         without: Collection[str] = (),
         look: Callable[[str], None] | None = None,
     ) -> None:
-        self.core = core = Core(site, catalogue, tasks, state or EngineState())
+        self.core = core = Core(site, catalogue, tasks, state or EngineState(), self._hear)
         self.authority = Authority(core)
-        self.fleet = Fleet(core)
         self.people = People(core)
-        self.gatekeeper = Gatekeeper(core)
         self.clearances = Clearances(core, self.people)
+        self.gatekeeper = Gatekeeper(core, self.clearances)
+        self.goals = Goals(core, self.gatekeeper)
+        self.fleet = Fleet(core, self.goals, self.people, self.clearances)
         self.happenings = Happenings(core, self.fleet)
-        self.goals = Goals(core, self.fleet, self.gatekeeper)
-        self.tasks = Tasks(core, self.goals, self.people, self.fleet, trees)
-        self.turns = Turns(core, self.tasks)
-        self.orders = Orders(core, self.fleet, self.goals, self.clearances, self.tasks)
+        requests = Requests(core)
+        self.intake = Intake(core, self.authority, requests)
+        children = Children(core, self.intake)
+        self.runs = Runs(core, self.goals, self.people, requests, children, trees)
+        self.recovery = Recovery(core, self.fleet, self.runs)
+        self.errands = Errands(core, self.goals, self.runs, self.recovery)
+        self.tasks = Tasks(core, self.goals, self.people, self.fleet, requests, self.runs, children, self.recovery)
+        self.turns = Turns(core, self.runs)
+        self.orders = Orders(core, self.fleet, self.goals, self.clearances, self.recovery, self.errands)
         self.command = Command(core, self.fleet, self.goals, self.tasks, self.orders)
-        self.lockdowns = Lockdowns(core, self.orders, self.tasks)
+        self.lockdowns = Lockdowns(core, self.orders)
         self.breaches = Breaches(core, self.tasks, self.orders)
-        self.allocation = Allocation(core, self.tasks, self.fleet, policy)
-        self.fleet.goals, self.fleet.people, self.fleet.tasks = self.goals, self.people, self.tasks
-        self.fleet.orders, self.fleet.breaches, self.tasks.orders = self.orders, self.breaches, self.orders
-        self.gatekeeper.clearances = self.fleet.clearances = self.clearances
-        self.clearances.tasks = self.tasks
-        self.tasks.allocation, self.tasks.admit = self.allocation, self.authority.admit
-        self.rescue = Rescue(core, self.goals, self.people, self.tasks)
-        self.reconcile = Reconcile(core, self.fleet, self.goals, self.authority, self.rescue)
-        self.goals.is_expired, self.goals.stood = self.reconcile.is_expired, self.reconcile.stood
+        self.allocation = Allocation(core, self.tasks, self.fleet, self.authority, policy)
+        rescue = Rescue(core, self.goals, self.people, self.runs, self.tasks)
+        self.reconcile = Reconcile(core, self.fleet, self.goals, self.authority, rescue)
         core.stands_by = resumes
         self.unbuilt: dict[str, str] = {}
         """Tasks whose trees could not be rebuilt -> why."""
         if state is not None:
-            self.unbuilt = restore_trees(core, self.tasks, without, look or _look if resumes else None)
+            self.unbuilt = restore_trees(core, self.runs, self.recovery, without, look or _look if resumes else None)
 
     @property
     def state(self) -> EngineState:
@@ -129,7 +137,7 @@ class Engine:
 
     def statuses(self, task_id: str) -> dict[str, str]:
         """Return the running nodes of a task, by key."""
-        run = self.tasks.runs.get(task_id)
+        run = self.runs.open.get(task_id)
         return run.trees.statuses() if run else {}
 
     def handle(self, now: Micros, given: inp.Input) -> inp.Step:
@@ -174,12 +182,11 @@ class Engine:
                 self._wall(wall_timer, at)
             case inp.Submit():
                 refuse_if_full(self.core, given)
-                self.authority.admit(given)
-                return Accepted(self.tasks.submit(given))
+                return Accepted(self.intake.submit(given))
             case inp.Approve() | inp.Duty():
                 refuse_if_full(self.core, given)
                 self.authority.take(given)
-                self.tasks.poke_allocator()
+                self.core.wake_allocator()
                 return Done()
             case inp.Serve():
                 refuse_if_full(self.core, given)
@@ -199,7 +206,7 @@ class Engine:
                 return Done()
             case inp.AgentSeenInput(card, wall):
                 self.fleet.on_seen(card, wall)
-                self.tasks.poke_allocator()
+                self.core.wake_allocator()
             case inp.AgentGoneInput(agent):
                 self.fleet.on_gone(agent)
             case inp.AgentEventInput(event):
@@ -210,7 +217,7 @@ class Engine:
             case inp.BadStatusInput(agent, text):
                 self.fleet.on_bad(agent, text)
             case inp.EffectFailed():
-                self.goals.on_effect_failed(given)
+                self.fleet.on_effect_failed(given)
             case inp.Started(epoch):
                 self.core.emit(ch.CounterSet("epoch", epoch))
                 if self.state.counters.get("deposed"):
@@ -230,7 +237,7 @@ class Engine:
     def _goal_event(self, event: GoalEvent, wall: Micros) -> None:
         if event.state == "succeeded" and "~" in event.goal_id and event.goal_id not in self.state.goals:
             self.people.late(event.agent, event.goal_id)
-        self.goals.on_event(event, wall)
+        self.fleet.on_goal_event(event, wall)
 
     def _timer(self, due: tm.Timer) -> None:
         core = self.core
@@ -247,12 +254,15 @@ class Engine:
                 self.allocation.look()
             case tm.TurnDue():
                 self.turns.go_on()
-            case tm.TaskDue() | tm.HopelessDue():
+            case tm.TaskDue():
                 self.tasks.on_deadline(due)
+            case tm.HopelessDue(task, node):
+                if node or core.task(task).status == "PENDING":
+                    self.allocation.look()
             case tm.HomeOverdue(task, agent):
-                self.tasks.recovery.overdue(task, agent)
+                self.recovery.overdue(task, agent)
             case tm.HomeAgain(task, agent):
-                self.tasks.recovery.try_again(task, agent)
+                self.recovery.try_again(task, agent)
             case tm.WayDue(goal):
                 self.gatekeeper.room.waited_enough(goal)
             case tm.AsideDue(goal):
@@ -280,6 +290,51 @@ class Engine:
                 self.reconcile.on_wall(due)
             case _:
                 assert_never(due)
+
+    def _hear(self, news: nw.News) -> None:
+        """Hand what a part reports on to the part that it concerns."""
+        match news:
+            case nw.Told(agent, ended):
+                self.breaches.look(agent, ended)
+            case nw.Landed(task, agent):
+                self.errands.grounded(task, agent)
+            case nw.Flies(agent):
+                self.errands.flies(agent)
+            case nw.CameBack(agent):
+                self.errands.start_recover(agent)
+            case nw.BadMessage(agent, text):
+                self.fleet.on_bad(agent, text)
+            case nw.Unreachable(agent):
+                self.fleet.on_unreachable(agent)
+            case nw.MustLeave(agent, why):
+                self.fleet.quarantine(agent, why)
+            case nw.TakenOver(goal):
+                self.fleet.on_taken_over(goal)
+            case nw.Leaves(agent):
+                self.orders.forget(agent)
+            case nw.Left(task, agent):
+                self.tasks.on_agent_left(task, agent)
+            case nw.Idle(agent):
+                self.orders.bring_home_if_idle(agent, "engine")
+            case nw.Stopped(agent):
+                self.orders.go_on(agent)
+            case nw.NoWayHome(agent, why):
+                self.orders.no_way_home(agent, why)
+            case nw.ClearanceDenied(task, why):
+                self.tasks.fail(task, "no_clearance", why)
+            case nw.Unwanted(order):
+                with suppress(TaskError):  # it is ending already
+                    self.tasks.abort(order)
+            case nw.AllHome(task):
+                self.tasks.end(task)
+            case nw.Ends(task):
+                self.orders.ended_by_word(task)
+            case nw.StepsStopped(task):
+                self.orders.tidy_goes_on(task)
+            case nw.CarriedOut(record):
+                self.orders.carried_out(record)
+            case _:
+                assert_never(news)
 
     def _settle(self) -> None:
         """Go on until nothing is woken, no answer is waiting, and no goal may leave that could not before."""

@@ -11,13 +11,13 @@ from agents_sim.referee import Referee
 from agents_sim.world import STATUS_EVERY_US, AgentSpec, SimFleet
 from formiga_bt.base.clock import SECOND, Micros, VirtualScheduler
 from formiga_bt.base.geo import Place
-from formiga_bt.engine.allocation import WAIT_US
 from formiga_bt.engine.allocator.policy import Policy, closest_charged
 from formiga_bt.engine.drivers.virtual import VirtualDriver
 from formiga_bt.engine.engine import Engine
 from formiga_bt.engine.kernel.inputs import Abort, Step, Submit
 from formiga_bt.engine.kernel.records import TaskRecord
 from formiga_bt.engine.kernel.replies import Accepted, Done, granted
+from formiga_bt.engine.tasks.requests import WAIT_US
 from formiga_bt.engine.tasks.treerun import CompiledTrees, TreesFactory
 from formiga_bt.lang.model import Catalogue, Site, Task
 from formiga_bt.transport.memory import MemoryHub

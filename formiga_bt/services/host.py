@@ -20,10 +20,10 @@ from formiga_bt.base.clock import SECOND, passed_us
 from formiga_bt.base.endpoints import is_loopback
 from formiga_bt.base.errors import FormigaError, SiteError, TaskError
 from formiga_bt.base.site_folder import APPROVALS, SiteFolder
-from formiga_bt.engine.agents.epochs import TAKE_BACK, next_epoch
 from formiga_bt.engine.drivers.failpoints import Failpoint
 from formiga_bt.engine.drivers.realtime import Listener, RealtimeDriver, stop_words
 from formiga_bt.engine.engine import Engine
+from formiga_bt.engine.goals.epochs import TAKE_BACK, next_epoch
 from formiga_bt.engine.kernel import changes as ch
 from formiga_bt.engine.kernel.inputs import Abort, Resumed, Step
 from formiga_bt.engine.kernel.library import Bundles

@@ -92,7 +92,7 @@ def assert_nothing_left(world: World) -> None:
     assert not state.requests
     assert not [goal for goal in state.goals.values() if goal.task and goal.ended]
     assert not [due for due, deadline in state.deadlines.items() if deadline.task]
-    assert not world.engine.tasks.runs
+    assert not world.engine.runs.open
     for agent in state.agents.values():
         assert not agent.task, agent
         assert agent.pool not in ("ASSIGNED", "EXECUTING ACTION"), agent

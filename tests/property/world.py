@@ -306,14 +306,14 @@ class World:
         def emit_and_wake(change: ch.Change) -> None:
             emit(change)
             if isinstance(change, ch.AgentPut | ch.VarPut):
-                for task in self.engine.tasks.runs:
+                for task in self.engine.runs.open:
                     core.wake(task, "")
 
         core.emit = emit_and_wake  # type: ignore[method-assign]
 
     def _note(self, step: Step) -> None:
         self.steps.append(step)
-        self.statuses.append({task: self.engine.statuses(task) for task in self.engine.tasks.runs})
+        self.statuses.append({task: self.engine.statuses(task) for task in self.engine.runs.open})
         if self.watch is not None:
             self.watch(self, step)
 

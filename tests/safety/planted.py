@@ -23,10 +23,10 @@ from formiga_bt.engine.goals.goals import Goals
 from formiga_bt.engine.kernel import changes as ch
 from formiga_bt.engine.kernel.core import Core
 from formiga_bt.engine.kernel.timers import AcceptDue, GoalTimer
-from formiga_bt.engine.orders.authority import Authority
 from formiga_bt.engine.orders.breaches import Breaches
 from formiga_bt.engine.orders.lockdown import Lockdowns
 from formiga_bt.engine.orders.orders import Orders
+from formiga_bt.engine.tasks.authority import Authority
 from formiga_bt.engine.tasks.recovery import Recovery
 from formiga_bt.safety import gate
 from tests.safety.monitor import Violation

@@ -37,7 +37,7 @@ def cause_of(state: EngineState, task: TaskRecord) -> str:
 
 def unwoken(engine: Engine) -> Iterator[tuple[str, str]]:
     """Iterate over (task, node) of who missed a wake, or a visit: asked between two steps, nobody has anything to do."""
-    for task_id, run in engine.tasks.runs.items():
+    for task_id, run in engine.runs.open.items():
         trees = run.trees
         if not isinstance(trees, CompiledTrees):
             continue

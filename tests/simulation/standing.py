@@ -142,7 +142,7 @@ def _is_over(state: EngineState, task_id: str) -> bool:
 
 def _trees(engine: Engine) -> Found:
     for task_id in engine.core.open:
-        run = engine.tasks.runs.get(task_id)
+        run = engine.runs.open.get(task_id)
         nodes = run.trees._nodes if run is not None and isinstance(run.trees, CompiledTrees) else {}
         live = {key for key, node in nodes.items() if node.status is RUNNING}
         memory = engine.state.memory.get(task_id, {})

@@ -12,12 +12,13 @@ Asked at each card, and for each agent when the engine is started anew. A machin
 the site file no longer lists stays under our control in the air (`AgentRecord.refused_at_rest`).
 """
 
-from typing import Final, Protocol
+from typing import Final
 
+from formiga_bt.engine.goals.goals import Goals
 from formiga_bt.engine.kernel import changes as ch
 from formiga_bt.engine.kernel.core import Core
 from formiga_bt.engine.kernel.inputs import Alarm, CancelGoal, QueryGoal
-from formiga_bt.engine.kernel.ports import GoalPort
+from formiga_bt.engine.kernel.news import MustLeave
 from formiga_bt.engine.kernel.records import AgentRecord
 from formiga_bt.transport.messages import AgentCard
 
@@ -29,22 +30,12 @@ COMES_BACK: Final = ("lost", "bad_status", *TURNED_AWAY)
 """Of a machine that is quarantined for these, and admitted, a status is enough: it is asked what it does, and comes home."""
 
 
-class Quarantines(Protocol):
-    """`Fleet`, as far as needed here."""
-
-    goals: GoalPort
-
-    def quarantine(self, agent_id: str, why: str) -> None:
-        """Take a machine out of its task and out of the pool."""
-        ...
-
-
 class Admission:
     """Judges agents, and makes their records."""
 
-    def __init__(self, core: Core, fleet: Quarantines) -> None:
+    def __init__(self, core: Core, goals: Goals) -> None:
         self._core = core
-        self._fleet = fleet
+        self._goals = goals
 
     # -- cards, and the site file ------------------------------------------------------------------------------------
     def admit(self, card: AgentCard, wall: int) -> None:
@@ -111,8 +102,8 @@ class Admission:
             core.effect(Alarm("not_admitted", text, agent.task, agent.id))
             for goal in [goal for goal in core.index.goals_of(agent.id) if goal.in_flight]:
                 core.effect(CancelGoal(goal.id, agent.id, goal.action))
-            self._fleet.goals.lose(agent.id, "lost")
-            self._fleet.quarantine(agent.id, why)
+            self._goals.lose(agent.id, "lost")
+            core.report(MustLeave(agent.id, why))
             if core.state.agents[agent.id].quarantine in ("asked", *COMES_BACK):
                 core.put_agent(agent.id, quarantine=why)
             core.effect(QueryGoal(agent.id))

@@ -15,14 +15,17 @@ from msgspec.structs import replace
 
 from formiga_bt.base.clock import SECOND
 from formiga_bt.base.geo import distance_m, horizontal_m
-from formiga_bt.engine.agents import epochs
 from formiga_bt.engine.agents.admission import COMES_BACK, Admission
 from formiga_bt.engine.agents.process_identity import BAD_LIMIT, DOUBLE, Boots
+from formiga_bt.engine.goals import epochs
+from formiga_bt.engine.goals.clearances import Clearances
+from formiga_bt.engine.goals.goals import Goals
+from formiga_bt.engine.goals.people import People
 from formiga_bt.engine.kernel import changes as ch
 from formiga_bt.engine.kernel.core import Core
 from formiga_bt.engine.kernel.holds import hold
-from formiga_bt.engine.kernel.inputs import Alarm, CancelGoal, Notify, QueryGoal
-from formiga_bt.engine.kernel.ports import BreachPort, ClearancePort, GoalPort, OrderPort, PeoplePort, TaskPort
+from formiga_bt.engine.kernel.inputs import Alarm, CancelGoal, EffectFailed, Notify, QueryGoal
+from formiga_bt.engine.kernel.news import CameBack, Flies, Idle, Landed, Leaves, Left, Told
 from formiga_bt.engine.kernel.records import AgentRecord, GoalRecord
 from formiga_bt.engine.kernel.timers import CancelDue, GraceDue, LiveDue, StrayDue
 from formiga_bt.safety.gate import AT_PORT_M
@@ -44,17 +47,13 @@ TELEPORT_FREE_M = 30.0
 class Fleet:
     """All agents."""
 
-    goals: GoalPort
-    people: PeoplePort
-    tasks: TaskPort
-    orders: OrderPort
-    breaches: BreachPort
-    clearances: ClearancePort
-
-    def __init__(self, core: Core) -> None:
+    def __init__(self, core: Core, goals: Goals, people: People, clearances: Clearances) -> None:
         self._core = core
-        self._admission = Admission(core, self)
-        self._boots = Boots(core, self)
+        self._goals = goals
+        self._people = people
+        self._clearances = clearances
+        self._admission = Admission(core, goals)
+        self._boots = Boots(core, goals)
 
     # -- presence ------------------------------------------------------------------------------------------------
     def on_seen(self, card: AgentCard, wall: int) -> None:
@@ -146,7 +145,7 @@ class Fleet:
             bad=0,
         )
         self._mark_alive(agent.id, wall)
-        self.clearances.review(agent.id)
+        self._clearances.review(agent.id)
         self._take_back(agent.id, wall)
         if agent.quarantine == REMOVED and status.landed == "airborne":
             text = f"{agent.id} is in the air, although a person said that it was removed"
@@ -155,17 +154,29 @@ class Fleet:
             self._pilot_has(agent)
         self._look_for_stray(agent.id)
         if not agent.human:
-            self.breaches.look(agent.id, status.last_goal)
+            core.report(Told(agent.id, status.last_goal))
             if status.landed == "grounded" and agent.landed != "grounded" and agent.task:
-                self.tasks.errands.grounded(agent.task, agent.id)
+                core.report(Landed(agent.task, agent.id))
             if status.landed == "airborne" and agent.landed != "airborne":
-                self.tasks.errands.flies(agent.id)
+                core.report(Flies(agent.id))
         if status.last_goal and status.last_goal != told_of:
             self._find_lost_result(status)
         if agent.pool in ("STANDBY", "PARKED_AWAY") and not agent.task:
             self._rest(agent.id)
         self._admission.let_go(agent.id)
-        self.tasks.poke_allocator()
+        self._core.wake_allocator()
+
+    def on_goal_event(self, event: GoalEvent, wall: int) -> None:
+        """Take news of a goal: first the status that came with it, then the news."""
+        if event.status is not None and event.status.id == event.agent:
+            self.on_status(event.status, wall, told_of=event.goal_id)
+        self._goals.on_event(event)
+
+    def on_effect_failed(self, failed: EffectFailed) -> None:
+        """What left for an agent did not get through."""
+        if failed.what == "query":
+            self._on_query_failed(failed.agent)
+        self._goals.on_effect_failed(failed)
 
     @staticmethod
     def _takes(agent: AgentRecord, status: AgentStatus) -> bool:
@@ -193,7 +204,7 @@ class Fleet:
             how = "is in the air" if agent.landed == "airborne" else "does not know whether it stands"
             text = f"{agent_id} {how} and belongs to no task; it is brought home"
             self._core.effect(Alarm("found_airborne", text, "", agent_id))
-            self.orders.bring_home_if_idle(agent_id, "engine")
+            self._core.report(Idle(agent_id))
 
     def _is_stray(self, agent: AgentRecord) -> bool:
         free = not (agent.human or agent.task or agent.goal or agent.taken or agent.refused)
@@ -236,7 +247,7 @@ class Fleet:
         agent = core.put_agent(agent_id, bad=agent.bad + 1)
         if agent.bad == BAD_LIMIT and not agent.human:
             core.effect(Alarm("bad_status", f"{agent_id}: {text}", agent.task, agent_id))
-            self.goals.lose(agent_id, "lost")
+            self._goals.lose(agent_id, "lost")
             self.quarantine(agent_id, "bad_status")
 
     def _find_lost_result(self, status: AgentStatus) -> None:
@@ -269,7 +280,7 @@ class Fleet:
             if was == "SUSPECT":
                 self.ask_about_goals(agent_id)
         if agent.human:
-            self.people.invalidate(agent_id)
+            self._people.invalidate(agent_id)
         kind = core.catalogue.types.get(agent.type)  # None: not admitted
         if kind is None or not wall:
             return
@@ -293,7 +304,7 @@ class Fleet:
         if self._core.state.agents[agent_id].liveness == "ALIVE":
             self._core.put_agent(agent_id, liveness="SUSPECT")
 
-    def on_query_failed(self, agent_id: str) -> None:
+    def _on_query_failed(self, agent_id: str) -> None:
         """The question what a returning machine still does got no answer: it is asked again at its next status."""
         agent = self._core.state.agents.get(agent_id)
         if agent is not None and agent.quarantine == "asked":
@@ -342,18 +353,18 @@ class Fleet:
     def _lost(self, agent_id: str) -> None:
         core = self._core
         core.put_agent(agent_id, liveness="LOST")
-        self.goals.lose(agent_id, "lost")
+        self._goals.lose(agent_id, "lost")
         self.quarantine(agent_id, "lost")
 
     def _rebooted(self, agent: AgentRecord, boot_id: str, wall: int = 0) -> None:
         """Its process is another one: what it did before ended unknown."""
         self._boots.begin(agent, boot_id, wall)
-        self.goals.lose(agent.id, "in_doubt", "in_doubt")
+        self._goals.lose(agent.id, "in_doubt", "in_doubt")
         if agent.human:
             return
         # A machine whose process starts anew hovers where it says, or stands: it has yet to tell.
         self._core.put_agent(agent.id, lost_leg=None, lost_area=None, rebooted=True)
-        self.clearances.forget(agent.id)
+        self._clearances.forget(agent.id)
 
     def trust_again(self, agent_id: str) -> None:
         """A person has looked at a machine whose process was started anew, or a task is granted it."""
@@ -367,15 +378,15 @@ class Fleet:
         if agent.pool == "QUARANTINED" or agent.refused:
             return
         task_id = agent.task
-        self.orders.forget(agent_id)
+        core.report(Leaves(agent_id))
         core.put_agent(agent_id, pool="QUARANTINED", quarantine=why, task="", role="", breach="")
         if agent.may_be_airborne:
             self.warn_of(agent, why, task_id)
         elif why == "cancel_unconfirmed":
             core.effect(Alarm(why, f"{agent_id} never confirmed that it stopped", task_id, agent_id))
-        self.goals.give_up(agent_id)
+        self._goals.give_up(agent_id)
         if task_id:
-            self.tasks.on_agent_left(task_id, agent_id)
+            core.report(Left(task_id, agent_id))
 
     def warn_of(self, agent: AgentRecord, why: str, task_id: str = "") -> None:
         """Tell people that a quarantined machine may be in the air; after a restart, anew."""
@@ -415,7 +426,7 @@ class Fleet:
             core.put_agent(agent_id, pool="STANDBY", quarantine="")
         for event in events:
             if event.goal_id in core.state.goals:
-                self.goals.on_event(event, 0)
+                self.on_goal_event(event, 0)
                 continue
             self._pass_over(event.goal_id)
             if event.state in ("accepted", "running", "canceling"):
@@ -454,11 +465,11 @@ class Fleet:
         if agent.landed == "grounded":
             self._core.put_agent(agent_id, layer_m=None, lost_leg=None, lost_area=None)
             self._rest(agent_id)
-            self.tasks.poke_allocator()
+            self._core.wake_allocator()
         else:
             # It is where it says; what it did is canceled.
             self._core.put_agent(agent_id, lost_leg=None, lost_area=None)
-            self.tasks.errands.start_recover(agent_id)
+            self._core.report(CameBack(agent_id))
 
     # -- command -------------------------------------------------------------------------------------------------
     def on_taken_over(self, goal: GoalRecord) -> None:
@@ -493,7 +504,7 @@ class Fleet:
                 core.effect(Alarm("parked_away", f"{agent_id} stands away from its port", task_id, agent_id))
         elif agent.landed == "airborne" and core.agent_type(agent).recover is not None:
             # It landed, and was sent up again by an engine that could not keep that.
-            self.orders.bring_home_if_idle(agent_id, "engine")
+            self._core.report(Idle(agent_id))
 
 
 def _wind(status: AgentStatus) -> tuple[float, float] | None:

@@ -22,12 +22,13 @@ time is reckoned with, a stamp counts as no later than the arrival of what bears
 Called by `Fleet` for each status.
 """
 
-from typing import Final, Protocol
+from typing import Final
 
 from formiga_bt.base.clock import SECOND, Micros
+from formiga_bt.engine.goals.goals import Goals
 from formiga_bt.engine.kernel.core import Core
 from formiga_bt.engine.kernel.inputs import Alarm
-from formiga_bt.engine.kernel.ports import GoalPort
+from formiga_bt.engine.kernel.news import BadMessage, MustLeave
 from formiga_bt.engine.kernel.records import AgentRecord
 from formiga_bt.transport.messages import AgentStatus
 
@@ -58,25 +59,11 @@ TWICE: Final = (
 THEN: Final = "; it gets no task until then, and comes back by itself"
 
 
-class Fleet(Protocol):
-    """`engine.fleet.Fleet`, as far as needed here."""
-
-    goals: GoalPort
-
-    def quarantine(self, agent_id: str, why: str) -> None:
-        """Take a machine out of its task and out of the pool."""
-        ...
-
-    def on_bad(self, agent_id: str, text: str) -> None:
-        """Count a bad message."""
-        ...
-
-
 class Boots:
     """Judges which process of an agent speaks."""
 
-    def __init__(self, core: Core, fleet: Fleet) -> None:
-        self._core, self._fleet = core, fleet
+    def __init__(self, core: Core, goals: Goals) -> None:
+        self._core, self._goals = core, goals
 
     def begin(self, agent: AgentRecord, boot_id: str, wall: Micros) -> None:
         """Note that another process of an agent is heard from now on; by its card, or by what it says."""
@@ -100,7 +87,7 @@ class Boots:
         """
         ahead = status.stamp - self._core.clock
         if ahead > AHEAD_US and not 0 < status.epoch < self._core.state.epoch:
-            self._fleet.on_bad(agent.id, AHEAD.format(seconds=ahead // SECOND))
+            self._core.report(BadMessage(agent.id, AHEAD.format(seconds=ahead // SECOND)))
             return True
         if not (agent.boot_id and status.boot_id and status.boot_id != agent.boot_id):
             return self._counts_wrongly(agent, status, wall or agent.heard_wall)
@@ -120,7 +107,7 @@ class Boots:
             return False
         if status.stamp > agent.stamp > self._core.clock - SET_BACK_US:
             self._core.put_agent(agent.id, stray_stamp=status.stamp, stray_wall=wall)
-            self._fleet.on_bad(agent.id, STUCK.format(seq=status.seq, before=agent.seq))
+            self._core.report(BadMessage(agent.id, STUCK.format(seq=status.seq, before=agent.seq)))
             if self._core.state.agents[agent.id].bad >= BAD_LIMIT:
                 self._core.put_agent(
                     agent.id, seq=-1
@@ -134,8 +121,8 @@ class Boots:
             text = TWICE.format(agent=agent.id, then="" if agent.human else THEN)
             self._core.effect(Alarm("double", text, agent.task, agent.id))
         if not agent.human:
-            self._fleet.goals.lose(agent.id, "in_doubt", "in_doubt")  # which of the two has it?
-            self._fleet.quarantine(agent.id, DOUBLE)
+            self._goals.lose(agent.id, "in_doubt", "in_doubt")  # which of the two has it?
+            self._core.report(MustLeave(agent.id, DOUBLE))
 
     @staticmethod
     def are_two(agent: AgentRecord, wall: Micros) -> bool:

@@ -14,11 +14,11 @@ from collections.abc import Callable
 
 from formiga_bt.base.clock import SECOND
 from formiga_bt.base.geo import Place, Position, distance_m, horizontal_m
+from formiga_bt.engine.goals.clearances import Clearances
 from formiga_bt.engine.goals.climbing import goes_by
 from formiga_bt.engine.goals.gateview import GateView
 from formiga_bt.engine.kernel.core import Core
 from formiga_bt.engine.kernel.inputs import Alarm
-from formiga_bt.engine.kernel.ports import ClearancePort
 from formiga_bt.engine.kernel.records import BUSY, PRIORITIES, AgentRecord, GoalRecord
 from formiga_bt.engine.kernel.timers import AsideDue, PortDue, WayDue
 from formiga_bt.lang.model import Port
@@ -47,10 +47,9 @@ Send = Callable[[GoalRecord], Verdict]
 class Room:
     """For goals that wait at the gate for other machines."""
 
-    clearances: ClearancePort
-
-    def __init__(self, core: Core, view: GateView, send: Send) -> None:
+    def __init__(self, core: Core, view: GateView, clearances: Clearances, send: Send) -> None:
         self._core = core
+        self._clearances = clearances
         self._view = view
         self._send = send
 
@@ -62,7 +61,7 @@ class Room:
             return
         due = WayDue(goal.id)
         if goal.section != "recover" and due not in core.state.deadlines:
-            core.set_deadline(due, core.now + self.clearances.patience_us(agent), goal.task)
+            core.set_deadline(due, core.now + self._clearances.patience_us(agent), goal.task)
         if goal.code == "port_busy":
             self._port_busy(goal, agent)
         elif goal.code == "leg_busy":
@@ -184,7 +183,7 @@ class Room:
         core = self._core
         due = PortDue(goal.id)
         if due not in core.state.deadlines:
-            core.set_deadline(due, core.now + min(PORT_US, self.clearances.patience_us(agent)), goal.task)
+            core.set_deadline(due, core.now + min(PORT_US, self._clearances.patience_us(agent)), goal.task)
         port = core.site.ports.get(agent.home)
         if port is None or not isinstance(port.waiting, Position) or agent.position is None:
             return
@@ -216,7 +215,7 @@ class Room:
         here = agent.position
         if core.action(goal.action).lands and here is not None:  # a landing begins above its spot
             self._move(core.state.agents[agent.id], Position(port.at.east_m, port.at.north_m, here.up_m), goal.order)
-        self.clearances.withdraw(goal)
+        self._clearances.withdraw(goal)
         self.forget(goal.id)
         core.put_goal(goal.id, state="again", code="", text="")
         core.wake(goal.task, goal.owner)

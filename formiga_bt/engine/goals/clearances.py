@@ -18,7 +18,7 @@ from formiga_bt.engine.kernel import changes as ch
 from formiga_bt.engine.kernel.core import EVERYTHING, Core
 from formiga_bt.engine.kernel.holds import hold, unhold
 from formiga_bt.engine.kernel.inputs import Alarm
-from formiga_bt.engine.kernel.ports import TaskPort
+from formiga_bt.engine.kernel.news import ClearanceDenied
 from formiga_bt.engine.kernel.records import AgentRecord, ClearanceRecord, GoalRecord, Question
 from formiga_bt.engine.kernel.timers import ClearanceAgain, ClearanceDue
 from formiga_bt.lang import model
@@ -41,8 +41,6 @@ OPTIONS = ("clear", "wait", "refuse")
 
 class Clearances:
     """All clearances; at most one under way for each machine."""
-
-    tasks: TaskPort
 
     def __init__(self, core: Core, people: People) -> None:
         self._core = core
@@ -230,7 +228,7 @@ class Clearances:
         core.put_goal(goal.id, state="gate_refused", code="no_clearance", text=why)
         if agent.landed == "grounded":
             core.effect(Alarm("no_clearance", f"{agent.id} stays on the ground: {why}", record.task, agent.id))
-            self.tasks.fail(record.task, "no_clearance", why)
+            core.report(ClearanceDenied(record.task, why))
         core.wake(
             goal.task, goal.owner
         )  # in recover, which no failure of the task stops, or in the air: the step fails

@@ -6,11 +6,11 @@ wait for each other is `engine.room`.
 """
 
 from formiga_bt.engine.goals.air_holding import Room
+from formiga_bt.engine.goals.clearances import Clearances
 from formiga_bt.engine.goals.gateview import GateView
 from formiga_bt.engine.kernel import changes as ch
 from formiga_bt.engine.kernel.core import EVERYTHING, Core
 from formiga_bt.engine.kernel.inputs import Alarm, SendGoal
-from formiga_bt.engine.kernel.ports import ClearancePort
 from formiga_bt.engine.kernel.records import BUSY, GoalRecord
 from formiga_bt.engine.kernel.timers import AcceptDue
 from formiga_bt.safety.gate import Go, Hold, Refuse, Verdict, judge, may_go_again
@@ -23,19 +23,11 @@ TTL_BEATS = 10
 class Gatekeeper:
     """Between goals and transports."""
 
-    def __init__(self, core: Core) -> None:
+    def __init__(self, core: Core, clearances: Clearances) -> None:
         self._core = core
-        self.view = GateView(core)
-        self.room = Room(core, self.view, self._send_at_once)
-
-    @property
-    def clearances(self) -> ClearancePort:
-        """Return who asks people to stand clear."""
-        return self.view.clearances
-
-    @clearances.setter
-    def clearances(self, clearances: ClearancePort) -> None:
-        self.view.clearances = self.room.clearances = clearances
+        self._clearances = clearances
+        self.view = GateView(core, clearances)
+        self.room = Room(core, self.view, clearances, self._send_at_once)
 
     def verdict(self, goal: GoalRecord) -> Verdict:
         """Return what the gate says of a goal now."""
@@ -79,7 +71,7 @@ class Gatekeeper:
             if no.code == "rebooted":
                 self._tell_of_rebooted(goal)
         if no.code == "clearance":
-            self.clearances.need(goal)
+            self._clearances.need(goal)
         elif no.code in BUSY:
             self.room.waits(goal)
 
@@ -99,8 +91,8 @@ class Gatekeeper:
 
     def _send(self, goal: GoalRecord, go: Go) -> None:
         core = self._core
-        place = self.clearances.place(goal.agent)
-        clearance = self.clearances.take(goal)
+        place = self._clearances.place(goal.agent)
+        clearance = self._clearances.take(goal)
         self.room.forget(goal.id)
         goal = core.put_goal(
             goal.id, state="sent", code="", text="", leg=go.leg, area=go.area, sent_at=core.now, clearance=clearance,
@@ -166,6 +158,6 @@ class Gatekeeper:
 
     def forget(self, goal: GoalRecord) -> None:
         """A waiting goal was withdrawn, or will never go."""
-        self.clearances.withdraw(goal)
+        self._clearances.withdraw(goal)
         self.room.forget(goal.id)
         self._core.stale.add(EVERYTHING)

@@ -10,8 +10,8 @@ from typing import Any, Final
 from formiga_bt.base.clock import SECOND, Micros
 from formiga_bt.base.energy import Power
 from formiga_bt.base.geo import Place, Position, Region, horizontal_m
+from formiga_bt.engine.goals.clearances import Clearances
 from formiga_bt.engine.kernel.core import Core
-from formiga_bt.engine.kernel.ports import ClearancePort
 from formiga_bt.engine.kernel.records import AgentRecord, GoalRecord, StandingOrder, TaskRecord
 from formiga_bt.safety.envelope import Breach, GateFlight, at_gate, ways_of
 from formiga_bt.safety.gate import AT_PORT_M, Ask
@@ -51,10 +51,9 @@ class Case:
 class GateView:
     """The gate's view of the engine's state."""
 
-    clearances: ClearancePort
-
-    def __init__(self, core: Core) -> None:
+    def __init__(self, core: Core, clearances: Clearances) -> None:
         self._core = core
+        self._clearances = clearances
         self._skies: Grid[Traffic] = Grid()
         self._ports: Grid[Place] = Grid()
         for port in core.site.ports.values():
@@ -95,7 +94,7 @@ class GateView:
         task = core.state.tasks.get(goal.task)
         if agent.human:
             return Ask(
-                agent=agent.id, task=goal.task, human=True, reachable=reachable(agent), control="engine", deposed=deposed,
+                agent=agent.id, task=goal.task, human=True, reachable=agent.is_reachable, control="engine", deposed=deposed,
                 unsettled=self._is_unsettled(agent.id),
                 locked=self._locked(goal, task), held=bool(task and _holds(task, agent, goal.section)),
             )  # fmt: skip
@@ -114,7 +113,7 @@ class GateView:
             agent=agent.id,
             task=goal.task,
             human=False,
-            reachable=reachable(agent) and (agent.pool != "QUARANTINED" or goal.safety),
+            reachable=agent.is_reachable and (agent.pool != "QUARANTINED" or goal.safety),
             control=agent.control,
             safety=goal.safety,
             deposed=deposed,
@@ -135,8 +134,8 @@ class GateView:
             climbs_on=bool(goal.rest_of),
             lands=spec.lands,
             region=region,
-            clearance=self.clearances.given(agent.id) if agent.id in core.state.clearances else None,
-            cleared=self.clearances.place(agent.id) if agent.id in core.state.clearances else None,
+            clearance=self._clearances.given(agent.id) if agent.id in core.state.clearances else None,
+            cleared=self._clearances.place(agent.id) if agent.id in core.state.clearances else None,
             asked=self._is_asked(goal),
             ports=tuple(near),
             home=home.at if home else None,
@@ -331,8 +330,3 @@ def _holds(task: TaskRecord, agent: AgentRecord, section: str) -> bool:
         return f"take-over:{agent.id}" in held or ("resume" in held and (section != "recover" or stands))
     # The clearance that a goal's own agent waits for is judged by the gate itself.
     return any(cause != f"clearance:{agent.id}" for cause in held)
-
-
-def reachable(agent: AgentRecord) -> bool:
-    """Return whether a goal can be sent to an agent now."""
-    return agent.present and agent.liveness == "ALIVE"

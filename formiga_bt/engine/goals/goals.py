@@ -15,23 +15,22 @@
 Of a take-off that was broken off in the air, the next attempt is what is left of it (`engine.climbing`).
 """
 
-from collections.abc import Callable
 from typing import Any
 
 import msgspec
 from msgspec.structs import replace
 
 from formiga_bt.base.bounds import MOST, MOST_INT, MOST_RESULT, are_within, fault_of
-from formiga_bt.base.clock import SECOND, Micros
+from formiga_bt.base.clock import SECOND
 from formiga_bt.base.geo import Place, Position
-from formiga_bt.engine.agents import epochs
-from formiga_bt.engine.agents.fleet import Fleet
+from formiga_bt.engine.goals import epochs
 from formiga_bt.engine.goals.climbing import climb, is_up, top_m
 from formiga_bt.engine.goals.gatekeeper import TTL_BEATS, Gatekeeper
 from formiga_bt.engine.goals.people import TTL_BEATS as QUESTION_BEATS
 from formiga_bt.engine.kernel import changes as ch
 from formiga_bt.engine.kernel.core import Core
 from formiga_bt.engine.kernel.inputs import Alarm, CancelGoal, EffectFailed, QueryGoal
+from formiga_bt.engine.kernel.news import BadMessage, Idle, MustLeave, Stopped, TakenOver, Unreachable
 from formiga_bt.engine.kernel.records import BUSY, GO_ON, STOPPED, AgentRecord, GoalRecord
 from formiga_bt.engine.kernel.timers import AcceptDue, CancelDue, GoalTimer, GraceDue
 from formiga_bt.lang.types import Type
@@ -45,14 +44,8 @@ RESEND_US = 2 * SECOND
 class Goals:
     """All goals of all tasks."""
 
-    is_expired: Callable[[Micros | None, float], bool]
-    """Tells whether a goal that was sent then is older than its life in seconds, an outage counted (`engine.reconcile`)."""
-    stood: Callable[[], bool]
-    """Tells whether the engine's own process stood still just now: what came too late for its agent is sent anew."""
-
-    def __init__(self, core: Core, fleet: Fleet, gatekeeper: Gatekeeper) -> None:
+    def __init__(self, core: Core, gatekeeper: Gatekeeper) -> None:
         self._core = core
-        self._fleet = fleet
         self._gate = gatekeeper
 
     # -- from the trees ------------------------------------------------------------------------------------------
@@ -166,7 +159,7 @@ class Goals:
         """What an order canceled has ended."""
         self.interrupt(goal.id, STOPPED)
         if goal.cancel_why == GO_ON:
-            self._fleet.orders.go_on(goal.agent)
+            self._core.report(Stopped(goal.agent))
 
     def again(self, goal_id: str) -> None:
         """Have the step of an interrupted or waiting goal send its next attempt."""
@@ -191,11 +184,9 @@ class Goals:
         core.emit(ch.GoalDrop(goal.id))
 
     # -- from the agents -----------------------------------------------------------------------------------------
-    def on_event(self, event: GoalEvent, wall: int) -> None:
-        """Take news of a goal. A terminal event's status is applied before it."""
+    def on_event(self, event: GoalEvent) -> None:
+        """Take news of a goal; a status that came with it is taken already (`Fleet.on_goal_event`)."""
         core = self._core
-        if event.status is not None and event.status.id == event.agent:
-            self._fleet.on_status(event.status, wall, told_of=event.goal_id)
         goal = core.state.goals.get(event.goal_id)
         if goal is None or goal.agent != event.agent or goal.ended or goal.state == "gated":
             return
@@ -227,7 +218,7 @@ class Goals:
             return
         if taken and (stopped or not goal.cancel_asked) and not core.state.agents[goal.agent].human:
             self.interrupt(goal.id, "taken_over")
-            self._fleet.on_taken_over(goal)
+            core.report(TakenOver(goal))
             return
         ordered = goal.agent in core.state.orders  # else a goal replaced it that this engine knows nothing of any more
         if (stopped and event.state != "succeeded") or (
@@ -252,7 +243,7 @@ class Goals:
             try:
                 result = read_result(spec.result, event.result)
             except (KeyError, TypeError, ValueError, OverflowError) as error:
-                self._fleet.on_bad(goal.agent, f"result of {goal.action} cannot be read: {error}")
+                core.report(BadMessage(goal.agent, f"result of {goal.action} cannot be read: {error}"))
                 self.end(goal.id, "failed", "bad_result", str(error))
                 return
         self.end(goal.id, event.state, event.code, event.text, result)
@@ -281,7 +272,7 @@ class Goals:
             self.end(goal.id, "canceled")
         elif self._came_late(goal):
             self.again(goal.id)
-        elif goal.state == "sent" and self.is_expired(goal.sent_at, QUESTION_BEATS if asked else TTL_BEATS):
+        elif goal.state == "sent" and self._is_expired(goal, QUESTION_BEATS if asked else TTL_BEATS):
             self.end(
                 goal.id, "rejected", "goal_expired", "the engine was away, and the order is too old to be sent again"
             )
@@ -295,7 +286,12 @@ class Goals:
     def _came_late(self, goal: GoalRecord) -> bool:
         """Return whether a goal of a step never began because the engine stood still: its next attempt is due, no failure."""
         late = goal.state == "sent" and goal.owner not in ("!question", "!none") and not goal.cancel_asked
-        return late and self.stood() and self.is_expired(goal.sent_at, TTL_BEATS)
+        resume = self._core.state.resume
+        return late and resume is not None and resume.stood and resume.is_expired(goal.sent_at, TTL_BEATS)
+
+    def _is_expired(self, goal: GoalRecord, life_s: float) -> bool:
+        resume = self._core.state.resume
+        return resume is not None and resume.is_expired(goal.sent_at, life_s)
 
     def _back_to_the_gate(self, goal: GoalRecord) -> None:
         core = self._core
@@ -317,7 +313,7 @@ class Goals:
         if goal.owner == "!none":
             self._drop(goal)
             if state not in ("lost", "in_doubt"):
-                self._fleet.orders.bring_home_if_idle(goal.agent, "engine")
+                core.report(Idle(goal.agent))
             if state == "succeeded" and goal.leg is not None and goal.leg[0].ground == goal.leg[1].ground:
                 self._read_anew(goal.agent)
         elif goal.owner == "!question":
@@ -364,18 +360,16 @@ class Goals:
                 text = f"{goal.agent} never confirmed that the request was withdrawn"
                 core.effect(Alarm("cancel_unconfirmed", text, goal.task, goal.agent))
             else:
-                self._fleet.quarantine(goal.agent, "cancel_unconfirmed")
+                core.report(MustLeave(goal.agent, "cancel_unconfirmed"))
 
     def on_effect_failed(self, failed: EffectFailed) -> None:
         """A goal that surely did not arrive waits at the gate again; one that may have is asked for."""
         core = self._core
-        if failed.what == "query":
-            self._fleet.on_query_failed(failed.agent)
         goal = core.state.goals.get(failed.goal_id)
         if goal is None or goal.ended or failed.what != "goal" or goal.state != "sent":
             return
         if failed.outcome == "unreachable":
-            self._fleet.on_unreachable(goal.agent)  # else it would be sent again at once, for ever
+            core.report(Unreachable(goal.agent))  # else it would be sent again at once, for ever
             self._back_to_the_gate(goal)
         else:
             core.effect(QueryGoal(goal.agent, (goal.id,)))

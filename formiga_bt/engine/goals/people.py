@@ -5,7 +5,6 @@ A question is shown to a person as a Confirm goal `<question>~<person>`. Withdra
 
 from msgspec.structs import replace
 
-from formiga_bt.engine.goals.gateview import reachable
 from formiga_bt.engine.kernel import changes as ch
 from formiga_bt.engine.kernel.core import Core
 from formiga_bt.engine.kernel.inputs import CancelGoal, Notify, SendGoal
@@ -115,7 +114,7 @@ class People:
                 if person not in people:
                     continue
                 agent = core.state.agents.get(person)
-                if agent is None or not reachable(agent) or index.shown_to(person) >= concurrency:
+                if agent is None or not agent.is_reachable or index.shown_to(person) >= concurrency:
                     continue
                 if question.showing(person) in core.state.goals or person in question.declined:
                     continue

@@ -19,10 +19,12 @@ from formiga_bt.engine.kernel import changes as ch
 from formiga_bt.engine.kernel.index import DeadlineHeap, Index, Instants
 from formiga_bt.engine.kernel.inputs import Effect, PublishState, SendGoal
 from formiga_bt.engine.kernel.library import Bundles, Library
+from formiga_bt.engine.kernel.news import News
 from formiga_bt.engine.kernel.records import AgentRecord, Deadline, GoalRecord, Paused, TaskRecord
 from formiga_bt.engine.kernel.state import APPLY, EngineState, board_of
 from formiga_bt.engine.kernel.timers import (
     AcceptDue,
+    AllocationDue,
     CancelDue,
     GraceDue,
     HopelessDue,
@@ -62,13 +64,28 @@ GATE_READS: Final = (
 )
 """Fields of an agent that the gate's verdict on some goal depends on."""
 
+EVERY_US: Micros = 50_000
+"""Least engine time between two looks."""
+
+EACH_US: Micros = 100
+"""The same for each waiting request: looking at thousands takes longer than 50 ms, and nothing else would be done."""
+
 _read_by_gate = attrgetter(*GATE_READS)
 
 
 class Core:
     """State and the step under construction."""
 
-    def __init__(self, site: Site, catalogue: Catalogue, tasks: Mapping[str, Task], state: EngineState) -> None:
+    def __init__(
+        self,
+        site: Site,
+        catalogue: Catalogue,
+        tasks: Mapping[str, Task],
+        state: EngineState,
+        report: Callable[[News], None],
+    ) -> None:
+        self.report = report
+        """Reports what concerns a part that is built later (`engine.news`)."""
         self.site = site
         self.catalogue = catalogue
         self.models = tasks if isinstance(tasks, Bundles) else Bundles(tasks)
@@ -305,6 +322,13 @@ class Core:
     def touch(self, task_id: str) -> None:
         """Have a task's sections and ending looked at in this step."""
         self.touched[task_id] = True
+
+    def wake_allocator(self) -> None:
+        """Agents or requests changed: have them looked at, within 50 ms of the last look, or longer if very many wait."""
+        if not self.state.requests or AllocationDue() in self.state.deadlines:
+            return
+        last = self.state.counters.get("alloc_at", -EVERY_US)
+        self.set_deadline(AllocationDue(), max(self.now, last + max(EVERY_US, len(self.state.requests) * EACH_US)))
 
     # -- time ----------------------------------------------------------------------------------------------------------
     def set_deadline(self, timer: Timer, at: Micros, task: str = "", *, pausable: bool = False) -> None:

@@ -8,7 +8,7 @@ from typing import Any, Final, Literal
 
 from msgspec import Struct
 
-from formiga_bt.base.clock import Micros
+from formiga_bt.base.clock import SECOND, Micros
 from formiga_bt.base.geo import Place, Position
 from formiga_bt.engine.kernel.timers import Timer
 from formiga_bt.nodes.ends import Drain
@@ -393,6 +393,11 @@ class AgentRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
         return min(self.stamp, self.heard_at)
 
     @property
+    def is_reachable(self) -> bool:
+        """Return whether a goal would reach it now."""
+        return self.present and self.liveness == "ALIVE"
+
+    @property
     def may_be_airborne(self) -> bool:
         """Return whether it flies for all that is known: one that was lost on its way up from the ground, too."""
         return self.landed != "grounded" or self.lost_leg is not None or self.lost_area is not None
@@ -565,6 +570,12 @@ class Resuming(Struct, frozen=True, kw_only=True):
     """Agent, goal and action of cancels that may not have left, of goals that are forgotten here."""
     stood: bool = False
     """The engine's process stood still; it did not end, so what its agents do not know of surely never left it."""
+
+    def is_expired(self, sent_at: Micros | None, life_s: float) -> bool:
+        """Return whether a goal that was sent before the engine was away is older than its life, the outage counted."""
+        if sent_at is None or sent_at > self.at:
+            return False
+        return self.outage_us + (self.at - sent_at) / self.speed > life_s * SECOND
 
 
 class Wakes(Struct, frozen=True, omit_defaults=True):

@@ -14,16 +14,14 @@ from formiga_bt.engine.kernel.holds import hold, unhold
 from formiga_bt.engine.kernel.inputs import Alarm, LockdownOrder
 from formiga_bt.engine.kernel.records import AgentRecord, Lockdown, StandingOrder
 from formiga_bt.engine.orders.orders import Orders
-from formiga_bt.engine.tasks.tasks import Tasks
 
 
 class Lockdowns:
     """The one switch."""
 
-    def __init__(self, core: Core, orders: Orders, tasks: Tasks) -> None:
+    def __init__(self, core: Core, orders: Orders) -> None:
         self._core = core
         self._orders = orders
-        self._tasks = tasks
 
     def review(self, stale: Iterable[str]) -> None:
         """Machines changed: what is newly under our control in the air obeys it too."""
@@ -87,7 +85,7 @@ class Lockdowns:
         for order in list(core.state.orders.values()):
             if order.scope == "lockdown":
                 self._let_go(order)
-        self._tasks.poke_allocator()
+        core.wake_allocator()
 
     def _let_go(self, order: StandingOrder) -> None:
         """Lockdown ended: what it ordered is finished, what hovers waits with its task, goes on ending it, or comes home."""

@@ -21,17 +21,17 @@ from formiga_bt.base.clock import SECOND, Micros
 from formiga_bt.base.errors import TaskError
 from formiga_bt.base.geo import horizontal_m
 from formiga_bt.engine.agents.fleet import Fleet
+from formiga_bt.engine.goals.clearances import Clearances
 from formiga_bt.engine.goals.goals import Goals
 from formiga_bt.engine.kernel import changes as ch
 from formiga_bt.engine.kernel.core import EVERYTHING, Core
 from formiga_bt.engine.kernel.holds import hold, unhold
 from formiga_bt.engine.kernel.inputs import Alarm
-from formiga_bt.engine.kernel.ports import ClearancePort
 from formiga_bt.engine.kernel.records import AgentRecord, GoalRecord, StandingOrder, Stop, TaskRecord
 from formiga_bt.engine.kernel.timers import OrderDue
 from formiga_bt.engine.orders import continuing
-from formiga_bt.engine.tasks.recovery import NO_PORT
-from formiga_bt.engine.tasks.tasks import Tasks
+from formiga_bt.engine.tasks.recovery import NO_PORT, Recovery, has_no_port
+from formiga_bt.engine.tasks.system_tasks import Errands
 from formiga_bt.safety.gate import AT_PORT_M
 
 RANK: Final = {"agent": 0, "all": 1, "task": 2, "lockdown": 3, "engine": 4}
@@ -47,12 +47,15 @@ NAMES: Final = {"return": "Return", "land": "Land"}
 class Orders:
     """All standing orders, and lockdown."""
 
-    def __init__(self, core: Core, fleet: Fleet, goals: Goals, clearances: ClearancePort, tasks: Tasks) -> None:
+    def __init__(
+        self, core: Core, fleet: Fleet, goals: Goals, clearances: Clearances, recovery: Recovery, errands: Errands
+    ) -> None:
         self._core = core
         self._fleet = fleet
         self._goals = goals
         self._clearances = clearances
-        self._tasks = tasks
+        self._recovery = recovery
+        self._errands = errands
         self._replaced = ""
         """Whose order is being replaced: what carried out the old one ends, and its machine waits for the new one."""
 
@@ -141,12 +144,12 @@ class Orders:
         task = core.state.tasks.get(order.task)
         if task is not None and task.stop and task.section != "done":
             self._replaced = order.agent if replaced else ""
-            self._tasks.errands.end(task.id)
+            self._errands.end(task.id)
             self._replaced = ""
         if not replaced:
-            self._tasks.errands.ordered_home(core.state.agents[order.agent].task)
+            self._errands.ordered_home(core.state.agents[order.agent].task)
             self.bring_home_if_idle(order.agent, order.by)
-        self._tasks.poke_allocator()
+        core.wake_allocator()
 
     def bring_home_if_idle(self, agent_id: str, by: str) -> None:
         """A machine in the air that belongs to nobody any more comes home: it never hovers with no task and no order."""
@@ -203,7 +206,7 @@ class Orders:
         task = self._core.state.tasks.get(agent.task)
         if order.stop != "return" or task is None or task.section != "recover" or agent.landed == "grounded":
             return False
-        return self._tasks.recovery.is_under_way(task.id, agent.id)
+        return self._recovery.is_under_way(task.id, agent.id)
 
     def _lands_at_home(self, agent: AgentRecord) -> bool:
         """Return whether it comes down on its own port now: that is finished."""
@@ -214,13 +217,9 @@ class Orders:
         target = goal.fields.get(spec.moves_to)
         return spec.lands and target is not None and horizontal_m(target, port.at) <= AT_PORT_M
 
-    def has_no_port(self, agent: AgentRecord) -> bool:
-        """Return whether a machine has no home to come to (the site file lost it), and can land where it is."""
-        return agent.home not in self._core.site.ports and self._core.agent_type(agent).land is not None
-
     def _start(self, agent: AgentRecord, order: StandingOrder) -> None:
         kind = self._core.agent_type(agent)
-        if order.stop == "return" and agent.landed != "grounded" and self.has_no_port(agent):
+        if order.stop == "return" and agent.landed != "grounded" and has_no_port(self._core, agent):
             self.no_way_home(agent.id, NO_PORT)
             return
         way = kind.land if order.stop == "land" else kind.fetch if agent.landed == "grounded" else kind.recover
@@ -229,8 +228,8 @@ class Orders:
             text = f"{agent.id} cannot {order.stop}: its type {agent.type} has no way to"
             self._core.effect(Alarm("agent_needs_help", text, agent.task, agent.id))
             return
-        self.put(replace(order, task=self._tasks.errands.next_id(NAMES[order.stop])))
-        self._tasks.errands.start_order(NAMES[order.stop], agent.id, order.stop, order.by)
+        self.put(replace(order, task=self._errands.next_id(NAMES[order.stop])))
+        self._errands.start_order(NAMES[order.stop], agent.id, order.stop, order.by)
 
     def _cut(self, agent: AgentRecord, order: StandingOrder) -> None:
         core = self._core
@@ -259,7 +258,7 @@ class Orders:
                 for goal in self.waiting(agent):
                     if goal.section != "steps" and goal.state == "interrupted" and self.cannot(goal, agent):
                         self._goals.end(goal.id, "canceled", "cannot_continue", self.cannot(goal, agent))
-            self._tasks.errands.ordered_home(agent.task)
+            self._errands.ordered_home(agent.task)
 
     def carried_out(self, task: TaskRecord) -> None:
         """A system task that carried out an order ended, well or not."""
@@ -281,7 +280,7 @@ class Orders:
             self.put(replace(order, task="", state="failed"))
         else:
             self.put(replace(order, task=""))
-        self._tasks.errands.ordered_home(agent.task)
+        self._errands.ordered_home(agent.task)
 
     def no_way_home(self, agent_id: str, why: str) -> None:
         """No legal leg leads home: the machine lands where it is."""

@@ -34,10 +34,10 @@ from formiga_bt.engine.kernel.holds import hold
 from formiga_bt.engine.kernel.overload import LATE
 from formiga_bt.engine.kernel.records import AgentRecord, Before, Found, Resuming, TaskRecord
 from formiga_bt.engine.kernel.timers import AskDue, CancelDue, LiveDue, ResumeDue
-from formiga_bt.engine.orders.authority import Authority
 from formiga_bt.engine.orders.continuing import way_on
 from formiga_bt.engine.restart.journal_backpressure import JOURNAL, LEVELS
 from formiga_bt.engine.restart.rescue import Rescue
+from formiga_bt.engine.tasks.authority import Authority
 from formiga_bt.nodes.memory import NODE_STATE_VERSION
 from formiga_bt.safety.gate import AT_PORT_M
 
@@ -400,18 +400,6 @@ class Reconcile:
         word = "on after a standstill of" if resume.stood else "resumed after"
         text = f"{word} {resume.outage_us / SECOND:.1f} s: {'; '.join(parts) or 'nothing goes on'}{quiet}"
         core.effect(inp.Notify(text, tuple(core.site.people.get("watchers", ())), "info"))
-
-    def stood(self) -> bool:
-        """Return whether it was the engine's process that stood still, and all of it is not known again."""
-        resume = self._core.state.resume
-        return resume is not None and resume.stood
-
-    def is_expired(self, sent_at: Micros | None, life_s: float) -> bool:
-        """Return whether a goal that was sent before the engine was away is older than its time to live."""
-        resume = self._core.state.resume
-        if resume is None or sent_at is None or sent_at > resume.at:
-            return False
-        return resume.outage_us + (resume.at - sent_at) / resume.speed > life_s * SECOND
 
 
 def _cancels(given: inp.Resumed) -> tuple[tuple[str, str, str], ...]:

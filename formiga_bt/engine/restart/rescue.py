@@ -12,6 +12,7 @@ from formiga_bt.engine.kernel import changes as ch
 from formiga_bt.engine.kernel.core import Core
 from formiga_bt.engine.kernel.inputs import Alarm
 from formiga_bt.engine.tasks.recovery import UNDER_WAY
+from formiga_bt.engine.tasks.runs import Runs
 from formiga_bt.engine.tasks.tasks import Tasks
 from formiga_bt.nodes.ends import Drain, End, GoalEnd
 
@@ -19,10 +20,11 @@ from formiga_bt.nodes.ends import Drain, End, GoalEnd
 class Rescue:
     """Sends tasks to their part `recover`."""
 
-    def __init__(self, core: Core, goals: Goals, people: People, tasks: Tasks) -> None:
+    def __init__(self, core: Core, goals: Goals, people: People, runs: Runs, tasks: Tasks) -> None:
         self._core = core
         self._goals = goals
         self._people = people
+        self._runs = runs
         self._tasks = tasks
 
     def give_up(self, task_id: str, code: str, reason: str) -> None:
@@ -62,7 +64,7 @@ class Rescue:
         """Drop all that a task's tree stood for; return the goals whose end must be waited for."""
         core = self._core
         drain: list[End] = []
-        self._tasks.runs.pop(task_id, None)
+        self._runs.open.pop(task_id, None)
         for goal in [g for g in core.state.goals.values() if g.task == task_id and g.owner != "!question"]:
             if goal.ended:
                 core.emit(ch.GoalDrop(goal.id))

@@ -10,18 +10,20 @@ from msgspec.structs import replace
 from formiga_bt.engine.kernel.core import Core
 from formiga_bt.engine.kernel.records import TaskRecord
 from formiga_bt.engine.kernel.state import EngineState
+from formiga_bt.engine.tasks.recovery import Recovery
+from formiga_bt.engine.tasks.runs import Runs
 from formiga_bt.engine.tasks.taskmodel import section_steps
-from formiga_bt.engine.tasks.tasks import Tasks
 
 
 def restore_trees(
-    core: Core, tasks: Tasks, without: Collection[str] = (), look: Callable[[str], None] | None = None
+    core: Core, runs: Runs, recovery: Recovery, without: Collection[str] = (), look: Callable[[str], None] | None = None
 ) -> dict[str, str]:
     """Rebuild the trees of every task whose memory says that one runs.
 
     Args:
         core: of an engine with a loaded state.
-        tasks: its tasks.
+        runs: the runs of its tasks.
+        recovery: what brings machines home.
         without: tasks whose trees are not rebuilt.
         look: told of each task before it is rebuilt, and of "" at the end; then a tree that cannot be rebuilt raises nothing.
 
@@ -33,29 +35,29 @@ def restore_trees(
         if task.section == "done" or task.id in without:
             continue
         if look is None:
-            _restore(core, tasks, task)
+            _restore(core, runs, recovery, task)
             continue
         look(task.id)
         try:
-            _restore(core, tasks, task)
+            _restore(core, runs, recovery, task)
         except Exception as error:  # noqa: BLE001 - whatever it is, the other tasks go on
             failed[task.id] = f"{type(error).__name__}: {error}".rstrip(": ")
-            tasks.runs.pop(task.id, None)
+            runs.open.pop(task.id, None)
     if look is not None:
         look("")
     return failed
 
 
-def _restore(core: Core, tasks: Tasks, task: TaskRecord) -> None:
+def _restore(core: Core, runs: Runs, recovery: Recovery, task: TaskRecord) -> None:
     memory = core.state.memory.get(task.id, {})
     if task.section in memory:
         steps = section_steps(core.model(task), task.section)
-        tasks.run_of(task.id).trees.restore(task.section, steps, "")
+        runs.of(task.id).trees.restore(task.section, steps, "")
     if task.tidying:
-        tasks.run_of(task.id).tidies.restore()
+        runs.of(task.id).tidies.restore()
     for recovering in task.recovering:
         if recovering.section in memory:
-            tasks.recovery.restore(recovering, tasks.run_of(task.id).trees)
+            recovery.restore(recovering, runs.of(task.id).trees)
 
 
 def copy_of(state: EngineState) -> EngineState:

@@ -1,1 +1,1 @@
-"""Tasks: from request to terminal status, their trees, their cleanup, and the engine's own tasks."""
+"""Tasks: from request to terminal status, who may let one fly, their trees, their cleanup, and the engine's own tasks."""

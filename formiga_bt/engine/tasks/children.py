@@ -5,14 +5,15 @@ waits for it aborts it, and its end joins the drain; one that nobody waits for i
 A detached one outlives its parent.
 """
 
-from contextlib import suppress
-from typing import Final, Literal, Protocol
+from typing import Final, Literal
 
 from formiga_bt.base.errors import TaskError
 from formiga_bt.engine.kernel.core import Core
 from formiga_bt.engine.kernel.drains import adopt
 from formiga_bt.engine.kernel.inputs import Abort, Submit
+from formiga_bt.engine.kernel.news import Unwanted
 from formiga_bt.engine.kernel.records import TaskRecord
+from formiga_bt.engine.tasks.intake import Intake
 from formiga_bt.nodes.ends import ChildEnd, Drain
 from formiga_bt.nodes.run import Failure, TaskOrder
 
@@ -22,28 +23,12 @@ MOST_CHILDREN: Final = 20
 """Open at once."""
 
 
-class Starter(Protocol):
-    """`Tasks`, for its children."""
-
-    def submit(self, request: Submit, parent: TaskRecord | None = None, order: TaskOrder | None = None) -> str:
-        """Admit a task."""
-        ...
-
-    def admit(self, request: Submit) -> None:
-        """Let a request in, or not."""
-        ...
-
-    def abort(self, order: Abort) -> str:
-        """End a task."""
-        ...
-
-
 class Children:
     """The tasks that other tasks requested; keeps nothing itself."""
 
-    def __init__(self, core: Core, tasks: Starter) -> None:
+    def __init__(self, core: Core, intake: Intake) -> None:
         self._core = core
-        self._tasks = tasks
+        self._intake = intake
 
     def start(self, parent_id: str, order: TaskOrder) -> str | Failure:
         """Start a task for a step; return its id, or why it cannot be."""
@@ -57,8 +42,7 @@ class Children:
         if len(self.open(parent_id)) >= MOST_CHILDREN:
             return _refused(order, "too_many", f"{MOST_CHILDREN} tasks of {parent_id} are open")
         try:
-            self._tasks.admit(wish)
-            child = self._tasks.submit(wish, parent, order)
+            child = self._intake.submit(wish, parent, order)
         except TaskError as error:
             return _refused(order, error.code, str(error))
         core.put_task(parent_id, children=(*core.task(parent_id).children, child))
@@ -75,8 +59,7 @@ class Children:
         if child.section == "done":
             return False
         how: Literal["", "now"] = "now" if self._core.task(child.parent).abort_now else ""
-        with suppress(TaskError):  # it is ending already
-            self._tasks.abort(Abort(child_id, how, child.parent, "operator"))
+        self._core.report(Unwanted(Abort(child_id, how, child.parent, "operator")))
         return self._core.task(child_id).section != "done"
 
     def hurry(self, parent_id: str) -> None:

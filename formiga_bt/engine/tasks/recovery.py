@@ -14,9 +14,11 @@ from formiga_bt.base.geo import Place
 from formiga_bt.engine.agents.fleet import Fleet
 from formiga_bt.engine.kernel import changes as ch
 from formiga_bt.engine.kernel.core import Core
-from formiga_bt.engine.kernel.ports import TaskPort
+from formiga_bt.engine.kernel.inputs import Alarm
+from formiga_bt.engine.kernel.news import AllHome, NoWayHome
 from formiga_bt.engine.kernel.records import AgentRecord, Recovering, TaskRecord
-from formiga_bt.engine.kernel.timers import HomeAgain, HomeOverdue
+from formiga_bt.engine.kernel.timers import HomeAgain, HomeOverdue, TaskDue
+from formiga_bt.engine.tasks.runs import Runs
 from formiga_bt.engine.tasks.treerun import Ended, TaskTrees
 from formiga_bt.lang.model import Subtree
 from formiga_bt.lang.types import AgentRef
@@ -38,13 +40,24 @@ ESTIMATE_US = 300 * SECOND
 ALARM_EVERY_US = 60 * SECOND
 
 
+def has_no_port(core: Core, agent: AgentRecord) -> bool:
+    """Return whether a machine has no home to come to (the site file lost it), and can land where it is."""
+    return agent.home not in core.site.ports and core.agent_type(agent).land is not None
+
+
 class Recovery:
     """The last part of every task."""
 
-    def __init__(self, core: Core, fleet: Fleet, tasks: TaskPort) -> None:
+    def __init__(self, core: Core, fleet: Fleet, runs: Runs) -> None:
         self._core = core
         self._fleet = fleet
-        self._tasks = tasks
+        self._runs = runs
+
+    def enter(self, task_id: str) -> None:
+        """Go to the last part of a task."""
+        self._core.put_task(task_id, section="recover")
+        self._core.clear_deadline(TaskDue(task_id, "cleanup"))
+        self.begin(task_id)
 
     def begin(self, task_id: str) -> None:
         """Start the way home of each machine that the task still holds and that may be airborne."""
@@ -110,7 +123,7 @@ class Recovery:
                     self._try_again(task_id, agent_id)
                     continue
                 self._fleet.release(agent_id)
-                self._tasks.poke_allocator()
+                core.wake_allocator()
             task = core.task(task_id)
             core.put_task(
                 task_id,
@@ -123,7 +136,7 @@ class Recovery:
     def _try_again(self, task_id: str, agent_id: str) -> None:
         """Bring home who is to be released; a way home that ended well but not on the ground counts as one that failed."""
         last = next((r for r in self._core.task(task_id).recovering if r.agent == agent_id), None)
-        if self._tasks.orders.has_no_port(self._core.state.agents[agent_id]) and self._ordered(
+        if has_no_port(self._core, self._core.state.agents[agent_id]) and self._ordered(
             self._core.task(task_id), agent_id
         ):
             return  # it lands where it is
@@ -133,7 +146,7 @@ class Recovery:
             self._give_up(task_id, agent_id, "not_grounded")
 
     def _give_up(self, task_id: str, agent_id: str, code: str) -> None:
-        self._tasks.alarm("agent_needs_help", f"{agent_id} could not be brought home: {code}", task_id, agent_id)
+        self._core.effect(Alarm("agent_needs_help", f"{agent_id} could not be brought home: {code}", task_id, agent_id))
         self._fleet.quarantine(agent_id, "recover_failed")
 
     def _try(self, task_id: str, agent_id: str, attempt: int) -> None:
@@ -142,10 +155,10 @@ class Recovery:
         way = self._way(core.task(task_id), agent) or "recover"
         subtree = self._subtree(agent_id, way)
         first = next((r.first for r in core.task(task_id).recovering if r.agent == agent_id), 1)
-        if way == "recover" and self._tasks.orders.has_no_port(agent):
+        if way == "recover" and has_no_port(core, agent):
             self._set(task_id, Recovering(agent_id, attempt, "failed", way=way, first=first))
             if not self._ordered(core.task(task_id), agent_id):
-                self._tasks.orders.no_way_home(agent_id, NO_PORT)
+                core.report(NoWayHome(agent_id, NO_PORT))
             return
         now = Recovering(agent_id, attempt, "running", way=way, first=first)
         self._set(task_id, now)
@@ -154,7 +167,7 @@ class Recovery:
             values[name] = AgentRef(agent_id) if param.type.name == "agent" else self.spot(agent)
         core.emit(ch.ScopePut(task_id, now.section, values))
         core.set_deadline(HomeOverdue(task_id, agent_id), core.now + ESTIMATE_US, task_id)
-        self._tasks.start_section(task_id, now.section, subtree.steps, now.section)
+        self._runs.start(task_id, now.section, subtree.steps, now.section)
 
     def restore(self, recovering: Recovering, trees: TaskTrees) -> None:
         """Rebuild a way home that was under way."""
@@ -179,7 +192,7 @@ class Recovery:
             self._set(task_id, replace(now, state="failed"))
             self._note(task_id, f"{code}: {ended.failure.reason}")
             if not task.stop:
-                self._tasks.orders.no_way_home(agent_id, f"{code}: {ended.failure.reason}")
+                core.report(NoWayHome(agent_id, f"{code}: {ended.failure.reason}"))
         elif now.way == "fetch" and (code == "no_clearance" or now.tries >= TRIES):
             self._set(task_id, replace(now, state="failed"))  # it stands where it stood
             self._note(task_id, f"{code}: {ended.failure.reason}")
@@ -266,7 +279,7 @@ class Recovery:
             if one.agent == agent_id and one.state == "waiting":
                 self._set(task_id, replace(one, state="failed"))
             elif one.agent == agent_id and one.state == "running":
-                self._tasks.stop(task_id, one.section)
+                self._runs.stop(task_id, one.section)
                 core.emit(ch.ScopePut(task_id, one.section, None))
                 self._set(task_id, replace(one, state="failed"))
         self.proceed(task_id)
@@ -287,13 +300,13 @@ class Recovery:
             ) in late:  # it had begun to start when its goal ended, and has told only since then that it flies
                 self._try(task_id, agent_id, 1)
             return
-        self._tasks.recovered(task_id)
+        self._core.report(AllHome(task_id))
 
     def overdue(self, task_id: str, agent_id: str) -> None:
         """The estimate is over: an alarm each minute. Who waits for a spot on which another stands looks for another spot."""
         core = self._core
         if "resume" not in core.task(task_id).held:  # else it stands, and a person has been asked what becomes of it
-            self._tasks.alarm("recover_slow", f"{agent_id} is not home yet", task_id, agent_id)
+            core.effect(Alarm("recover_slow", f"{agent_id} is not home yet", task_id, agent_id))
         if any(r.agent == agent_id and r.way == "land" for r in core.task(task_id).recovering):
             for goal in core.index.goals_of(agent_id):
                 if goal.task == task_id and goal.state == "gated" and goal.code == "spot_busy":

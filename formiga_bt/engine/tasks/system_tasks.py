@@ -4,42 +4,29 @@
 consist of the part `recover` alone.
 """
 
-from typing import Protocol
+from typing import Literal
 
+from formiga_bt.engine.agents.grants import assign, free_layer
 from formiga_bt.engine.goals.goals import Goals
 from formiga_bt.engine.kernel import changes as ch
 from formiga_bt.engine.kernel.core import Core
 from formiga_bt.engine.kernel.holds import unhold
-from formiga_bt.engine.kernel.ports import AllocationPort
 from formiga_bt.engine.kernel.records import Stop, TaskRecord
 from formiga_bt.engine.tasks.recovery import UNDER_WAY, Recovery
+from formiga_bt.engine.tasks.runs import Runs
 from formiga_bt.lang.types import AgentRef
 
 RECOVER_TASK = "Recover"
 
 
-class ErrandHost(Protocol):
-    """What errands need of the tasks."""
-
-    allocation: AllocationPort
-    recovery: Recovery
-
-    def enter(self, task_id: str, section: str) -> None:
-        """Go to a part of a task."""
-        ...
-
-    def stop(self, task_id: str, section: str) -> None:
-        """Stop a section."""
-        ...
-
-
 class Errands:
     """The engine's own tasks."""
 
-    def __init__(self, core: Core, goals: Goals, tasks: ErrandHost) -> None:
+    def __init__(self, core: Core, goals: Goals, runs: Runs, recovery: Recovery) -> None:
         self._core = core
         self._goals = goals
-        self._tasks = tasks
+        self._runs = runs
+        self._recovery = recovery
 
     def next_id(self, name: str) -> str:
         """Return the id that the next system task will have."""
@@ -48,12 +35,19 @@ class Errands:
     def start_order(self, name: str, agent_id: str, stop: Stop, by: str) -> None:
         """Start the system task that carries out an order. It borrows the machine, which stays its task's."""
         core = self._core
+        task_id = self._admit(name, agent_id, by or "engine", stop)
+        if core.state.agents[agent_id].layer_m is None:
+            core.put_agent(agent_id, layer_m=free_layer(core, agent_id, ""))
+        self._begin(task_id)
+
+    def _admit(self, name: str, agent_id: str, by: str, stop: Stop | Literal[""] = "") -> str:
+        core = self._core
         order = core.count("task")
         task_id = f"{name}-{order}"
         core.emit(
             ch.TaskPut(
                 TaskRecord(
-                    id=task_id, name=name, order=order, bundle="system", priority="high", by=by or "engine",
+                    id=task_id, name=name, order=order, bundle="system", priority="high", by=by,
                     status="ACTIVE", section="finally", outcome="SUCCEEDED", roles={"drone": (agent_id,)},
                     granted=(agent_id,), submitted_at=core.now, assigned_at=core.now, active_at=core.now,
                     system_agent=agent_id, stop=stop,
@@ -61,10 +55,11 @@ class Errands:
             )
         )  # fmt: skip
         core.emit(ch.ScopePut(task_id, "", {"drone": AgentRef(agent_id)}))
-        agent = core.state.agents[agent_id]
-        if agent.layer_m is None:
-            core.put_agent(agent_id, layer_m=self._tasks.allocation.free_layer(agent_id, ""))
-        self._tasks.enter(task_id, "recover")
+        return task_id
+
+    def _begin(self, task_id: str) -> None:
+        self._core.put_task(task_id, status="ENDING")
+        self._recovery.enter(task_id)
 
     def end(self, task_id: str) -> None:
         """End a system task: its order was withdrawn or replaced. Its machine hovers where it is."""
@@ -73,17 +68,17 @@ class Errands:
         core.put_task(task_id, outcome="CANCELED", code="aborted", reason="another order replaced it")
         for one in task.recovering:
             if one.state == "running":
-                self._tasks.stop(task_id, one.section)
+                self._runs.stop(task_id, one.section)
             if one.state in UNDER_WAY:
-                self._tasks.recovery.abandon(task_id, one)
+                self._recovery.abandon(task_id, one)
         core.touch(task_id)
-        self._tasks.recovery.proceed(task_id)  # if it was between two tries, nothing has to drain
+        self._recovery.proceed(task_id)  # if it was between two tries, nothing has to drain
 
     def ordered_home(self, task_id: str) -> None:
         """An order on a machine of a task was carried out: its way home may go on."""
         task = self._core.state.tasks.get(task_id)
         if task is not None and task.section == "recover" and not task.stop:
-            self._tasks.recovery.begin(task_id)
+            self._recovery.begin(task_id)
 
     def grounded(self, task_id: str, agent_id: str) -> None:
         """A machine of a task stands on the ground now: what waits to bring it home has nothing left to do."""
@@ -109,18 +104,6 @@ class Errands:
         standing = core.state.orders.get(agent_id)
         if standing is not None and standing.state == "open":
             return
-        order = core.count("task")
-        task_id = f"{RECOVER_TASK}-{order}"
-        core.emit(
-            ch.TaskPut(
-                TaskRecord(
-                    id=task_id, name=RECOVER_TASK, order=order, bundle="system", priority="high", by="engine",
-                    status="ACTIVE", section="finally", outcome="SUCCEEDED", roles={"drone": (agent_id,)},
-                    granted=(agent_id,), submitted_at=core.now, assigned_at=core.now, active_at=core.now,
-                    system_agent=agent_id,
-                )
-            )
-        )  # fmt: skip
-        core.emit(ch.ScopePut(task_id, "", {"drone": AgentRef(agent_id)}))
-        self._tasks.allocation.assign(task_id, {"drone": (agent_id,)})
-        self._tasks.enter(task_id, "recover")
+        task_id = self._admit(RECOVER_TASK, agent_id, "engine")
+        assign(core, task_id, {"drone": (agent_id,)})
+        self._begin(task_id)

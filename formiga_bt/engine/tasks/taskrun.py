@@ -5,19 +5,20 @@ from types import MappingProxyType
 from typing import Any, Final, NamedTuple
 
 from formiga_bt.base.clock import Micros
+from formiga_bt.engine.goals.goals import Goals
 from formiga_bt.engine.goals.people import People
 from formiga_bt.engine.kernel import changes as ch
 from formiga_bt.engine.kernel import drains
 from formiga_bt.engine.kernel.core import Core
 from formiga_bt.engine.kernel.inputs import Notify
 from formiga_bt.engine.kernel.pace import Pace
-from formiga_bt.engine.kernel.ports import AllocationPort, GoalPort
 from formiga_bt.engine.kernel.records import Question, TaskRecord
 from formiga_bt.engine.kernel.state import event_key
 from formiga_bt.engine.kernel.timers import NodeDue
 from formiga_bt.engine.tasks.children import Children
 from formiga_bt.engine.tasks.cleanup import Tidies
 from formiga_bt.engine.tasks.env import TaskEnv
+from formiga_bt.engine.tasks.requests import Requests
 from formiga_bt.engine.tasks.treerun import CompiledTrees, TaskTrees, TreesFactory
 from formiga_bt.engine.tasks.watching import watch_keys
 from formiga_bt.lang.model import MOST_VISITS, Env, Expr, Role
@@ -56,9 +57,9 @@ class TaskRun:
     def __init__(
         self,
         core: Core,
-        goals: GoalPort,
+        goals: Goals,
         people: People,
-        allocation: AllocationPort,
+        requests: Requests,
         children: Children,
         task_id: str,
         factory: TreesFactory,
@@ -66,7 +67,7 @@ class TaskRun:
         self._core = core
         self._goals = goals
         self._people = people
-        self._allocation = allocation
+        self._requests = requests
         self._children = children
         self.task_id = task_id
         self._fresh: dict[str, Mem | None] = {}
@@ -303,7 +304,7 @@ class TaskRun:
     # -- agents of a block -----------------------------------------------------------------------------------------
     def want_agents(self, path: str, roles: Mapping[str, Role], env: Env, but_not: tuple[str, ...]) -> Micros:
         """Ask the allocator."""
-        request = self._allocation.want(self.task_id, path, roles, env, but_not)
+        request = self._requests.want(self.task_id, path, roles, env, but_not)
         return min(role.wait_until for role in request.roles if role.wait_until is not None)
 
     def take_agents(self, path: str) -> Served | None:

@@ -12,7 +12,7 @@ The parts run in this order, each after the goals of the former have drained; an
 | recover | done: release, terminal status |
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Final
 
 from msgspec.structs import replace
@@ -26,25 +26,23 @@ from formiga_bt.engine.goals.people import People
 from formiga_bt.engine.kernel import changes as ch
 from formiga_bt.engine.kernel.core import Core
 from formiga_bt.engine.kernel.holds import unhold
-from formiga_bt.engine.kernel.inputs import Abort, Alarm, PublishState, Submit
-from formiga_bt.engine.kernel.ports import AllocationPort, OrderPort
+from formiga_bt.engine.kernel.inputs import Abort, PublishState
+from formiga_bt.engine.kernel.news import CarriedOut, Ends, Leaves, StepsStopped
 from formiga_bt.engine.kernel.records import Again, Request, TaskRecord
-from formiga_bt.engine.kernel.timers import HopelessDue, TaskDue
+from formiga_bt.engine.kernel.timers import TaskDue
 from formiga_bt.engine.tasks.children import Children
 from formiga_bt.engine.tasks.recovery import Recovery
-from formiga_bt.engine.tasks.system_tasks import Errands
+from formiga_bt.engine.tasks.requests import Requests
+from formiga_bt.engine.tasks.runs import Runs
 from formiga_bt.engine.tasks.taskmodel import duration_us, root_values, section_steps
-from formiga_bt.engine.tasks.taskrun import TaskRun
-from formiga_bt.engine.tasks.treerun import Ended, TreesFactory
-from formiga_bt.lang.model import Step, Task
+from formiga_bt.engine.tasks.treerun import Ended
+from formiga_bt.lang.model import Task
 from formiga_bt.lang.types import AgentRef
 from formiga_bt.nodes.draining import move_on
-from formiga_bt.nodes.run import Failure, Served, TaskOrder
+from formiga_bt.nodes.run import Failure, Served
 
 CLEANUP_US = 300 * SECOND
 """Default of cleanup_timeout."""
-MAX_QUEUED = 10_000
-"""Tasks that may wait for agents at once."""
 KEPT_ENDED = 10_000
 """So many ended tasks are kept in memory with their outcomes and explanations; the journal has all of them."""
 
@@ -55,64 +53,27 @@ SECTION_AFTER_STEPS: Final[Mapping[str, str]] = {"SUCCEEDED": "finally", "FAILED
 class Tasks:
     """All tasks that are not yet ended, and the records of those that are."""
 
-    allocation: AllocationPort
-    orders: OrderPort
-    admit: Callable[[Submit], None]
-    """Asked before a task is started for another one (`Authority.admit`)."""
-
-    def __init__(self, core: Core, goals: Goals, people: People, fleet: Fleet, factory: TreesFactory) -> None:
+    def __init__(
+        self,
+        core: Core,
+        goals: Goals,
+        people: People,
+        fleet: Fleet,
+        requests: Requests,
+        runs: Runs,
+        children: Children,
+        recovery: Recovery,
+    ) -> None:
         self._core = core
         self._goals = goals
         self._people = people
         self._fleet = fleet
-        self._factory = factory
-        self.runs: dict[str, TaskRun] = {}
-        self._left: list[TaskRun] = []
-        """Runs of tasks that have ended, until the next task is looked at."""
-        self.recovery = Recovery(core, fleet, self)
-        self.errands = Errands(core, goals, self)
-        self.children = Children(core, self)
+        self._requests = requests
+        self._runs = runs
+        self._children = children
+        self._recovery = recovery
 
-    # -- coming in -----------------------------------------------------------------------------------------------
-    def submit(self, request: Submit, parent: TaskRecord | None = None, order: TaskOrder | None = None) -> str:
-        """Admit a task, of a person or of a step of its parent; return its id.
-
-        Raises:
-            TaskError: unknown task, too many wait already (`busy`), or a parameter, var or role cannot be evaluated.
-        """
-        core = self._core
-        model = core.library.wanted(request)
-        if len(core.state.requests) >= MAX_QUEUED:
-            raise TaskError("busy", f"{MAX_QUEUED:,} tasks wait already")
-        values = root_values(core, model, request.params)
-        number = core.state.counters.get("task", 0) + 1
-        task = TaskRecord(
-            id=f"{model.name}-{number}",
-            name=model.name,
-            order=number,
-            bundle=model.bundle,
-            version=core.library.number(model),
-            library=core.state.counters.get("library", 0) if parent is None else parent.library,
-            priority=request.priority or model.priority,
-            by=request.by,
-            wait=request.wait,
-            expires=request.expires,
-            submitted_at=core.now,
-            events_from=core.state.counters.get("happening", 0),
-            params=dict(request.params),
-        )
-        if parent is not None and order is not None:
-            task = replace(
-                task, parent=parent.id, parent_node=order.owner, depth=parent.depth + 1, detached=order.detached
-            )
-        wish = self.allocation.request(task, values)  # raises before anything is recorded
-        core.count("task")
-        core.emit(ch.TaskPut(task))
-        core.emit(ch.ScopePut(task.id, "", values))
-        core.effect(PublishState(task.id, task.status))
-        self.allocation.enqueue(wish)
-        return task.id
-
+    # -- grants --------------------------------------------------------------------------------------------------
     def granted(self, task_id: str, roles: dict[str, tuple[str, ...]], lists: frozenset[str]) -> None:
         """The allocator gave the agents: bind the roles and start the steps."""
         core = self._core
@@ -126,10 +87,9 @@ class Tasks:
         core.clear_deadline(TaskDue(task_id, "wait"))
         core.put_task(task_id, status="ASSIGNED", roles=roles, granted=machines, assigned_at=core.now)
         core.put_task(task_id, status="ACTIVE", section="steps", active_at=core.now)
-        self.run_of(task_id).trees.start("steps", model.steps, "")
-        core.touch(task_id)
+        self._runs.start(task_id, "steps", model.steps)
         if model.timeout is not None:
-            after = duration_us(model.timeout, self.run_of(task_id).env(""))
+            after = duration_us(model.timeout, self._runs.of(task_id).env(""))
             if isinstance(after, str):
                 self.fail(task_id, "cannot_compute", f"timeout: {after}")
             else:
@@ -168,31 +128,16 @@ class Tasks:
         core.put_task(task.id, served={**task.served, request.node: Served({}, reason)})
         core.wake(task.id, request.node)
 
-    def run_of(self, task_id: str) -> TaskRun:
-        """Return the run of a task, made when it is first needed."""
-        run = self.runs.get(task_id)
-        if run is None:
-            run = self.runs[task_id] = TaskRun(
-                self._core, self._goals, self._people, self.allocation, self.children, task_id, self._factory
-            )
-        return run
-
-    def _leave(self, task_id: str) -> None:
-        run = self.runs.pop(task_id, None)
-        if run is not None:
-            self._left.append(run)  # its nodes may be running this very moment
-
     # -- one step --------------------------------------------------------------------------------------------------
     def settle(self, task_id: str) -> None:
         """Run a task's trees until they are quiet, follow ended sections and drained goals to the next part."""
         core = self._core
-        while self._left:
-            self._left.pop().close()
+        self._runs.close_left()
         task = core.state.tasks.get(task_id)
         if task is None or task.section in ("", "done"):
             core.woken.pop(task_id, None)
             return
-        run = self.run_of(task_id)
+        run = self._runs.of(task_id)
         if task.tidying:
             run.tidies.proceed()
         for key in core.woken.pop(task_id, ()):
@@ -206,7 +151,7 @@ class Tasks:
             self._section_ended(task_id, ended)
         task = core.task(task_id)
         if task.releasing:
-            self.recovery.releases(task_id)
+            self._recovery.releases(task_id)
         if task.releasing or task.stopping or sections:
             self._drain(task_id)
 
@@ -214,11 +159,11 @@ class Tasks:
         core = self._core
         task = core.task(task_id)
         if (tidy := task.tidy(ended.section)) is not None:
-            self.run_of(task_id).tidies.on_ended(tidy, ended)
+            self._runs.of(task_id).tidies.on_ended(tidy, ended)
         elif (home := next((one for one in task.recovering if one.section == ended.section), None)) is not None:
             if ended.fatal:
-                self.stop(task_id, ended.section)
-            self.recovery.ended(task_id, home, ended)
+                self._runs.stop(task_id, ended.section)
+            self._recovery.ended(task_id, home, ended)
         elif ended.section != task.section or task.stopping:
             return
         elif ended.fatal and ended.failure is not None:
@@ -251,14 +196,14 @@ class Tasks:
         core.put_task(task_id, again=why if anew else "", abort_reason=why)
         self._decide(task_id, "CANCELED", "restarted" if why == "restart" else why, reason)
         if not core.task(task_id).stopping:
-            self.stop(task_id, "steps")
-        self.orders.tidy_goes_on(task_id)
+            self._runs.stop(task_id, "steps")
+        core.report(StepsStopped(task_id))
 
     def _begin_anew(self, task_id: str) -> None:
         core = self._core
         task = core.task(task_id)
         core.emit(ch.TaskForget(task_id))
-        self._leave(task_id)
+        self._runs.leave(task_id)
         fresh = TaskRecord(
             id=task.id, name=task.name, order=task.order, bundle=task.bundle, version=task.version,
             library=task.library, priority=task.priority,
@@ -274,43 +219,30 @@ class Tasks:
         core.effect(PublishState(task_id, fresh.status))
         try:
             values = root_values(core, core.model(fresh), fresh.params)
-            wish = self.allocation.request(fresh, values)
+            wish = self._requests.request(fresh, values)
         except TaskError as error:
             self.refuse(task_id, error.code, str(error))
             return
         core.emit(ch.ScopePut(task_id, "", values))
-        self.allocation.enqueue(wish)
+        self._requests.enqueue(wish)
 
     def _note(self, task_id: str, text: str) -> None:
         self._core.put_task(task_id, notes=(*self._core.task(task_id).notes, text))
 
     # -- stopping --------------------------------------------------------------------------------------------------
-    def stop(self, task_id: str, section: str, *, tidy: bool = True) -> None:
-        """Stop a section; what ends with it joins the task's drain set, and (`tidy`) each `finally` of its sequences."""
-        core = self._core
-        run = self.run_of(task_id)
-        run.tidies.skip = not tidy
-        ends = run.trees.halt(section)
-        run.tidies.skip = False
-        for end in ends:
-            run.adopt(end, "!task")
-        task = core.task(task_id)
-        core.put_task(task_id, stopping=True, drain=(*task.drain, *ends))
-        core.touch(task_id)
-
     def _drain(self, task_id: str) -> None:
         core = self._core
         task = core.task(task_id)
         if not task.stopping:
             return
-        left = move_on(self.run_of(task_id), task.drain)
+        left = move_on(self._runs.of(task_id), task.drain)
         if len(left) != len(task.drain):
             core.put_task(task_id, drain=tuple(left))
         if left:
             return
         core.put_task(task_id, stopping=False)
         if task.section == "recover":
-            self.recovery.proceed(task_id)
+            self._recovery.proceed(task_id)
         else:
             self._next(task_id)
 
@@ -320,13 +252,13 @@ class Tasks:
         task = core.task(task_id)
         breach = code.startswith("envelope.")
         if breach:
-            self.run_of(task_id).tidies.cut()
+            self._runs.of(task_id).tidies.cut()
         if task.section == "steps" and not task.stopping:
             self._decide(task_id, "FAILED", code, reason, failure or Failure(code, reason, retryable=False))
-            self.stop(task_id, "steps", tidy=not breach)
+            self._runs.stop(task_id, "steps", tidy=not breach)
         elif task.section in AFTER and not task.stopping:
             self._note(task_id, f"{task.section}: {code} {reason}")
-            self.stop(task_id, task.section, tidy=not breach)
+            self._runs.stop(task_id, task.section, tidy=not breach)
 
     def abort(self, order: Abort) -> str:
         """End a task on a person's word; return an error text, or "".
@@ -349,24 +281,24 @@ class Tasks:
             return self._abandon(task, order)
         if task.status == "PENDING":
             self._decide(task.id, "CANCELED", "aborted", f"by {order.by or 'an operator'}")
-            self._done(task.id)
+            self.end(task.id)
             return ""
         if order.how == "now" and task.section != "recover":
             core.put_task(task.id, abort_now=True)
-            self.run_of(task.id).tidies.cut()
+            self._runs.of(task.id).tidies.cut()
         elif task.section in ("on_abort", "finally", "recover"):
             if any(cause.startswith("operator") or cause == "resume" for cause in task.held):
-                self.orders.ended_by_word(task.id)  # it ends already, but somebody had stopped that
+                core.report(Ends(task.id))  # it ends already, but somebody had stopped that
                 return ""
             raise TaskError("already_ending", f"{order.task} is already ending")
         self._decide(task.id, "CANCELED", "aborted", f"by {order.by or 'an operator'}")
         core.put_task(task.id, abort_reason=order.reason)
-        self.orders.ended_by_word(task.id)
+        core.report(Ends(task.id))
         if not task.stopping and task.section != "recover":
-            self.stop(task.id, task.section)
-        self.orders.tidy_goes_on(task.id)
+            self._runs.stop(task.id, task.section)
+        core.report(StepsStopped(task.id))
         if order.how == "now":
-            self.children.hurry(task.id)
+            self._children.hurry(task.id)
         return ""
 
     def _abort_order(self, task: TaskRecord, order: Abort) -> str:
@@ -376,7 +308,7 @@ class Tasks:
             text = f"{task.id} carries out an order on {agent_id}; give that machine another order, or continue it"
             raise TaskError("system_task", text)
         self._goals.lose(agent_id, "in_doubt", "in_doubt")
-        self.orders.forget(agent_id)
+        self._core.report(Leaves(agent_id))
         self._fleet.quarantine(agent_id, "abandoned")
         return ""
 
@@ -384,16 +316,16 @@ class Tasks:
         core = self._core
         self._decide(task.id, "CANCELED", "aborted", f"abandoned by {order.by or 'an operator'}")
         core.put_task(task.id, abort_now=True, abort_reason="abandoned")
-        self.run_of(task.id).tidies.cut()
+        self._runs.of(task.id).tidies.cut()
         for section in self._sections(task):
-            self.stop(task.id, section)
+            self._runs.stop(task.id, section)
         for agent_id in task.granted:
             agent = core.state.agents[agent_id]
             if agent.task == task.id and not agent.human:
                 self._goals.lose(agent_id, "in_doubt", "in_doubt")
                 self._fleet.quarantine(agent_id, "abandoned")
         if task.section == "":
-            self._done(task.id)
+            self.end(task.id)
         return ""
 
     def _sections(self, task: TaskRecord) -> list[str]:
@@ -418,23 +350,23 @@ class Tasks:
                 if cause not in held:
                     unhold(core, task_id, cause)
         if task.section == "recover":
-            self.recovery.agent_left(task_id, agent_id)
+            self._recovery.agent_left(task_id, agent_id)
         core.touch(task_id)
 
     # -- from part to part -----------------------------------------------------------------------------------------
     def _next(self, task_id: str) -> None:
         task = self._core.task(task_id)
-        if task.section == "steps" and (waited := self.children.end_all(task_id)):
+        if task.section == "steps" and (waited := self._children.end_all(task_id)):
             self._core.put_task(task_id, stopping=True, drain=(*task.drain, *waited))
             return  # what it leaves open ends first
         if task.abort_now:
-            self.enter(task_id, "recover")
+            self._enter(task_id, "recover")
         elif task.section == "steps":
-            self.enter(task_id, SECTION_AFTER_STEPS[task.outcome])
+            self._enter(task_id, SECTION_AFTER_STEPS[task.outcome])
         else:
-            self.enter(task_id, AFTER[task.section])
+            self._enter(task_id, AFTER[task.section])
 
-    def enter(self, task_id: str, section: str) -> None:
+    def _enter(self, task_id: str, section: str) -> None:
         """Go to a part of a task; an empty one is passed over."""
         core = self._core
         task = core.task(task_id)
@@ -445,65 +377,52 @@ class Tasks:
             if model is not None and any((model.on_failure, model.on_abort, model.finally_)):
                 after = self._cleanup_us(task_id, model)
                 core.set_deadline(TaskDue(task_id, "cleanup"), core.now + after, task_id, pausable=True)
-        core.put_task(task_id, section=section)
         if section == "recover":
-            core.clear_deadline(TaskDue(task_id, "cleanup"))
-            self.recovery.begin(task_id)
+            self._recovery.enter(task_id)
             return
+        core.put_task(task_id, section=section)
         steps = section_steps(model, section)
         if not steps:
             self._next(task_id)
             return
-        self.run_of(task_id).trees.start(section, steps, "")
-        core.touch(task_id)
+        self._runs.start(task_id, section, steps)
 
     def _cleanup_us(self, task_id: str, model: Task) -> Micros:
         if model.cleanup_timeout is None:
             return CLEANUP_US
-        after = duration_us(model.cleanup_timeout, self.run_of(task_id).env(""))
+        after = duration_us(model.cleanup_timeout, self._runs.of(task_id).env(""))
         if isinstance(after, str):
             self._note(task_id, f"cleanup_timeout: {after}")
             return CLEANUP_US
         return after
 
-    def on_deadline(self, due: TaskDue | HopelessDue) -> None:
+    def on_deadline(self, due: TaskDue) -> None:
         """Handle a task's own deadlines."""
         core, task_id = self._core, due.task
         task = core.task(task_id)
-        if isinstance(due, HopelessDue):
-            if task.status == "PENDING" or due.node:
-                self.allocation.look()
-        elif due.what == "timeout":
+        if due.what == "timeout":
             self.fail(task_id, "timeout", "the task's timeout is over")
         elif due.what == "cleanup" and task.section in AFTER:
             self._note(task_id, f"{task.section}: cleanup_timeout is over")
             core.put_task(task_id, abort_now=True)
-            self.run_of(task_id).tidies.cut()
+            self._runs.of(task_id).tidies.cut()
             if not task.stopping:
-                self.stop(task_id, task.section)
+                self._runs.stop(task_id, task.section)
         elif due.what in ("wait", "expires") and task.status == "PENDING":
             code = "no_agent" if due.what == "wait" else "task_expired"
             self._decide(task_id, "FAILED", code, "no fitting agents in time; see the explanation")
-            self._done(task_id)
+            self.end(task_id)
 
     def refuse(self, task_id: str, code: str, reason: str) -> None:
         """End a waiting task that can never be served."""
         self._decide(task_id, "FAILED", code, reason)
-        self._done(task_id)
+        self.end(task_id)
 
-    def start_section(self, task_id: str, section: str, steps: tuple[Step, ...], scope: str) -> None:
-        """Start a recover section."""
-        self.run_of(task_id).trees.start(section, steps, scope)
-        self._core.touch(task_id)
-
-    def recovered(self, task_id: str) -> None:
+    def end(self, task_id: str) -> None:
         """Every machine is home, or quarantined: release and end."""
-        self._done(task_id)
-
-    def _done(self, task_id: str) -> None:
         core = self._core
         run = core.task(task_id).run
-        self.orders.ended_by_word(task_id)
+        core.report(Ends(task_id))
         task = core.task(task_id)
         if task.section == "done" or task.run != run:
             return  # an order that ended with it was the last that it waited for: it has ended by that
@@ -517,19 +436,19 @@ class Tasks:
         core.emit(ch.RequestPut(task_id, None))
         if task.again:
             self._begin_anew(task_id)
-            self.poke_allocator()
+            core.wake_allocator()
             return
         core.put_task(
             task_id,
             status=task.outcome, section="done", ended_at=core.now, held=(), found={}, paused=(), roles={}, drain=(),
         )  # fmt: skip
-        self.children.ended(core.task(task_id))
+        self._children.ended(core.task(task_id))
         core.emit(ch.TaskForget(task_id))
-        self._leave(task_id)
+        self._runs.leave(task_id)
         if task.stop:
-            self.orders.carried_out(core.task(task_id))
+            core.report(CarriedOut(core.task(task_id)))
         self._forget_oldest()
-        self.poke_allocator()
+        core.wake_allocator()
 
     def _forget_oldest(self) -> None:
         """Keep the newest ended tasks only; one that an open task requested stays as long as that."""
@@ -544,11 +463,3 @@ class Tasks:
             ended[oldest] = None  # its turn comes again
         else:
             core.emit(ch.TaskGone(oldest))
-
-    def poke_allocator(self) -> None:
-        """Agents or requests changed: let the allocator look soon."""
-        self.allocation.poke()
-
-    def alarm(self, code: str, text: str, task_id: str, agent_id: str) -> None:
-        """Raise an alarm."""
-        self._core.effect(Alarm(code, text, task_id, agent_id))

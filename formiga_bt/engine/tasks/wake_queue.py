@@ -12,7 +12,7 @@ from typing import Final
 
 from formiga_bt.engine.kernel.core import Core
 from formiga_bt.engine.kernel.timers import TurnDue
-from formiga_bt.engine.tasks.tasks import Tasks
+from formiga_bt.engine.tasks.runs import Runs
 
 AT_ONCE: Final = 256
 """So many tasks that may wait are looked at in one step: some milliseconds."""
@@ -24,9 +24,9 @@ REST: Final = TurnDue()
 class Turns:
     """Who is looked at in this step, and who waits."""
 
-    def __init__(self, core: Core, tasks: Tasks) -> None:
+    def __init__(self, core: Core, runs: Runs) -> None:
         self._core = core
-        self._tasks = tasks
+        self._runs = runs
         self._waiting: deque[str] = deque()
         self._among: set[str] = set()
         """The same, to look up."""
@@ -60,7 +60,7 @@ class Turns:
         """Handle the deadline: the next ones. After a restart nobody knows who they were, and all who wait are looked at."""
         core, waiting = self._core, self._waiting
         if not waiting:
-            for run in self._tasks.runs.values():
+            for run in self._runs.open.values():
                 run.wake_watchers()
             return
         for _ in range(min(AT_ONCE, len(waiting))):

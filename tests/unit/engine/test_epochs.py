@@ -3,7 +3,7 @@
 import pytest
 
 from formiga_bt.base.clock import SECOND
-from formiga_bt.engine.agents.epochs import next_epoch
+from formiga_bt.engine.goals.epochs import next_epoch
 from formiga_bt.engine.kernel.inputs import Alarm
 from formiga_bt.rehearsal.testing import ScriptedAgent, effects
 from formiga_bt.transport.messages import ClockBeat

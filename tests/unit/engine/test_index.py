@@ -92,6 +92,6 @@ def test_only_the_newest_ended_tasks_are_kept(make: Make, monkeypatch: pytest.Mo
     assert list(yard.engine.state.tasks) == ids[3:]
     assert list(yard.engine.core.index.ended) == ids[3:]
     assert set(yard.engine.state.explanations) <= set(ids[3:])
-    assert not yard.engine.tasks.runs
+    assert not yard.engine.runs.open
     assert not yard.engine.state.memory
     assert not any(ids[0] in key for key in yard.engine.core.board.mirror())

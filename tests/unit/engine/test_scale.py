@@ -81,7 +81,7 @@ def test_tasks_that_have_ended_leave_nothing_but_their_records(bench: Any) -> No
         tables = {"memory": state.memory, "scopes": state.scopes, "deadlines": state.deadlines, "goals": state.goals}
         tables |= {
             "requests": state.requests,
-            "runs": world.engine.tasks.runs,
+            "runs": world.engine.runs.open,
             "named": core.named,
             "woken": core.woken,
         }

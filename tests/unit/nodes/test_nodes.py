@@ -19,7 +19,7 @@ TEXT = CART + "steps: [{sequence: [{do: cart.Move, timeout: 1 min}, {wait: 5 s}]
 
 
 def root(bench: Bench, task_id: str) -> SequenceNode:
-    trees = bench.engine.tasks.runs[task_id].trees
+    trees = bench.engine.runs.open[task_id].trees
     assert isinstance(trees, CompiledTrees)
     return trees.roots["steps"]
 

@@ -52,11 +52,11 @@ def test_a_guard_that_holds_is_not_visited_and_one_that_breaks_stops_its_steps(v
 def test_a_goal_that_goes_on_is_not_visited_but_shows_how_it_stands(visits: list[int]) -> None:
     yard = Yard(CART + "steps:\n  - do: cart.Haul\n    timeout: 1 h")
     task = yard.start()
-    (leaf,) = [n for n in yard.engine.tasks.runs[task].trees.roots["steps"].iterate() if n.name == "cart.Haul"]  # type: ignore[attr-defined]
+    (leaf,) = [n for n in yard.engine.runs.open[task].trees.roots["steps"].iterate() if n.name == "cart.Haul"]  # type: ignore[attr-defined]
     assert leaf.status.name == "RUNNING"
     visits[0] = 0
-    yard.engine.tasks.runs[task].trees.wake(leaf.key)
-    assert yard.engine.tasks.runs[task].trees.run_passes() == []
+    yard.engine.runs.open[task].trees.wake(leaf.key)
+    assert yard.engine.runs.open[task].trees.run_passes() == []
     assert visits[0] == 0
     assert leaf.feedback_message in ("sent", "accepted", "running")
     yard.cart.succeed()

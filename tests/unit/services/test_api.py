@@ -14,7 +14,7 @@ from formiga_bt.base.clock import SECOND
 from formiga_bt.base.geo import Place
 from formiga_bt.engine.kernel.inputs import WallDue
 from formiga_bt.engine.kernel.timers import LiveDue
-from formiga_bt.engine.tasks import tasks as engine_tasks
+from formiga_bt.engine.tasks import intake
 from formiga_bt.services.http import api
 from tests.unit.services.conftest import Service, Start
 
@@ -137,7 +137,7 @@ def test_an_idempotency_key_starts_one_task(service: Service) -> None:
 
 
 def test_a_full_queue_is_busy(service: Service, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(engine_tasks, "MAX_QUEUED", 0)
+    monkeypatch.setattr(intake, "MAX_QUEUED", 0)
     problem = service.refused("POST", "/v1/tasks", {"task": "Stay"})
     assert (problem["status"], problem["code"]) == (429, "busy")
     monkeypatch.undo()

@@ -1,0 +1,66 @@
+"""How a task comes in: on a person's request, or on that of a step of another task."""
+
+from msgspec.structs import replace
+
+from formiga_bt.base.errors import TaskError
+from formiga_bt.engine.kernel import changes as ch
+from formiga_bt.engine.kernel.core import Core
+from formiga_bt.engine.kernel.inputs import PublishState, Submit
+from formiga_bt.engine.kernel.records import TaskRecord
+from formiga_bt.engine.tasks.authority import Authority
+from formiga_bt.engine.tasks.requests import Requests
+from formiga_bt.engine.tasks.taskmodel import root_values
+from formiga_bt.nodes.run import TaskOrder
+
+MAX_QUEUED = 10_000
+"""Tasks that may wait for agents at once."""
+
+
+class Intake:
+    """Admits tasks; keeps nothing itself."""
+
+    def __init__(self, core: Core, authority: Authority, requests: Requests) -> None:
+        self._core = core
+        self._authority = authority
+        self._requests = requests
+
+    def submit(self, request: Submit, parent: TaskRecord | None = None, order: TaskOrder | None = None) -> str:
+        """Admit a task, of a person or of a step of its parent; return its id.
+
+        Raises:
+            TaskError: not allowed (`Authority.admit`), unknown task, too many wait already (`busy`), or a parameter, var or
+                role cannot be evaluated.
+        """
+        core = self._core
+        self._authority.admit(request)
+        model = core.library.wanted(request)
+        if len(core.state.requests) >= MAX_QUEUED:
+            raise TaskError("busy", f"{MAX_QUEUED:,} tasks wait already")
+        values = root_values(core, model, request.params)
+        number = core.state.counters.get("task", 0) + 1
+        task = TaskRecord(
+            id=f"{model.name}-{number}",
+            name=model.name,
+            order=number,
+            bundle=model.bundle,
+            version=core.library.number(model),
+            library=core.state.counters.get("library", 0) if parent is None else parent.library,
+            priority=request.priority or model.priority,
+            by=request.by,
+            wait=request.wait,
+            expires=request.expires,
+            submitted_at=core.now,
+            events_from=core.state.counters.get("happening", 0),
+            params=dict(request.params),
+        )
+        if parent is not None and order is not None:
+            task = replace(
+                task, parent=parent.id, parent_node=order.owner, depth=parent.depth + 1, detached=order.detached
+            )
+        wish = self._requests.request(task, values)  # raises before anything is recorded
+        core.count("task")
+        core.emit(ch.TaskPut(task))
+        core.emit(ch.ScopePut(task.id, "", values))
+        core.effect(PublishState(task.id, task.status))
+        self._requests.enqueue(wish)
+        return task.id
