@@ -425,8 +425,8 @@ def a_hold_of_an_outage_is_left_out(patch: Patch) -> None:
 
     def holding(core: Core, task_id: str, cause: str) -> None:
         hold(core, task_id, cause)
-        if cause == "resume" and core.state.tasks[task_id].paused:
-            core.put_task(task_id, paused=())
+        if cause == "resume" and core.state.tasks[task_id].clock.paused:
+            core.put_task(task_id, clock=replace(core.task(task_id).clock, paused=()))
 
     from formiga_bt.engine.restart import reconcile
 

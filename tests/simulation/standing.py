@@ -101,10 +101,13 @@ def _clocks(state: EngineState) -> Found:
         if task.ended:
             continue
         stands = clock_stands(task)
-        if stands == (task.stood_since is None):
-            yield "clock", f"{task.id} is held by {task.held}, and its clock stands since {task.stood_since}"
-        if task.paused and not stands:
-            yield "clock", f"{task.id} is not held, and {', '.join(str(one.timer) for one in task.paused)} stands still"
+        if stands == (task.clock.stands_since is None):
+            yield "clock", f"{task.id} is held by {task.held}, and its clock stands since {task.clock.stands_since}"
+        if task.clock.paused and not stands:
+            yield (
+                "clock",
+                f"{task.id} is not held, and {', '.join(str(one.timer) for one in task.clock.paused)} stands still",
+            )
     for timer, deadline in state.deadlines.items():
         owner = state.tasks.get(deadline.task)
         if deadline.pausable and owner is not None and clock_stands(owner):

@@ -335,7 +335,8 @@ class Core:
         """Set an engine-time deadline. Deadlines of a held task stand still: only what is left is kept."""
         record = self.state.tasks.get(task)
         if pausable and record is not None and clock_stands(record):
-            self.put_task(task, paused=(*record.without(timer), Paused(timer, at - self.now)))
+            clock = record.clock.without(timer)
+            self.put_task(task, clock=replace(clock, paused=(*clock.paused, Paused(timer, at - self.now))))
             return
         seq = self.state.counters.get("deadline", 0) + 1
         self.emit(ch.DeadlineSet(timer, Deadline(at, seq, task, pausable)))
@@ -347,24 +348,25 @@ class Core:
             self.emit(ch.DeadlineSet(timer, None))
         if isinstance(timer, NodeDue | TaskDue | HopelessDue):
             task = self.state.tasks.get(timer.task)
-            if task is not None and task.paused:
-                self.put_task(task.id, paused=task.without(timer))
+            if task is not None and task.clock.paused:
+                self.put_task(task.id, clock=task.clock.without(timer))
 
     def pause_deadlines(self, task_id: str) -> None:
         """Let the pausable deadlines of a task stand still."""
         own = [(timer, self.state.deadlines[timer]) for timer in self.index.deadlines_of(task_id)]
         mine = tuple(Paused(timer, deadline.at - self.now) for timer, deadline in own if deadline.pausable)
         if mine:
-            self.put_task(task_id, paused=(*self.task(task_id).paused, *mine))
+            clock = self.task(task_id).clock
+            self.put_task(task_id, clock=replace(clock, paused=(*clock.paused, *mine)))
             for one in mine:
                 self.emit(ch.DeadlineSet(one.timer, None))
 
     def resume_deadlines(self, task_id: str) -> None:
         """Let the deadlines of a task run again."""
-        paused = self.task(task_id).paused
-        if paused:
-            self.put_task(task_id, paused=())
-            for one in paused:
+        clock = self.task(task_id).clock
+        if clock.paused:
+            self.put_task(task_id, clock=replace(clock, paused=()))
+            for one in clock.paused:
                 self.set_deadline(one.timer, self.now + one.left_us, task_id, pausable=True)
 
     @property

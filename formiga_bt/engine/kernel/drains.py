@@ -40,7 +40,8 @@ def adopt(core: Core, task_id: str, end: End, owner: str) -> None:
             core.put_task(task_id, tidying=tidying)
         case Release(agent):
             if agent in task.releasing:
-                core.put_task(task_id, releasing={**task.releasing, agent: owner})
+                now = replace(task.releasing[agent], owner=owner)
+                core.put_task(task_id, releasing={**task.releasing, agent: now})
         case ChildEnd(child):
             core.put_task(child, parent_node=owner)
         case _:

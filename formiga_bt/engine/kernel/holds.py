@@ -4,6 +4,8 @@ While held, no new goal of `steps` leaves, goals in flight end naturally, and - 
 task's deadlines stand still.
 """
 
+from msgspec.structs import replace
+
 from formiga_bt.engine.kernel.core import EVERYTHING, Core, clock_stands
 from formiga_bt.engine.kernel.records import Request
 from formiga_bt.engine.kernel.timers import AllocationDue
@@ -17,7 +19,7 @@ def hold(core: Core, task_id: str, cause: str) -> None:
     stood = clock_stands(task)
     if not stood and not cause.startswith("clearance:"):
         core.pause_deadlines(task_id)
-        core.put_task(task_id, stood_since=core.now)
+        core.put_task(task_id, clock=replace(core.task(task_id).clock, stands_since=core.now))
     core.put_task(task_id, held=(*core.task(task_id).held, cause))
 
 
@@ -30,8 +32,7 @@ def unhold(core: Core, task_id: str, cause: str) -> None:
     found = {} if cause == "resume" else task.found
     task = core.put_task(task_id, held=tuple(c for c in task.held if c != cause), found=found)
     if stood and not clock_stands(task):
-        since = core.now if task.stood_since is None else task.stood_since
-        core.put_task(task_id, stood_us=task.stood_us + core.now - since, stood_since=None)
+        core.put_task(task_id, clock=task.clock.resumed(core.now))
         core.resume_deadlines(task_id)
     core.stale.add(EVERYTHING)
     if AllocationDue() not in core.state.deadlines and any(

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from typing import Any, Final, Literal
 
 from msgspec import Struct
+from msgspec.structs import replace
 
 from formiga_bt.base.clock import SECOND, Micros
 from formiga_bt.base.geo import Place, Position
@@ -186,6 +187,39 @@ class Paused(Struct, frozen=True, array_like=True):
     left_us: Micros
 
 
+class TaskClock(Struct, frozen=True, omit_defaults=True):
+    """A task's own clock. While the task is HELD for more than clearances it stands still, and so do its deadlines."""
+
+    stood_us: Micros = 0
+    """For how long it has stood still by now, without the present stand."""
+    stands_since: Micros | None = None
+    paused: tuple[Paused, ...] = ()
+
+    def at(self, now: Micros) -> Micros:
+        """Return what it shows."""
+        return (now if self.stands_since is None else self.stands_since) - self.stood_us
+
+    def left_of(self, timer: Timer) -> Micros | None:
+        """Return what is left of a deadline that stands still, or None."""
+        return next((one.left_us for one in self.paused if one.timer == timer), None) if self.paused else None
+
+    def without(self, timer: Timer) -> "TaskClock":
+        """Return the clock without a deadline that stands still."""
+        return replace(self, paused=tuple(one for one in self.paused if one.timer != timer)) if self.paused else self
+
+    def resumed(self, now: Micros) -> "TaskClock":
+        """Return the clock as it runs again."""
+        since = now if self.stands_since is None else self.stands_since
+        return replace(self, stood_us=self.stood_us + now - since, stands_since=None)
+
+
+class Releasing(Struct, frozen=True, omit_defaults=True):
+    """An agent is given back: the node that waits for it, and what must end before the agent goes home."""
+
+    owner: str
+    after: Drain = ()
+
+
 class TaskRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
     """A task. `section` is the part that runs; `outcome` is decided when the steps end and never changes after."""
 
@@ -235,21 +269,15 @@ class TaskRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
     """`Happening.order` of the last event before its admission."""
     events_taken: dict[str, int] = {}
     """`<agent>|<event>` -> order of the last one that a step took."""
-    stood_us: Micros = 0
-    """For how long its clock has stood still by now, without the present stand."""
-    stood_since: Micros | None = None
-    paused: tuple[Paused, ...] = ()
-    """Deadlines that stand still while held."""
+    clock: TaskClock = TaskClock()
     roles: dict[str, tuple[str, ...]] = {}
     """Role -> agents that it holds now."""
     served: dict[str, Served] = {}
     """Node of a `with_agents` -> the allocator's answer to it, until the node takes it."""
     rebinds: tuple[str, ...] = ()
     """Agents that blocks got in roles with `if_lost: rebind`."""
-    releasing: dict[str, str] = {}
-    """Agents on their way back to the pool before the task ends -> the node that waits for it."""
-    release_after: dict[str, Drain] = {}
-    """Of those: what must end before one may go home, such as each `finally` inside the block that held it."""
+    releasing: dict[str, Releasing] = {}
+    """Agents on their way back to the pool before the task ends."""
     granted: tuple[str, ...] = ()
     """Every agent the task was granted, in order of grant."""
     recovering: tuple[Recovering, ...] = ()
@@ -282,14 +310,6 @@ class TaskRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
     def tidy(self, tidy_id: str) -> Tidy | None:
         """Return the `finally` with this id that is not forgotten."""
         return next((tidy for tidy in self.tidying if tidy.id == tidy_id), None)
-
-    def left_of(self, timer: Timer) -> Micros | None:
-        """Return what is left of a deadline that stands still, or None."""
-        return next((one.left_us for one in self.paused if one.timer == timer), None) if self.paused else None
-
-    def without(self, timer: Timer) -> tuple[Paused, ...]:
-        """Return what stands still but this."""
-        return tuple(one for one in self.paused if one.timer != timer)
 
     @property
     def attached(self) -> bool:

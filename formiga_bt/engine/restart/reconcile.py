@@ -47,7 +47,7 @@ ASK_AGAIN_US: Final = 2 * SECOND
 MOVED_M: Final = 30.0
 """A machine that only hovered or stood, and is this far from there now, was moved."""
 MARKS: Final = "resume"
-"""The cause of HELD, and the key of the wall-time deadline."""
+"""The cause of HELD."""
 
 
 class Reconcile:

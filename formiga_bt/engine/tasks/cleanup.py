@@ -40,10 +40,10 @@ TASK_SECTIONS: Final = ("steps", "on_failure", "on_abort", "finally")
 class Tidies:
     """Every `finally` of one task that was handed over."""
 
-    def __init__(self, core: Core, task_id: str) -> None:
+    def __init__(self, core: Core, task_id: str, trees: TaskTrees) -> None:
         self._core = core
         self._task_id = task_id
-        self.trees: TaskTrees
+        self._trees = trees
         self.skip = False
         """What is stopped now is not tidied up (abort --now, a breach)."""
 
@@ -62,7 +62,7 @@ class Tidies:
         )  # fmt: skip
         self._core.put_task(task.id, tidying=(*task.tidying, tidy))
         if tree is not None:
-            self.trees.take_over(token, tree, self._steps(tidy), order.alias, order.path, order.error)
+            self._trees.take_over(token, tree, self._steps(tidy), order.alias, order.path, order.error)
             self._core.set_deadline(self._deadline(token), self._core.now + TIDY_US, task.id, pausable=True)
         self._core.touch(task.id)
         return FinallyEnd(token)
@@ -126,7 +126,7 @@ class Tidies:
             if tidy.state == "waiting" and self._is_over(tidy.after):
                 self._put(replace(tidy, state="running"))
                 self._core.set_deadline(self._deadline(token), self._core.now + TIDY_US, self._task_id, pausable=True)
-                self.trees.start(token, self._steps(tidy), tidy.scope, tidy.path, tidy.error)
+                self._trees.start(token, self._steps(tidy), tidy.scope, tidy.path, tidy.error)
             elif tidy.state == "running" and (self._task_id, token) in self._core.due:
                 self._note(tidy, "timeout", "its 2 min are over")
                 self._stop(tidy)
@@ -159,10 +159,10 @@ class Tidies:
         """Rebuild the trees of those that run."""
         for tidy in self._task.tidying:
             if tidy.state == "running" and tidy.path in self._core.state.memory.get(self._task_id, {}):
-                self.trees.restore(tidy.id, self._steps(tidy), tidy.scope, tidy.path, tidy.error)
+                self._trees.restore(tidy.id, self._steps(tidy), tidy.scope, tidy.path, tidy.error)
 
     def _stop(self, tidy: Tidy) -> None:
-        drain = tuple(self.trees.halt(tidy.id))
+        drain = tuple(self._trees.halt(tidy.id))
         self._put(replace(tidy, state="stopping", after=drain))
         for end in drain:
             adopt(self._core, self._task_id, end, tidy.id)

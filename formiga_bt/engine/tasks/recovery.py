@@ -109,13 +109,12 @@ class Recovery:
     def releases(self, task_id: str) -> None:
         """Go on with releases before the task's end: goal-free, then home if airborne, then free."""
         core = self._core
-        for agent_id, owner in list(core.task(task_id).releasing.items()):
+        for agent_id, leaving in list(core.task(task_id).releasing.items()):
             agent = core.state.agents[agent_id]
             if agent.task == task_id:
                 if any(not goal.ended for goal in core.index.goals_of(agent_id)):
                     continue
-                after = core.task(task_id).release_after.get(agent_id, ())
-                if any(FinallyEnd(tidy.id) in after and not tidy.ended for tidy in core.task(task_id).tidying):
+                if any(FinallyEnd(tidy.id) in leaving.after and not tidy.ended for tidy in core.task(task_id).tidying):
                     continue  # a `finally` inside the block that had it may still command it
                 if self.is_under_way(task_id, agent_id):
                     continue
@@ -128,10 +127,9 @@ class Recovery:
             core.put_task(
                 task_id,
                 releasing={a: o for a, o in task.releasing.items() if a != agent_id},
-                release_after={a: o for a, o in task.release_after.items() if a != agent_id},
                 roles={role: tuple(a for a in agents if a != agent_id) for role, agents in task.roles.items()},
             )
-            core.wake(task_id, owner)
+            core.wake(task_id, leaving.owner)
 
     def _try_again(self, task_id: str, agent_id: str) -> None:
         """Bring home who is to be released; a way home that ended well but not on the ground counts as one that failed."""

@@ -12,7 +12,7 @@ from formiga_bt.engine.kernel import drains
 from formiga_bt.engine.kernel.core import Core
 from formiga_bt.engine.kernel.inputs import Notify
 from formiga_bt.engine.kernel.pace import Pace
-from formiga_bt.engine.kernel.records import Question, TaskRecord
+from formiga_bt.engine.kernel.records import Question, Releasing, TaskRecord
 from formiga_bt.engine.kernel.state import event_key
 from formiga_bt.engine.kernel.timers import NodeDue
 from formiga_bt.engine.tasks.children import Children
@@ -76,10 +76,9 @@ class TaskRun:
         self._spent_seq = -1
         self._watched: dict[str, Watched] = {}
         self._pace = Pace(core, task_id)
-        self.tidies = Tidies(core, task_id)
         self.trees: TaskTrees = factory(self)
+        self.tidies = Tidies(core, task_id, self.trees)
         self._compiled = self.trees if isinstance(self.trees, CompiledTrees) else None
-        self.tidies.trees = self.trees
 
     def close(self) -> None:
         """The task has ended: let go of its trees, so that their memory is free at once."""
@@ -94,9 +93,7 @@ class TaskRun:
     @property
     def clock(self) -> Micros:
         """Return the task's own time, which stands still while it is held."""
-        task = self._core.task(self.task_id)
-        standing = 0 if task.stood_since is None else self.now - task.stood_since
-        return self.now - task.stood_us - standing
+        return self._core.task(self.task_id).clock.at(self.now)
 
     def spend(self) -> None:
         """Count a visit against this input's budget."""
@@ -167,7 +164,7 @@ class TaskRun:
     def deadline(self, path: str) -> Micros | None:
         """Return a node's deadline; of one that stands still, as if it ran from now."""
         timer = NodeDue(self.task_id, path)
-        left = self._core.task(self.task_id).left_of(timer)
+        left = self._core.task(self.task_id).clock.left_of(timer)
         if left is not None:
             return self.now + left
         found = self._core.state.deadlines.get(timer)
@@ -242,9 +239,8 @@ class TaskRun:
 
     def release(self, agent: str, path: str, after: Drain = ()) -> None:
         """Give an agent back."""
-        task = self._core.task(self.task_id)
-        first = {**task.release_after, agent: after} if after else task.release_after
-        self._core.put_task(self.task_id, releasing={**task.releasing, agent: path}, release_after=first)
+        releasing = {**self._core.task(self.task_id).releasing, agent: Releasing(path, after)}
+        self._core.put_task(self.task_id, releasing=releasing)
         self._core.touch(self.task_id)
 
     def is_released(self, agent: str) -> bool:

@@ -28,7 +28,7 @@ from formiga_bt.engine.kernel.core import Core
 from formiga_bt.engine.kernel.holds import unhold
 from formiga_bt.engine.kernel.inputs import Abort, PublishState
 from formiga_bt.engine.kernel.news import CarriedOut, Ends, Leaves, StepsStopped
-from formiga_bt.engine.kernel.records import Again, Request, TaskRecord
+from formiga_bt.engine.kernel.records import Again, Request, TaskClock, TaskRecord
 from formiga_bt.engine.kernel.timers import TaskDue
 from formiga_bt.engine.tasks.children import Children
 from formiga_bt.engine.tasks.recovery import Recovery
@@ -213,7 +213,7 @@ class Tasks:
             parent=task.parent, parent_node=task.parent_node, depth=task.depth, detached=task.detached,
             notes=task.notes, past=(*task.past, f"run {task.run}: {task.again} {task.reason}".rstrip()),
             held=("lockdown",) if core.state.lockdown is not None else (),
-            stood_since=core.now if core.state.lockdown is not None else None,
+            clock=TaskClock(stands_since=core.now if core.state.lockdown is not None else None),
         )  # fmt: skip
         core.emit(ch.TaskPut(fresh))
         core.effect(PublishState(task_id, fresh.status))
@@ -344,7 +344,7 @@ class Tasks:
         held = tuple(c for c in task.held if not c.endswith(f":{agent_id}"))
         core.put_task(task_id, roles=roles)
         if agent_id in task.releasing:
-            core.wake(task_id, task.releasing[agent_id])
+            core.wake(task_id, task.releasing[agent_id].owner)
         if held != task.held:
             for cause in task.held:
                 if cause not in held:
@@ -440,7 +440,8 @@ class Tasks:
             return
         core.put_task(
             task_id,
-            status=task.outcome, section="done", ended_at=core.now, held=(), found={}, paused=(), roles={}, drain=(),
+            status=task.outcome, section="done", ended_at=core.now, held=(), found={}, roles={}, drain=(),
+            clock=replace(task.clock, paused=()),
         )  # fmt: skip
         self._children.ended(core.task(task_id))
         core.emit(ch.TaskForget(task_id))

@@ -2,7 +2,7 @@
 
 Only what a live condition woke may wait: its key changed, or its instant came. Tasks of high priority never wait, nor does
 what must be done in the step itself (goals that ended, sections, releases, orders). The rest goes on with the deadline
-`rest`, at the same instant, so many tasks a step; whatever comes in meanwhile has its turn between those steps. Called by
+`TurnDue`, at the same instant, so many tasks a step; whatever comes in meanwhile has its turn between those steps. Called by
 the engine.
 """
 
@@ -18,7 +18,7 @@ AT_ONCE: Final = 256
 """So many tasks that may wait are looked at in one step: some milliseconds."""
 
 REST: Final = TurnDue()
-"""The key of the deadline that goes on with the others."""
+"""The deadline that goes on with the others."""
 
 
 class Turns:

@@ -202,7 +202,7 @@ class _Waits:
         return Cause("time" if self._is_set(NodeDue(self.task.id, key)) else "", key, "its deadline")
 
     def _is_set(self, due: Timer) -> bool:
-        return due in self.state.deadlines or self.task.left_of(due) is not None
+        return due in self.state.deadlines or self.task.clock.left_of(due) is not None
 
     def _block(self, key: str) -> Cause:
         name = f"{self.task.id}|{key}"
@@ -319,7 +319,7 @@ class _Waits:
         """A machine is being given back: it has a goal still, or is brought home, or a `finally` may still command it."""
         task = self.task
         busy = any(goal.agent == agent_id and not goal.ended for goal in self.state.goals.values())
-        after = task.release_after.get(agent_id, ())
+        after = task.releasing[agent_id].after
         kept = any(FinallyEnd(tidy.id) in after and not tidy.ended for tidy in task.tidying)
         home = any(one.agent == agent_id and one.state in ("running", "waiting") for one in task.recovering)
         return Cause("release" if busy or kept or home else "", agent_id, agent_id)
