@@ -1,13 +1,33 @@
 """A snapshot after any step is enough to go on, in another process and under another hash seed, byte for byte."""
 
 import os
-import re
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
+from formiga_bt.engine.kernel.state import load_snapshot
+from formiga_bt.nodes.ends import ChildEnd, GoalEnd, Release
+from formiga_bt.nodes.memory import (
+    AskMem,
+    CallMem,
+    DoMem,
+    FallbackMem,
+    GatherMem,
+    ItemsMem,
+    LiveMem,
+    LoopMem,
+    PassMem,
+    RequestMem,
+    RetryMem,
+    SequenceMem,
+    SwitchMem,
+    TidyMem,
+    TimeoutMem,
+    WaitMem,
+    WithMem,
+)  # fmt: skip
 from tests.replay.missions import MISSIONS, Recorded, record, replay, save
 
 ROOT = Path(__file__).parents[2]
@@ -25,28 +45,42 @@ def films() -> dict[str, tuple[list[Recorded], list[bytes]]]:
 
 
 def test_the_missions_pass_through_what_must_be_restored(films: dict[str, tuple[list[Recorded], list[bytes]]]) -> None:
-    text = b"".join(shot for _, shots in films.values() for shot in shots)
-    for part in ("steps", "on_abort", "finally", "recover"):
-        assert f'"section":"{part}"'.encode() in text, part
-    kinds = (
-        "sequence fallback switch call do ask wait pass timeout retry tidy live gather loop items with_agents request"
-    )
-    for memory in kinds.split():
-        assert f'"mem":"{memory}"'.encode() in text, memory
-    for detail in ('"halting":true', '"waiting":true', '"state":"canceling"', '"stopping":true', '"held":["take-over:'):
-        assert detail.encode() in text, detail
-    assert re.search(rb'"mem":"live"[^}]*"halting":true,"drain":\["Survey', text)
-    assert re.search(rb'"releasing":\{"lwd', text)
-    assert re.search(rb'"tidying":\[\{"id":"finally:Survey[^{}]*"state":"running"', text)
-    assert re.search(rb'"tidying":\[\{"id":"finally:Survey[^{}]*"state":"waiting"', text)
-    assert re.search(rb'"drain":\["[^]]*task:MoveTask-', text)
-    for state in ("runs", "releases"):
-        assert f'"mem":"with_agents","state":"{state}"'.encode() in text, state
-    assert re.search(rb'"drain":\["[^]]*release:lwd', text)
-    assert re.search(rb'"mem":"retry"[^}]*"failed":\["lwd', text)
-    assert re.search(rb'"mem":"gather","states":"RR\."', text)
-    for name in ("place", "fix", "drone"):
-        assert f'"mem":"items","items":[{{"{name}":{{"'.encode() in text, name
+    states = [load_snapshot(shot) for _, shots in films.values() for shot in shots]
+    tasks = [task for state in states for task in state.tasks.values()]
+    mems = [mem for state in states for memory in state.memory.values() for mem in memory.values()]
+    assert {"steps", "on_abort", "finally", "recover"} <= {task.section for task in tasks}
+    kinds = {
+        SequenceMem,
+        FallbackMem,
+        SwitchMem,
+        CallMem,
+        DoMem,
+        AskMem,
+        WaitMem,
+        PassMem,
+        TimeoutMem,
+        RetryMem,
+        TidyMem,
+    }
+    kinds |= {LiveMem, GatherMem, LoopMem, ItemsMem, WithMem, RequestMem}
+    assert kinds <= {type(mem) for mem in mems}
+    drains = [
+        *(task.drain for task in tasks),
+        *(m.drain for m in mems if isinstance(m, TimeoutMem | LiveMem | GatherMem)),
+    ]
+    ends = {type(end) for drain in drains for end in drain}
+    assert {GoalEnd, Release, ChildEnd} <= ends
+    assert any(isinstance(mem, LiveMem) and mem.halting and mem.drain for mem in mems)
+    assert any(isinstance(mem, LoopMem | RetryMem) and mem.waiting for mem in mems)
+    assert any(isinstance(mem, RetryMem) and mem.failed for mem in mems)
+    assert any(isinstance(mem, GatherMem) and mem.states.startswith("RR.") for mem in mems)
+    assert {"runs", "releases"} <= {mem.state for mem in mems if isinstance(mem, WithMem)}
+    assert {"place", "fix", "drone"} <= {name for mem in mems if isinstance(mem, ItemsMem) for name in mem.items[0]}
+    assert any(goal.state == "canceling" for state in states for goal in state.goals.values())
+    assert any(task.stopping for task in tasks)
+    assert any(task.releasing for task in tasks)
+    assert any(cause.startswith("take-over:") for task in tasks for cause in task.held)
+    assert {"running", "waiting"} <= {tidy.state for task in tasks for tidy in task.tidying}
 
 
 @pytest.mark.parametrize("name", MISSIONS)
