@@ -4,10 +4,10 @@ import inspect
 
 import pytest
 
-from formiga_bt.nodes import composites, decorators, extra, leaves, live, loops, parallel, request, tidy
+from formiga_bt.nodes import cleanup, composites, decorators, extra, leaves, live, loops, parallel, request
 from formiga_bt.nodes.base import Node
 
-MODULES = (composites, decorators, extra, leaves, live, loops, parallel, request, tidy)
+MODULES = (composites, decorators, extra, leaves, live, loops, parallel, request, cleanup)
 KINDS = sorted(
     {one for module in MODULES for one in vars(module).values() if inspect.isclass(one) and issubclass(one, Node)},
     key=lambda one: one.__name__,
