@@ -24,7 +24,7 @@ from formiga_bt.base.diagnostics import Diagnostic
 from formiga_bt.editor.checks import Checked, check
 from formiga_bt.editor.project import Document, Project
 from formiga_bt.editor.seen import Seen
-from formiga_bt.lang.expr.scope import Scope
+from formiga_bt.lang.expr.scope import MaybeUnset, Scope
 from formiga_bt.lang.model import Catalogue, Site
 from formiga_bt.lang.types import Type
 
@@ -53,7 +53,7 @@ class Visible:
     """A `Scope` without what the server has itself."""
 
     names: Mapping[str, Type]
-    maybe_unset: Mapping[str, str]
+    maybe_unset: Mapping[str, MaybeUnset]
     roles: frozenset[str]
     built_ins: tuple[str, ...]
 

@@ -16,6 +16,7 @@ from formiga_bt.base.units import format_number
 from formiga_bt.lang.checks.outside import warn_outside
 from formiga_bt.lang.expr.helpers import STANDARD
 from formiga_bt.lang.expr.interpolation import holes
+from formiga_bt.lang.expr.scope import MaybeUnset
 from formiga_bt.lang.expressions import Scope, compile_bare, compile_cond, compile_expr, compile_value
 from formiga_bt.lang.flow import Around, Flow, Named
 from formiga_bt.lang.model import Expr
@@ -188,10 +189,8 @@ class Body:
             return False
         return name in self.optional or (name in self.flow.saved and name not in self.names)
 
-    def _why_unset(self, name: str) -> str:
-        if name in self.optional:
-            return "E067"
-        return f"E019 it is saved only when {self.flow.saved[name].mark.said} ran"
+    def _why_unset(self, name: str) -> MaybeUnset:
+        return MaybeUnset("E067") if name in self.optional else MaybeUnset("E019", self.flow.saved[name].mark.said)
 
     def value(self, node: Node, expected: Type, what: str = "", *, optional: bool = False) -> Expr:
         """Compile a value of an expected type."""

@@ -10,7 +10,7 @@ from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from queue import SimpleQueue
-from typing import Final
+from typing import Any, Final
 
 from msgspec import Struct
 
@@ -207,11 +207,12 @@ class View:
             if before is None or getattr(agent, name) != getattr(before, name)
             if before is not None or getattr(agent, name)
         ]
+        data: dict[str, Any] = {"pool": agent.pool, "liveness": agent.liveness, "control": agent.control}
         if before is not None and agent.taken != before.taken:
             news.append("taken over" if agent.taken else "handed back")
+            data["taken"] = agent.taken
         if news:
             first = "is here: " if before is None else ""
-            data = {"pool": agent.pool, "liveness": agent.liveness, "control": agent.control}
             self.feed.add(
                 "agent", at, f"{agent.id} {first}{', '.join(news)}", task=agent.task, agent=agent.id, data=data
             )

@@ -76,11 +76,15 @@ def _write_and_play(machine: "TimeMachine", story: "Story", out: Path) -> "tuple
 
 
 def _part(differs: "Differs") -> str:
+    from formiga_bt.rehearsal.cases.cases import AnswerRule, GoalRule
     from formiga_bt.show.replay.case import CLEARANCE
 
-    if differs.what == "answers" and CLEARANCE in differs.came:
-        return "clearances"
-    return "after" if differs.what == "answers" and "never failed" in differs.came else differs.what
+    match differs.rule:
+        case AnswerRule(text=text) if CLEARANCE in text:
+            return "clearances"
+        case GoalRule(does="fail"):
+            return "after"
+    return differs.what
 
 
 def _play(machine: "TimeMachine", out: Path) -> "list[Differs]":

@@ -20,7 +20,6 @@ if TYPE_CHECKING:
 
     from formiga_bt.lang.model import Site
     from formiga_bt.services.collector import Collector
-    from formiga_bt.services.feed import Event
     from formiga_bt.services.host import EngineHost
     from formiga_bt.services.simulated import Simulated
 
@@ -328,13 +327,9 @@ def _print_news(host: "EngineHost", seen: int) -> int:
     events, _ = host.feed.after(seen)
     for event in events:
         seen = event.n
-        if event.type in TOLD or _is_handover(event):
+        if event.type in TOLD or "taken" in event.data:  # taken over, or handed back
             _say(f"{_clock(event.at)}  {'ALARM ' if event.type == 'alarm' else ''}{event.text}")
     return seen
-
-
-def _is_handover(event: "Event") -> bool:
-    return event.type == "agent" and ("taken over" in event.text or "handed back" in event.text)
 
 
 def _say(text: str) -> None:

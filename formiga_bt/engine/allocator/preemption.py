@@ -140,7 +140,7 @@ class Preemption:
             if plan is not None and verdict.agent in plan.agents and task.id in plan.awaited:
                 return replace(verdict, code="preempting")
             code = self._why_not.get(task.id, "")
-            return replace(verdict, code="kept", detail=f"{task.id}: {code}") if code not in ("", "ending") else verdict
+            return replace(verdict, code="kept", why=code) if code not in ("", "ending") else verdict
 
         return tuple(tell(verdict) for verdict in verdicts)
 

@@ -680,12 +680,14 @@ class Verdict(Struct, frozen=True):
     code: str
     """`chosen`, `fits` (another cost less, or the team is not complete), or the filter that refused it.
 
-    For a HIGH request also `preempting` (its task, the detail, steps aside) and `kept` (its task may not be preempted now: the
-    detail is `<task>: <code>`, see `engine.preemption`).
+    For a HIGH request also `preempting` (its task, the detail, steps aside) and `kept` (its task, the detail, may not be
+    preempted now: see `why`).
     """
     cost: float | None = None
     """Metres."""
     detail: str = ""
-    """Of one that is short of charge the numbers."""
+    """Of one that is short of charge the numbers; of a busy one its task."""
     short: int = 0
     """Points of charge that the job leaves less than a comfortable margin: counted in its cost (`allocator.cost`)."""
+    why: str = ""
+    """Of `kept`: the code of `allocator.preemption`."""

@@ -108,10 +108,9 @@ class Checker(Operands):
         reason = self.scope.maybe_unset.get(name)
         if reason is not None and name not in self.known_set and name not in self._told:
             self._told.add(name)
-            code, _, detail = reason.partition(" ")
-            what = f"'{name}' may be missing" if code == "E067" else f"'{name}' may be unset here"
-            message = f"{what}: {detail}" if detail else f"{what}: test is_set({name})"
-            self.bad(node, code, message, f"for example: is_set({name}) and ...")
+            what = f"'{name}' may be missing" if reason.code == "E067" else f"'{name}' may be unset here"
+            why = f"it is saved only when {reason.saved} ran" if reason.saved else f"test is_set({name})"
+            self.bad(node, reason.code, f"{what}: {why}", f"for example: is_set({name}) and ...")
         return self.part(node, type_, name_code(name), (Read(name),), name=name)
 
     def _in_site(self) -> Mapping[str, str]:

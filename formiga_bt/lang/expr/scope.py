@@ -6,7 +6,7 @@ addition returns a new one.
 
 from collections.abc import Collection, Mapping
 from types import MappingProxyType
-from typing import Final
+from typing import Final, Literal, NamedTuple
 
 from formiga_bt.lang.expr.helpers import STANDARD, Helpers
 from formiga_bt.lang.model import AgentType, Site
@@ -99,6 +99,15 @@ OUTSIDE: Final = ("base", "site")
 _BUILT_IN_TYPES: Final[Mapping[str, Type]] = MappingProxyType({"base": PLACE, "task": TASK_FIELDS, "now": TIME})
 
 
+class MaybeUnset(NamedTuple):
+    """Why a name may have no value."""
+
+    code: Literal["E019", "E067"] = "E019"
+    """Saved on some paths only, or an optional param."""
+    saved: str = ""
+    """Where it is saved, if on one path only, as messages call it: `line 14`."""
+
+
 class Scope:
     """The names that are visible at a place of a task, with their types.
 
@@ -106,9 +115,8 @@ class Scope:
         names: params, vars, roles, saved and loop names; `error`, `abort`, `result` where they have a value.
         agent_types: of the catalogue, when known.
         roles: which of the names are roles (for messages).
-        maybe_unset: names that must be tested with `is_set` before use, each with its reason: `E067` (optional
-            param), `E019` (saved on some paths only), or `E019 it is saved only when line 14 ran`. A set of names
-            means E019.
+        maybe_unset: names that must be tested with `is_set` before use, each with its reason; of a set of names
+            they were saved on some paths only.
         site: the checked site, when known.
         helpers: the pure functions that may be called.
         built_ins: those of `BUILT_INS` that have a value here; without a task there is no `task` and no `now`.
@@ -123,7 +131,7 @@ class Scope:
         *,
         agent_types: Mapping[str, AgentType] | None = None,
         roles: frozenset[str] = frozenset(),
-        maybe_unset: Mapping[str, str] | frozenset[str] = frozenset(),
+        maybe_unset: Mapping[str, MaybeUnset] | frozenset[str] = frozenset(),
         site: Site | None = None,
         helpers: Helpers = STANDARD,
         built_ins: tuple[str, ...] = BUILT_INS,
@@ -134,7 +142,7 @@ class Scope:
             MappingProxyType(agent_types) if agent_types else MappingProxyType({})
         )
         self.roles = roles
-        reasons = maybe_unset if isinstance(maybe_unset, Mapping) else dict.fromkeys(sorted(maybe_unset), "E019")
+        reasons = maybe_unset if isinstance(maybe_unset, Mapping) else dict.fromkeys(sorted(maybe_unset), MaybeUnset())
         self.maybe_unset = MappingProxyType(dict(reasons))
         self.site = site
         self.helpers = helpers
@@ -142,7 +150,7 @@ class Scope:
         self.counts = counts
 
     def _with(
-        self, names: Mapping[str, Type], maybe_unset: Mapping[str, str], roles: frozenset[str] | None = None
+        self, names: Mapping[str, Type], maybe_unset: Mapping[str, MaybeUnset], roles: frozenset[str] | None = None
     ) -> "Scope":
         return Scope(
             names,
@@ -160,7 +168,7 @@ class Scope:
         more: Mapping[str, Type],
         *,
         roles: frozenset[str] = frozenset(),
-        maybe_unset: Mapping[str, str] | None = None,
+        maybe_unset: Mapping[str, MaybeUnset] | None = None,
     ) -> "Scope":
         """Return a child scope with more names; those given in `maybe_unset` must be tested before use."""
         left = {name: reason for name, reason in self.maybe_unset.items() if name not in more}

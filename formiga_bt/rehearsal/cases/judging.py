@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from formiga_bt.base.diagnostics import Mark
 from formiga_bt.base.units import format_quantity
 from formiga_bt.engine.kernel.records import AgentRecord
-from formiga_bt.rehearsal.cases.cases import GAP, Case, Standing
+from formiga_bt.rehearsal.cases.cases import GAP, AnswerRule, Case, GoalRule, Standing
 from formiga_bt.rehearsal.cases.codes import is_code
 from formiga_bt.rehearsal.cases.running import Came, Sent
 
@@ -20,6 +20,8 @@ class Differs:
     expected: str
     came: str
     lines: tuple[str, ...] = ()
+    rule: AnswerRule | GoalRule | None = None
+    """Of answers and goals: the rule of the case that never counted."""
 
     def __str__(self) -> str:
         return (
@@ -38,8 +40,15 @@ def judge(case: Case, came: Came) -> list[Differs]:
         *_standings(case, came),
         *_safety(case, came),
     ]
-    found += [Differs("answers", "", text) for text in (*came.unused, *came.no_use)]
+    found += [Differs("answers", "", _never(rule), rule=rule) for rule in came.unused]
+    found += [Differs("answers", "", text) for text in came.no_use]
     return found + [Differs("orders", "", text) for text in came.refused_orders]
+
+
+def _never(rule: AnswerRule | GoalRule) -> str:
+    fails = isinstance(rule, GoalRule) and rule.does == "fail"
+    did = "failed: it did not come, or ended before" if fails else "came"
+    return f"{rule.mark.said}: {rule.told} never {did}"
 
 
 def place(mark: Mark | None) -> str:

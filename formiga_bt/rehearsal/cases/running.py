@@ -56,8 +56,8 @@ class Came:
     roles: Mapping[str, tuple[str, ...]]
     """Every role with the agents that it had last."""
     verdict: Verdict
-    unused: tuple[str, ...]
-    """Rules of the case that never counted, in words."""
+    unused: tuple[AnswerRule | GoalRule, ...]
+    """Rules of the case that never counted."""
     no_use: tuple[str, ...]
     """Rules that could not do what they say, in words."""
     failed_at: Mark | None = None
@@ -102,15 +102,10 @@ def _roles_now(run: VirtualRun, name: str) -> Mapping[str, tuple[str, ...]]:
     return next((task.roles for task in tasks if task.name == name), {})
 
 
-def _did(rule: AnswerRule | GoalRule) -> str:
-    return "failed: it did not come, or ended before" if isinstance(rule, GoalRule) and rule.does == "fail" else "came"
-
-
 def _came(run: VirtualRun, story: "_Story", mocks: Mocks, *, in_time: bool) -> Came:
     state, played = run.rehearsal.engine.state, run.played
     task = state.tasks.get(played.task_ids[0]) if played.task_ids else None
     ended_at = task.ended_at if task is not None and task.ended_at is not None else run.rehearsal.now
-    unused = [f"line {rule.mark.line}: {rule.told} never {_did(rule)}" for rule in mocks.unused()]
     return Came(
         task,
         played.refused[0][1] if played.refused else "",
@@ -122,7 +117,7 @@ def _came(run: VirtualRun, story: "_Story", mocks: Mocks, *, in_time: bool) -> C
         dict(state.agents),
         dict(story.roles),
         run.verdict(),
-        tuple(unused),
+        tuple(mocks.unused()),
         tuple(mocks.used.no_use),
         story.mark_of(task.failure.step) if task is not None and task.failure is not None else None,
         tuple(f"{order.order} {order.target} was refused: {why}" for _, order, why in played.orders if why),

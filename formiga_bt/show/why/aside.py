@@ -49,5 +49,4 @@ def detail(verdict: Verdict) -> str:
     """Return the detail of a verdict in words."""
     if verdict.code != "kept":
         return verdict.detail
-    task, _, code = verdict.detail.partition(": ")
-    return f"{task}, which is not preempted: {KEPT.get(code, code)}"
+    return f"{verdict.detail}, which is not preempted: {KEPT.get(verdict.why, verdict.why)}"

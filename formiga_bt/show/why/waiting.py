@@ -146,7 +146,7 @@ def _behind(scene: Scene, verdict: Verdict, request: Request, followed: set[str]
     """Tell what keeps a busy agent busy."""
     if verdict.code not in ("busy", "kept", "airborne", "not_idle"):
         return
-    task = scene.state.tasks.get(verdict.detail.partition(":")[0])
+    task = scene.state.tasks.get(verdict.detail)
     if task is None and verdict.code == "busy" and verdict.detail in scene.state.requests:
         return  # another request takes it at this look: the queue tells
     if task is not None and task.id != request.holder:

@@ -6,6 +6,7 @@ from hypothesis import strategies as st
 
 from formiga_bt.base.diagnostics import Mark
 from formiga_bt.base.geo import Place, Position, Region
+from formiga_bt.lang.expr.scope import MaybeUnset
 from formiga_bt.lang.expressions import (
     Scope,
     compile_cond,
@@ -318,7 +319,7 @@ def test_reads_name_every_name_and_agent_field_once():
     assert good("is_set(robot)").reads == (Read("robot"),)
 
 
-MAYBE = SCOPE.with_names({}, maybe_unset={"robot": "E067", "reply": "E019 it is saved only when line 14 ran"})
+MAYBE = SCOPE.with_names({}, maybe_unset={"robot": MaybeUnset("E067"), "reply": MaybeUnset("E019", "line 14")})
 
 
 @pytest.mark.parametrize(

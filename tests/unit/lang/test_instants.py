@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 
 from formiga_bt.base.diagnostics import Mark
 from formiga_bt.base.geo import Place
+from formiga_bt.lang.expr.scope import MaybeUnset
 from formiga_bt.lang.expressions import Scope, compile_cond
 from formiga_bt.lang.model import Expr, UnknownState, Unset
 from formiga_bt.lang.text.document import Scalar
@@ -112,7 +113,7 @@ def test_without_now_there_is_none() -> None:
 
 
 def test_a_value_that_is_not_set_has_no_instant() -> None:
-    scope = SCOPE.with_names({"reply": TIME}, maybe_unset={"reply": "E019"})
+    scope = SCOPE.with_names({"reply": TIME}, maybe_unset={"reply": MaybeUnset()})
     text = "is_set(reply) and now > reply + 5 min"
     expr, found = compile_cond(Scalar(text, Mark("t.yaml", 1, 1, 1, len(text) + 1)), scope, frozenset())
 

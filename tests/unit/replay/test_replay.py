@@ -6,7 +6,9 @@ from pathlib import Path
 
 import pytest
 
+from formiga_bt.base.diagnostics import Mark
 from formiga_bt.cli.app import run
+from formiga_bt.rehearsal.cases.cases import AnswerRule
 from formiga_bt.rehearsal.cases.judging import Differs
 from formiga_bt.show.replay.cursor import Cursor, is_failure
 from formiga_bt.show.replay.machine import TimeMachine
@@ -306,8 +308,12 @@ def test_clearances_that_do_not_come_again_are_left_out_if_all_were_given(
     play = replay_case._play
 
     def other_machine(machine: TimeMachine, out: Path) -> list[Differs]:
-        told = "line 9: 'hwd_1 is about to land here' never came"
-        return [Differs("answers", "", told)] if "is about to" in out.read_text() else play(machine, out)
+        rule = AnswerRule(Mark("story.test.yaml", 9, 1), None, "hwd_1 is about to land here", "clear")
+        return (
+            [Differs("answers", "", "never came", rule=rule)]
+            if "is about to" in out.read_text()
+            else play(machine, out)
+        )
 
     monkeypatch.setattr(replay_case, "_play", other_machine)
     assert run(["replay", "--task", "PickUp-1", "--as-test", "story.test.yaml"]) == 0, capsys.readouterr().err

@@ -138,6 +138,8 @@ def test_handback_continue_sends_the_interrupted_step_again(start: Start) -> Non
         reply = service.post("/v1/agents/lwd_1/handback", {"how": "continue", "by": "eve"})
         assert reply["text"] == f"lwd_1 is the engine's again; {task_id} goes on"
         assert service.ends(task_id)["status"] == "SUCCEEDED"
+        events, _ = service.host.feed.after(0)
+        assert [event.data["taken"] for event in events if "taken" in event.data] == [True, False]
 
 
 def test_handback_return_brings_the_machine_home_and_leaves_its_task_held(start: Start) -> None:
