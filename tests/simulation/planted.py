@@ -50,11 +50,11 @@ def old_news_counts(patch: Patch) -> None:
     """News of a goal that comes late, or twice, is taken as if it were new."""
     on_event = Goals.on_event
 
-    def takes(self: Goals, event: Any, wall: int) -> None:
+    def takes(self: Goals, event: Any) -> None:
         goal = self._core.state.goals.get(event.goal_id)
         if goal is not None and 0 <= event.n <= goal.n:
             self._core.put_goal(goal.id, n=event.n - 1)
-        on_event(self, event, wall)
+        on_event(self, event)
 
     patch.setattr(Goals, "on_event", takes)
 
@@ -131,7 +131,7 @@ def a_goal_is_sent_again_blindly(patch: Patch) -> None:
         self._core.put_agent(agent.id, boot_id=boot_id, seq=-1, boot_wall=wall)
         for goal in self._core.index.goals_of(agent.id):
             if goal.in_flight and not goal.cancel_asked:
-                self.goals._gate.resend(goal)  # type: ignore[attr-defined]
+                self._goals._gate.resend(goal)
 
     patch.setattr(Fleet, "_rebooted", rebooted)
 
