@@ -16,10 +16,7 @@ from formiga_bt.lang.text.reading import (
     read_mapping,
     read_name,
     read_number,
-    read_quantity,
-    read_text,
     read_word,
-    read_words,
 )
 from formiga_bt.lang.types import AGENT, ANY, Type
 
@@ -59,22 +56,15 @@ def read_action(entry: Entry, problems: Problems) -> ActionSpec | None:
         return None
     keys = read_keys(mapping, ACTION, problems, f"action '{name}'")
     fields = _fields(keys["fields"].value, problems) if "fields" in keys else {}
-    requires = (
-        read_word(keys["requires"].value, problems, "requires", ("airborne", "grounded")) if "requires" in keys else ""
-    )
+    requires = keys.word("requires")
     moves_to = read_word(keys["moves_to"].value, problems, "moves_to", tuple(fields)) if "moves_to" in keys else ""
     flags: dict[str, Any] = {
-        key: read_flag(keys[key].value, problems, key)
-        for key in ("starts_rotors", "lands", "cuts", "repeatable")
-        if key in keys
+        key: keys.flag(key) for key in ("starts_rotors", "lands", "cuts", "repeatable") if key in keys
     }
     times: dict[str, Any] = {
-        f"{key}_us": micros(seconds)
-        for key in ("typical", "accept_timeout", "cancel_grace")
-        if key in keys and (seconds := read_quantity(keys[key].value, problems, key, "duration")) is not None
+        f"{key}_us": micros(keys.number(key)) for key in ("typical", "accept_timeout", "cancel_grace") if key in keys
     }
     number = read_number(keys["concurrency"].value, problems, "concurrency") if "concurrency" in keys else 1
-    help_ = read_text(keys["help"].value, problems, "help") if "help" in keys else None
     return ActionSpec(
         name,
         entry.key.mark,
@@ -84,7 +74,7 @@ def read_action(entry: Entry, problems: Problems) -> ActionSpec | None:
         effect=_effect(keys["effect"].value, problems) if "effect" in keys else "",
         moves_to=moves_to,
         concurrency=max(1, int(number or 1)),
-        help=help_.text if help_ is not None else "",
+        help=keys.word("help"),
         **flags,
         **times,
     )
@@ -106,16 +96,15 @@ def _field(entry: Entry, problems: Problems) -> FieldSpec:
     keys = read_keys(node, FIELD, problems, f"field '{name}'")
     of = read_type(keys["type"].value, problems) if "type" in keys else ANY
     if "values" in keys:
-        of = Type("enum", values=tuple(w.text for w in read_words(keys["values"].value, problems, "values")))
-    help_ = read_text(keys["help"].value, problems, "help") if "help" in keys else None
+        of = Type("enum", values=tuple(keys.words("values")))
     return FieldSpec(
         name,
         of,
-        optional="optional" in keys and read_flag(keys["optional"].value, problems, "optional"),
+        optional=keys.flag("optional"),
         default=_value(keys, "default", of, problems),
         min=_number(_value(keys, "min", of, problems)),
         max=_number(_value(keys, "max", of, problems)),
-        help=help_.text if help_ is not None else "",
+        help=keys.word("help"),
     )
 
 

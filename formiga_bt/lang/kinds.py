@@ -80,6 +80,7 @@ _CHILD_FAILURE = Option(
     "word",
     "After a failure, wait for the others or cancel them (finish).",
     values=("finish", "cancel"),
+    default="finish",
 )
 _ROUNDS = (
     _STEPS,
@@ -93,7 +94,7 @@ RETRY: Final[tuple[Option, ...]] = (
     Option("delay", "value", "How long to wait between attempts (0 s).", type="duration"),
     Option("backoff", "value", "Factor by which the delay grows each time (1).", type="number"),
     Option("attempt_timeout", "value", "Bound of a single attempt.", type="duration"),
-    Option("agent", "word", "Who tries again (same).", values=("same", "another")),
+    Option("agent", "word", "Who tries again (same).", values=("same", "another"), default="same"),
 )
 
 CLEARS: Final[tuple[Option, ...]] = (
@@ -121,7 +122,7 @@ _KINDS: Final = (
         (
             Option("of", "roles", "Whom to ask, in order: roles or site roles.", required=True, like="[ROLE]"),
             Option("options", "words", "The possible answers ([yes, no])."),
-            Option("policy", "word", "Whose answer counts (any).", values=("any", "all")),
+            Option("policy", "word", "Whose answer counts (any).", values=("any", "all"), default="any"),
             Option("escalate_after", "value", "Ask the next one too after this long.", type="duration"),
             Option("clears", "options", "Which answers say that people stand clear of a machine.", keys=CLEARS),
             Option("if_no_answer", "text", "Shown to people: what happens without an answer."),
@@ -148,7 +149,7 @@ _KINDS: Final = (
         "wait_for",
         "name",
         "Wait for an event of an agent: role.event.",
-        (Option("since", "word", "Which events count (step).", values=("step", "task")), _SAVE),
+        (Option("since", "word", "Which events count (step).", values=("step", "task"), default="step"), _SAVE),
     ),
     Kind("check", "cond", "Succeed or fail now.", (Option("message", "text", "Why it failed, for people."),)),
     Kind("set", "map", "Assign vars."),
@@ -204,7 +205,9 @@ _KINDS: Final = (
         "Once for each item of a list.",
         (
             _STEPS,
-            Option("mode", "word", "One after another, or together (each).", values=("each", "parallel")),
+            Option(
+                "mode", "word", "One after another, or together (each).", values=("each", "parallel"), default="each"
+            ),
             Option("max_parallel", "value", "Most at a time.", type="int"),
             Option("need", "value", "How many must succeed (all)."),
             _CHILD_FAILURE,

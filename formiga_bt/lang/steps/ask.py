@@ -6,10 +6,10 @@ Each function reads the keys of one step and returns its own part of the model; 
 from formiga_bt.lang import records
 from formiga_bt.lang.body import Body
 from formiga_bt.lang.expr.compiling import poison
-from formiga_bt.lang.keyed import read_keys
+from formiga_bt.lang.keyed import Keys, read_keys
 from formiga_bt.lang.kinds import CLEARS
 from formiga_bt.lang.model import Expr, Who
-from formiga_bt.lang.steps.parts import Keys, Part, read_expect, read_save
+from formiga_bt.lang.steps.parts import Part, read_expect, read_save
 from formiga_bt.lang.steps.who import find_action, read_held, read_who, site_role_names
 from formiga_bt.lang.text.document import Node, Scalar
 from formiga_bt.lang.text.reading import (
@@ -33,8 +33,7 @@ def read_ask(body: Body, keys: Keys) -> Part | None:
     part["of"] = _read_whom(body, keys["of"].value, "of", action="Confirm") if "of" in keys else ()
     options = _read_options(body, keys)
     part["options"] = options
-    policy = read_word(keys["policy"].value, body.problems, "policy", ("any", "all")) if "policy" in keys else "any"
-    part["policy"] = policy or "any"
+    part["policy"] = keys.word("policy")
     if "escalate_after" in keys:
         part["escalate_after"] = body.span(keys["escalate_after"].value, "escalate_after")
         if len(part["of"]) == 1 and not part["of"][0].site_role:
@@ -81,7 +80,7 @@ def _read_clears(body: Body, node: Node, options: tuple[str, ...]) -> tuple[Who 
         return None, ()
     keys = read_keys(mapping, CLEARS, body.problems, "'clears'")
     who = None
-    at = read_text(keys["role"].value, body.problems, "role") if "role" in keys else None
+    at = keys.text("role")
     if at is not None:
         who = read_held(body, at.text, at, at.mark)
         types = body.world.catalogue.types

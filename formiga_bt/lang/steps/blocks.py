@@ -11,11 +11,12 @@ from formiga_bt.base.diagnostics import Mark
 from formiga_bt.lang.body import Body
 from formiga_bt.lang.expressions import narrows, narrows_when_false
 from formiga_bt.lang.flow import Flow, join
+from formiga_bt.lang.keyed import Keys
 from formiga_bt.lang.model import Check, Notify, Set, Step, Wait
 from formiga_bt.lang.records import ERROR
-from formiga_bt.lang.steps.parts import Keys, Part
+from formiga_bt.lang.steps.parts import Part
 from formiga_bt.lang.text.document import Entry, Node, Scalar
-from formiga_bt.lang.text.reading import fix_word, read_flag, read_word, what_is
+from formiga_bt.lang.text.reading import fix_word, read_flag, what_is
 from formiga_bt.lang.text.synonyms import nearest
 from formiga_bt.lang.written import saves, sets, writes
 
@@ -182,7 +183,7 @@ def read_parallel(read: Readers, body: Body, keys: Keys) -> Part:
     mark = keys["parallel"].key.mark
     items = read.items(body, keys["parallel"].value, "parallel")
     need = read_need(body, keys, len(items), "branches")
-    cancel = read_child_failure(body, keys)
+    cancel = read_child_failure(keys)
     _check_shared_writes(body, items)
     entry, around, volatile = body.flow.copy(), body.around, body.volatile
     behind(body, "parallel", mark)
@@ -259,10 +260,6 @@ def read_need(body: Body, keys: Keys, most: int | None, what: str) -> int | Lite
     return number
 
 
-def read_child_failure(body: Body, keys: Keys) -> Literal["finish", "cancel"]:
+def read_child_failure(keys: Keys) -> Literal["finish", "cancel"]:
     """Read what a failed child does to the others."""
-    if "on_child_failure" not in keys:
-        return "finish"
-    node = keys["on_child_failure"].value
-    word = read_word(node, body.problems, "on_child_failure", ("finish", "cancel"))
-    return "cancel" if word == "cancel" else "finish"
+    return "cancel" if keys.word("on_child_failure") == "cancel" else "finish"

@@ -2,9 +2,10 @@
 
 from formiga_bt.lang.body import Body
 from formiga_bt.lang.expressions import plain_name
+from formiga_bt.lang.keyed import Keys
 from formiga_bt.lang.model import Expr
 from formiga_bt.lang.steps.heights import check_called_heights
-from formiga_bt.lang.steps.parts import Keys, Part, read_save, unknown_argument
+from formiga_bt.lang.steps.parts import Part, read_save, unknown_argument
 from formiga_bt.lang.steps.who import origin_of
 from formiga_bt.lang.text.document import Entry, Mapping_, Node, Scalar
 from formiga_bt.lang.text.reading import quoted_list, read_mapping, read_name

@@ -9,12 +9,13 @@ from formiga_bt.base.diagnostics import Mark
 from formiga_bt.base.units import format_quantity
 from formiga_bt.lang import records
 from formiga_bt.lang.body import Body
+from formiga_bt.lang.keyed import Keys
 from formiga_bt.lang.model import ActionSpec, Expr, FieldSpec
 from formiga_bt.lang.steps.heights import ENVELOPE_SAYS, HEIGHTS, check_ceiling, most_height, note_height
-from formiga_bt.lang.steps.parts import Keys, Part, read_expect, read_save, unknown_argument
+from formiga_bt.lang.steps.parts import Part, read_expect, read_save, unknown_argument
 from formiga_bt.lang.steps.who import ROLE_ACTION, find_action, read_held, read_who
 from formiga_bt.lang.text.document import Entry, Mapping_, Scalar
-from formiga_bt.lang.text.reading import fix_word, quoted_list, read_mapping, read_text, read_word, shorten
+from formiga_bt.lang.text.reading import fix_word, quoted_list, read_mapping, read_text, shorten
 from formiga_bt.lang.text.synonyms import nearest
 from formiga_bt.lang.types import TIME, Type, record_of
 
@@ -52,8 +53,7 @@ def read_do(body: Body, keys: Keys) -> Part | None:
 
 def read_wait_for(body: Body, keys: Keys) -> Part | None:
     """Read `wait_for: role.event`."""
-    at = read_text(keys["wait_for"].value, body.problems, "wait_for")
-    since = read_word(keys["since"].value, body.problems, "since", ("step", "task")) if "since" in keys else "step"
+    at, since = read_text(keys["wait_for"].value, body.problems, "wait_for"), keys.word("since")
     found = ROLE_ACTION.fullmatch(at.text) if at is not None else None
     if at is None or found is None:
         if at is not None:

@@ -6,8 +6,9 @@ They are read like those of a task, but when the block is entered: what they are
 from dataclasses import replace
 
 from formiga_bt.lang.body import Body
+from formiga_bt.lang.keyed import Keys
 from formiga_bt.lang.steps.blocks import Readers
-from formiga_bt.lang.steps.parts import Keys, Part
+from formiga_bt.lang.steps.parts import Part
 from formiga_bt.lang.steps.roles import read_roles
 from formiga_bt.lang.text.reading import read_mapping
 

@@ -13,9 +13,10 @@ from formiga_bt.lang.expr.at_run import sure_of_type
 from formiga_bt.lang.expr.typing_rules import in_words
 from formiga_bt.lang.expressions import narrows, narrows_when_false
 from formiga_bt.lang.flow import Around, Flow, join
+from formiga_bt.lang.keyed import Keys
 from formiga_bt.lang.model import Expr, Step
 from formiga_bt.lang.steps.blocks import Readers
-from formiga_bt.lang.steps.parts import Keys, Part
+from formiga_bt.lang.steps.parts import Part
 from formiga_bt.lang.text.document import Node, Scalar
 from formiga_bt.lang.text.reading import what_is
 from formiga_bt.lang.types import ANY, DURATION, INT

@@ -9,8 +9,9 @@ from typing import Final
 
 from formiga_bt.lang.body import Body
 from formiga_bt.lang.expressions import narrows, narrows_when_false
+from formiga_bt.lang.keyed import Keys
 from formiga_bt.lang.model import Expr
-from formiga_bt.lang.steps.parts import Keys, Part
+from formiga_bt.lang.steps.parts import Part
 from formiga_bt.lang.steps.who import read_held
 from formiga_bt.lang.text.reading import did_you_mean, read_mapping, read_text, shorten
 from formiga_bt.lang.types import ANY

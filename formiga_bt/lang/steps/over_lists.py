@@ -10,13 +10,14 @@ from formiga_bt.lang.expr.at_run import sure_of_type
 from formiga_bt.lang.expr.tokens import ExprSyntax, Parsed, parse_expression
 from formiga_bt.lang.expr.typing_rules import in_words
 from formiga_bt.lang.flow import Around, Flow, Named
+from formiga_bt.lang.keyed import Keys
 from formiga_bt.lang.model import Expr
 from formiga_bt.lang.own_names import is_free
 from formiga_bt.lang.steps.blocks import Readers, read_child_failure, read_need
 from formiga_bt.lang.steps.loops import leave, read_body
-from formiga_bt.lang.steps.parts import Keys, Part
+from formiga_bt.lang.steps.parts import Part
 from formiga_bt.lang.text.document import Entry, Listing, Mapping_, Node, Scalar
-from formiga_bt.lang.text.reading import read_name, read_word, shorten, what_is
+from formiga_bt.lang.text.reading import read_name, shorten, what_is
 from formiga_bt.lang.types import ANY, INT, Type, agent_type, list_of
 from formiga_bt.lang.written import saves, writes
 
@@ -24,11 +25,11 @@ from formiga_bt.lang.written import saves, writes
 def read_for(read: Readers, body: Body, keys: Keys) -> Part | None:
     """Read a loop over the items of lists."""
     mark = keys["for"].key.mark
-    parallel = "mode" in keys and _word(body, keys, "mode", ("each", "parallel")) == "parallel"
+    parallel = keys.word("mode") == "parallel"
     lists = _read_lists(body, keys["for"].value)
     length = _same_length(body, lists or {})
     part: Part = {"parallel": parallel, "said_mode": "mode" in keys, "need": read_need(body, keys, length, "items")}
-    part["on_child_failure"] = read_child_failure(body, keys)
+    part["on_child_failure"] = read_child_failure(keys)
     _read_most(body, keys, part, parallel=parallel)
     entry = body.flow.copy()
     if parallel and "steps" in keys:
@@ -62,10 +63,6 @@ def _after_for(body: Body, entry: Flow, outs: list[Flow], *, parallel: bool, who
         if name not in entry.saved:
             what = f"'{name}' is written by every round of the parallel for at {mark.said}, each for itself"
             body.gone[name] = ("E072", what, f"use collect: {name} to gather one result per round")
-
-
-def _word(body: Body, keys: Keys, key: str, words: tuple[str, ...]) -> str:
-    return read_word(keys[key].value, body.problems, key, words)
 
 
 def _read_most(body: Body, keys: Keys, part: Part, *, parallel: bool) -> None:

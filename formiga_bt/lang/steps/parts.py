@@ -4,14 +4,14 @@ from collections.abc import Mapping
 from typing import Any
 
 from formiga_bt.lang.body import Body
+from formiga_bt.lang.keyed import Keys
 from formiga_bt.lang.model import Expr
 from formiga_bt.lang.own_names import is_free
-from formiga_bt.lang.text.document import Entry, Node, Scalar
+from formiga_bt.lang.text.document import Node, Scalar
 from formiga_bt.lang.text.reading import did_you_mean, fix_word, quoted_list, read_name, shorten
 from formiga_bt.lang.text.synonyms import surely
 from formiga_bt.lang.types import Type
 
-Keys = Mapping[str, Entry]
 Part = dict[str, Any]
 """Keyword arguments of the step's class."""
 

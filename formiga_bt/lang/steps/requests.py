@@ -3,11 +3,12 @@
 from collections.abc import Mapping
 
 from formiga_bt.lang.body import Body
+from formiga_bt.lang.keyed import Keys
 from formiga_bt.lang.model import Expr, Param
 from formiga_bt.lang.params import read_params
 from formiga_bt.lang.records import CHILD
 from formiga_bt.lang.request.aliases import by_alias
-from formiga_bt.lang.steps.parts import Keys, Part, read_save
+from formiga_bt.lang.steps.parts import Part, read_save
 from formiga_bt.lang.text.document import Node, Scalar
 from formiga_bt.lang.text.reading import (
     Problems,

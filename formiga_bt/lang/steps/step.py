@@ -14,7 +14,7 @@ from formiga_bt.base.diagnostics import Fix, Mark
 from formiga_bt.lang.body import Body
 from formiga_bt.lang.expressions import narrows, narrows_when_false
 from formiga_bt.lang.flow import Flow, join
-from formiga_bt.lang.keyed import read_keys
+from formiga_bt.lang.keyed import Keys, read_keys
 from formiga_bt.lang.kinds import KINDS, MODIFIERS, RETRY, Kind, Option
 from formiga_bt.lang.model import (
     Ask,
@@ -46,7 +46,6 @@ from formiga_bt.lang.model import (
 from formiga_bt.lang.steps import ask, blocks, call, do, extra, loops, moments, over_lists, switches
 from formiga_bt.lang.steps.blocks import Readers
 from formiga_bt.lang.steps.do import as_order
-from formiga_bt.lang.steps.parts import Keys
 from formiga_bt.lang.steps.requests import read_request
 from formiga_bt.lang.text.colons import in_text
 from formiga_bt.lang.text.document import Entry, Listing, Mapping_, Node, Scalar
@@ -56,7 +55,6 @@ from formiga_bt.lang.text.reading import (
     read_listing,
     read_mapping,
     read_text,
-    read_word,
     shorten,
     what_is,
 )
@@ -348,13 +346,12 @@ def _read_retry(body: Body, entry: Entry) -> Retry | None:
     attempts = body.value(keys["attempts"].value, INT, "attempts")
     if attempts.is_const and isinstance(attempts.const, int) and attempts.const < 1:
         body.problems.add("E008", attempts.mark, "'attempts' counts the first one, so it is at least 1")
-    agent = read_word(keys["agent"].value, body.problems, "agent", ("same", "another")) if "agent" in keys else "same"
     return Retry(
         attempts,
         body.span(keys["delay"].value, "delay") if "delay" in keys else None,
         body.value(keys["backoff"].value, NUMBER, "backoff") if "backoff" in keys else None,
         read_bound(body, keys["attempt_timeout"].value, "attempt_timeout") if "attempt_timeout" in keys else None,
-        "another" if agent == "another" else "same",
+        "another" if keys.word("agent") == "another" else "same",
         entry.key.mark,
     )
 

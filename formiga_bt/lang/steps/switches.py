@@ -11,9 +11,10 @@ from formiga_bt.base.units import LARGEST
 from formiga_bt.lang.body import Body
 from formiga_bt.lang.expr.typing_rules import in_words
 from formiga_bt.lang.flow import Flow, join
+from formiga_bt.lang.keyed import Keys
 from formiga_bt.lang.model import Case, Expr, Step
 from formiga_bt.lang.steps.blocks import Readers
-from formiga_bt.lang.steps.parts import Keys, Part
+from formiga_bt.lang.steps.parts import Part
 from formiga_bt.lang.text.document import Entry, Mapping_
 from formiga_bt.lang.text.reading import read_mapping, shorten
 from formiga_bt.lang.text.synonyms import is_sure, nearest
