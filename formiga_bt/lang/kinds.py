@@ -159,7 +159,7 @@ _KINDS: Final = (
         "Tell people; never fails.",
         (
             Option("to", "roles", "Whom to tell (the site's watchers)."),
-            Option("severity", "word", "How loud (info).", values=("info", "warning", "alarm")),
+            Option("severity", "word", "How loud (info).", values=("info", "warning", "alarm"), default="info"),
         ),
     ),
     Kind(
@@ -253,7 +253,7 @@ ROLE: Final[tuple[Option, ...]] = (
     Option("battery_min", "value", "The least charge at the start.", type="percent"),
     Option("capabilities", "words", "What else the agent must be able to do."),
     Option("wait", "value", "How long to queue for it (as long as it takes; of with_agents 15 min).", type="duration"),
-    Option("if_lost", "word", "What a lost agent means (fail).", values=("fail", "rebind")),
+    Option("if_lost", "word", "What a lost agent means (fail).", values=("fail", "rebind"), default="fail"),
     Option("away", "flag", "Agents grounded away from a port, or idle in the air, fit too."),
 )
 

@@ -22,7 +22,6 @@ from formiga_bt.lang.text.reading import (
     did_you_mean,
     fix_word,
     quoted_list,
-    read_flag,
     read_mapping,
     read_name,
     read_text,
@@ -100,7 +99,7 @@ def _read_param(entry: Entry, world: World, problems: Problems) -> Param:
         return Param(name, _whole(read_type(node, problems), node.mark, problems), entry.key.mark)
     keys = read_keys(node, PARAM, problems, f"param '{name}'")
     of = _with_details(keys, node, world, problems)
-    optional = "optional" in keys and read_flag(keys["optional"].value, problems, "optional")
+    optional = keys.flag("optional")
     param = Param(
         name,
         of,

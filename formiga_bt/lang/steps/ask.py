@@ -19,7 +19,6 @@ from formiga_bt.lang.text.reading import (
     read_listing,
     read_mapping,
     read_text,
-    read_word,
     read_words,
     shorten,
     what_is,
@@ -127,6 +126,5 @@ def read_notify(body: Body, keys: Keys) -> Part:
     if "to" in keys:
         part["to"] = _read_whom(body, keys["to"].value, "to")
     if "severity" in keys:
-        loud = ("info", "warning", "alarm")
-        part["severity"] = read_word(keys["severity"].value, body.problems, "severity", loud) or "info"
+        part["severity"] = keys.word("severity")
     return part

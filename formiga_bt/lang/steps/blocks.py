@@ -16,7 +16,7 @@ from formiga_bt.lang.model import Check, Notify, Set, Step, Wait
 from formiga_bt.lang.records import ERROR
 from formiga_bt.lang.steps.parts import Part
 from formiga_bt.lang.text.document import Entry, Node, Scalar
-from formiga_bt.lang.text.reading import fix_word, read_flag, what_is
+from formiga_bt.lang.text.reading import fix_word, what_is
 from formiga_bt.lang.text.synonyms import nearest
 from formiga_bt.lang.written import saves, sets, writes
 
@@ -42,7 +42,7 @@ def behind(body: Body, what: str, mark: Mark) -> None:
 def read_sequence(read: Readers, body: Body, keys: Keys) -> Part:
     """Read steps one after another, and what follows them in any case."""
     node, entry = keys["sequence"].value, body.flow.copy()
-    reactive = "reactive" in keys and read_flag(keys["reactive"].value, body.problems, "reactive")
+    reactive = keys.flag("reactive")
     if reactive:
         steps = _read_reactive(read, body, node, "sequence")
         _check_reactive(body, steps, keys["sequence"].key.mark)
@@ -96,7 +96,7 @@ def _check_reactive(body: Body, steps: tuple[Step, ...], mark: Mark) -> None:
 def read_fallback(read: Readers, body: Body, keys: Keys) -> Part:
     """Read the children: each later one runs after all former ones failed, and sees `error`."""
     node = keys["fallback"].value
-    reactive = "reactive" in keys and read_flag(keys["reactive"].value, body.problems, "reactive")
+    reactive = keys.flag("reactive")
     items = read.items(body, node, "fallback")
     entry, around = body.flow.copy(), body.around
     behind(body, "fallback", keys["fallback"].key.mark)

@@ -15,10 +15,8 @@ from formiga_bt.lang.text.reading import (
     did_you_mean,
     fix_word,
     quoted_list,
-    read_flag,
     read_mapping,
     read_name,
-    read_word,
     shorten,
 )
 from formiga_bt.lang.text.synonyms import nearest
@@ -45,12 +43,12 @@ def read_request(body: Body, keys: Keys) -> Part | None:
         body.problems.add("E050", at.mark, what, help_, fix_word(at, meant))
         return None
     others.asked.setdefault(at.text, at)
-    waits = "wait" not in keys or read_flag(keys["wait"].value, body.problems, "wait")
+    waits = "wait" not in keys or keys.flag("wait")
     part: Part = {"task": at.text, "args": _read_args(body, keys, params, at), "wait": waits}
     part["needs"] = others.roles(at.text)
     if "priority" in keys:
-        part["priority"] = read_word(keys["priority"].value, body.problems, "priority", ("low", "medium", "high"))
-    part["detached"] = "detached" in keys and read_flag(keys["detached"].value, body.problems, "detached")
+        part["priority"] = keys.word("priority")
+    part["detached"] = keys.flag("detached")
     if "save_as" in keys:
         part["save_as"] = read_save(body, keys["save_as"].value, CHILD)
     return part

@@ -17,7 +17,7 @@ from formiga_bt.lang.own_names import is_free
 from formiga_bt.lang.params import read_agent_types
 from formiga_bt.lang.steps.over_lists import length_of
 from formiga_bt.lang.text.document import Entry, Mapping_, Node, Scalar
-from formiga_bt.lang.text.reading import read_flag, read_mapping, read_name, read_text, read_word, read_words, what_is
+from formiga_bt.lang.text.reading import read_mapping, read_name, read_text, read_words, what_is
 from formiga_bt.lang.types import ANY, DURATION, PERCENT, PLACE, AgentRef, Type, Value, list_of
 from formiga_bt.lang.written import scalars
 
@@ -219,14 +219,10 @@ def _read_role(body: Body, at: Scalar, mapping: Mapping_) -> Role:
         count=count if isinstance(count, int) else None,
         open=count if isinstance(count, Some) else None,
         battery_min=_admitted(body, keys, "battery_min", PERCENT),
-        capabilities=tuple(w.text for w in read_words(keys["capabilities"].value, problems, "capabilities"))
-        if "capabilities" in keys
-        else (),
+        capabilities=tuple(keys.words("capabilities")),
         wait=_admitted(body, keys, "wait", DURATION),
-        if_lost="rebind"
-        if "if_lost" in keys and read_word(keys["if_lost"].value, problems, "if_lost", ("fail", "rebind")) == "rebind"
-        else "fail",
-        away="away" in keys and read_flag(keys["away"].value, problems, "away"),
+        if_lost="rebind" if keys.word("if_lost") == "rebind" else "fail",
+        away=keys.flag("away"),
         room=_room_in(mapping),
     )
 

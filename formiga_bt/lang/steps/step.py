@@ -51,10 +51,8 @@ from formiga_bt.lang.text.colons import in_text
 from formiga_bt.lang.text.document import Entry, Listing, Mapping_, Node, Scalar
 from formiga_bt.lang.text.reading import (
     is_empty,
-    read_flag,
     read_listing,
     read_mapping,
-    read_text,
     shorten,
     what_is,
 )
@@ -308,8 +306,7 @@ def _check_retried(body: Body, entry: Flow, mark: Mark) -> None:
 
 def _read_common(body: Body, keys: Keys, common: dict[str, Any]) -> None:
     if "name" in keys:
-        at = read_text(keys["name"].value, body.problems, "name")
-        common["name"] = at.text if at is not None else ""
+        common["name"] = keys.word("name")
     if "note" in keys:
         common["note"] = body.text(keys["note"].value, "note")
     if "timeout" in keys:
@@ -318,7 +315,7 @@ def _read_common(body: Body, keys: Keys, common: dict[str, Any]) -> None:
         common["retry"] = _read_retry(body, keys["retry"])
     for flag in ("ignore_failure", "critical"):
         if flag in keys:
-            common[flag] = read_flag(keys[flag].value, body.problems, flag)
+            common[flag] = keys.flag(flag)
 
 
 def read_bound(body: Body, node: Node, key: str) -> Expr:
