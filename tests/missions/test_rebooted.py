@@ -11,13 +11,15 @@ from msgspec.structs import replace
 
 from formiga_bt.base.clock import SECOND
 from formiga_bt.base.errors import TaskError
-from formiga_bt.base.geo import Place
+from formiga_bt.base.geo import Place, horizontal_m
 from formiga_bt.engine.drivers.persist import Outcome
 from formiga_bt.engine.kernel.inputs import Abort, Operator, SendGoal, Step
+from formiga_bt.lang.model import Task
 from formiga_bt.lang.types import AgentRef
 from formiga_bt.rehearsal.rehearsal import Rehearsal, fleet_of
-from formiga_bt.rehearsal.testing import alarms, check_rehearsal, effects, packaged_task, packaged_world
+from formiga_bt.rehearsal.testing import alarms, check_rehearsal, effects, packaged_task, packaged_world, task_of
 from formiga_bt.show.why.causes import causes_of
+from formiga_bt.show.why.going_on import ways_on
 from tests.missions.conftest import Fly
 from tests.missions.crashing import Crashing, Killed, Killer
 
@@ -213,10 +215,10 @@ def test_land_reaches_one_that_does_not_know_whether_it_stands(fly: Fly) -> None
 
 
 # -- the engine was away -----------------------------------------------------------------------------------------------
-def parked(script: list[dict[str, Any]]) -> Crashing:
+def parked(script: list[dict[str, Any]], *tasks: Task) -> Crashing:
     specs = fleet_of(SITE, CATALOGUE, scripts={"watcher_1": script})
     specs = [replace(one, at=FIELD) if one.id == "lwd_1" else one for one in specs]
-    flight = Rehearsal(SITE, CATALOGUE, [packaged_task("move_task")], specs)
+    flight = Rehearsal(SITE, CATALOGUE, [packaged_task("move_task"), *tasks], specs)
     flight.run_for(1)
     return Crashing(flight)
 
@@ -393,3 +395,87 @@ def test_a_start_that_never_left_waits_for_a_new_word_from_where_the_machine_is_
     assert asked(flight) == 1
     assert flight.engine.state.clearances["lwd_1"].place == to
     flight.close()
+
+
+# -- a person's way out --------------------------------------------------------------------------------------------------
+FAR = """\
+agents: {drone: {type: lwd, id: lwd_2}}
+steps:
+  - do: drone.TakeOff
+  - do: drone.GoTo
+    with: {to: {east: -60 m, north: -180 m, height: 60 m}}
+  - do: drone.LandIn
+    with: {at: {east: -60 m, north: -180 m}}
+"""
+
+
+def landed_away() -> tuple[Crashing, str]:
+    """A task's machine was ordered to land and then to return; the engine is away for a minute before it starts."""
+    flown = parked(NEVER, task_of(FAR, SITE, CATALOGUE, "Far"))
+    flight = flown.flight
+    task = flight.submit("Far")
+    port = SITE.ports[SITE.agents["lwd_2"].home].at
+    assert flight.run_until(lambda: horizontal_m(flight.engine.state.agents["lwd_2"].position, port) > 30, 120)
+    order(flight, "land", "lwd_2")
+    assert flight.run_until(lambda: flight.engine.state.orders["lwd_2"].state == "done", 120)
+    order(flight, "return", "lwd_2")
+    flight.run_for(1)
+    flown.die()
+    flown.resume(2, since=flight.now - 60 * SECOND)
+    flight.run_for(20)
+    return flown, task
+
+
+def ways_of(flight: Rehearsal, task: str) -> list[str]:
+    return ways_on(flight.engine.state, flight.task(task), CATALOGUE)
+
+
+def follow(flight: Rehearsal, way: str) -> None:
+    """Do what `formiga why` names."""
+    word, target = way.removeprefix("formiga ").removeprefix("agents ").split()
+    order(flight, word, target)
+
+
+@pytest.mark.parametrize("anew", [False, True], ids=["same process", "started anew"])
+def test_each_way_out_that_why_names_for_a_way_home_works_though_its_task_cannot_go_on(anew: bool) -> None:
+    flown, task = landed_away()
+    flight = flown.flight
+    home = flight.engine.state.orders["lwd_2"].task
+    assert "resume" in flight.task(home).held
+    with pytest.raises(TaskError) as refused:
+        order(flight, "continue", "lwd_2")  # that would be a word for its task
+    assert refused.value.code == "cannot_continue"
+    if anew:
+        flight.sim.kill("lwd_2")
+        flight.sim.restart("lwd_2")
+        flight.run_for(5)
+        assert ways_of(flight, home) == ["formiga agents clear lwd_2"]
+        follow(flight, ways_of(flight, home)[0])
+
+    assert ways_of(flight, home) == [f"formiga continue {home}"]
+    follow(flight, ways_of(flight, home)[0])
+
+    assert flight.engine.state.orders["lwd_2"].stop == "return"
+    assert [cause.code for cause in causes_of(flight.engine.state, flight.task(home))][-1] == "gate.clearance"
+    assert ways_of(flight, task) == [f"formiga restart {task}", f"formiga abort {task}"]
+    flight.ask(Abort(task, "", "watcher_1"))
+    flight.close()
+
+
+def test_a_task_that_gives_a_machine_back_goes_on_when_the_last_goal_of_an_order_on_it_ends(fly: Fly) -> None:
+    text = "agents: {two: {type: lwd, id: lwd_2}}\nsteps: [{with_agents: {one: {type: lwd, id: lwd_1}}, steps: [{wait: 1 h}]}]"
+    rehearsal = fly(task_of(text, SITE, CATALOGUE), scripts={"watcher_1": NEVER})
+    task = rehearsal.submit("Try")
+    rehearsal.run_for(5)
+    assert drone(rehearsal).task == task
+    rehearsal.sim["lwd_1"].drone.carry(FIELD)
+    rehearsal.run_for(15)
+    order(rehearsal, "return")
+    rehearsal.run_for(10)
+    assert asked(rehearsal) == 1
+    rehearsal.ask(Abort(task, "", "watcher_1"))
+    assert list(rehearsal.task(task).releasing) == ["lwd_1"]
+
+    order(rehearsal, "continue")  # its order ends, and with it the goal that waited
+
+    assert (rehearsal.task(task).status, drone(rehearsal).task) == ("CANCELED", "")

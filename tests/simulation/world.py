@@ -614,6 +614,9 @@ class World:
             for how in (ways[(self.plan.seed + index) % 3], "end"):
                 if self.order(inp.Operator(f"handback_{how}", agent, PERSON)) == Done():  # type: ignore[arg-type]
                     break
+            record = self.engine.state.agents.get(agent)
+            if record is not None and record.rebooted and record.pool != "QUARANTINED":
+                self.order(inp.Operator("clear", agent, PERSON))  # somebody has looked at it
         self.order(inp.Operator("continue", "", PERSON))
         for agent in self.drones:
             self.order(inp.Operator("continue", agent, PERSON))

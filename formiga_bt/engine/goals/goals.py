@@ -182,6 +182,14 @@ class Goals:
         core = self._core
         core.clear_walls(goal.id)
         core.emit(ch.GoalDrop(goal.id))
+        self._look_at_release(goal.agent)
+
+    def _look_at_release(self, agent_id: str) -> None:
+        """A task gives a machine back once it has no goal: also none of an order that borrows it."""
+        core = self._core
+        task = core.state.tasks.get(core.state.agents[agent_id].task)
+        if task is not None and agent_id in task.releasing:
+            core.touch(task.id)
 
     # -- from the agents -----------------------------------------------------------------------------------------
     def on_event(self, event: GoalEvent) -> None:
@@ -310,6 +318,7 @@ class Goals:
         goal = core.put_goal(goal_id, state=state, code=code, text=text, result=result or {})
         core.clear_walls(goal_id)
         self._free_agent(goal)
+        self._look_at_release(goal.agent)
         if goal.owner == "!none":
             self._drop(goal)
             if state not in ("lost", "in_doubt"):

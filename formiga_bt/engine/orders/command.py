@@ -99,7 +99,7 @@ class Command:
             tasks = [core.task(one) for one in family(core.state.tasks, self._task(target).id)]
             machines = [agent for task in tasks for agent in self._orders.machines_of(task)]
             if tasks[0].system_agent and "resume" in tasks[0].held:
-                self._check_can_continue(machines[0])
+                self._check_can_continue(machines[0], steps=False)
                 unhold(core, target, "resume")  # the order that it carries out stands
             else:
                 self._continue_machines(machines, target, tasks)
@@ -156,11 +156,11 @@ class Command:
             if any(goal.state == "interrupted" and goal.section == "steps" for goal in self._orders.waiting(agent)):
                 hold(self._core, task.id, f"operator:{agent.id}")
 
-    def _check_can_continue(self, agent: AgentRecord) -> None:
+    def _check_can_continue(self, agent: AgentRecord, *, steps: bool = True) -> None:
         core = self._core
         if agent.control != "engine" or agent.taken:
             raise TaskError(*(self._orders.refusal(agent, "") or ("not_in_command", "")))
-        problem = obstacle(core.state, agent, core.action)
+        problem = obstacle(core.state, agent, core.action, steps=steps)
         if problem is not None:
             raise TaskError(*problem)
 

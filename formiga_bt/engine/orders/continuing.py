@@ -8,7 +8,7 @@ from math import ceil
 
 from formiga_bt.base.geo import horizontal_m
 from formiga_bt.engine.goals.climbing import Lookup, climb, is_up, top_m
-from formiga_bt.engine.kernel.records import AgentRecord, GoalRecord
+from formiga_bt.engine.kernel.records import AgentRecord, GoalRecord, TaskRecord
 from formiga_bt.engine.kernel.state import EngineState
 from formiga_bt.engine.kernel.timers import PortDue
 from formiga_bt.safety.gate import AT_PORT_M
@@ -80,12 +80,13 @@ def came_down(state: EngineState, agent: AgentRecord) -> bool:
     return found is not None and found.flew and agent.landed == "grounded"
 
 
-def way_on(state: EngineState, task: str, machines: Iterable[AgentRecord], action: Lookup) -> str:
+def way_on(state: EngineState, record: TaskRecord, machines: Iterable[AgentRecord], action: Lookup) -> str:
     """Return the command by which a person lets a HELD task go on; `formiga why` where none would be taken now."""
+    task = record.id
     for agent in machines:
         if agent.control == "engine" and agent.taken:
             return f"formiga handback {agent.id} --continue|--return|--end"
-        problem = obstacle(state, agent, action)
+        problem = obstacle(state, agent, action, steps=not record.system_agent)
         if problem is not None and problem[0] == "rebooted":
             return f"formiga agents clear {agent.id}"
         if problem is not None and problem[0] == "cannot_continue":
@@ -97,8 +98,11 @@ def way_on(state: EngineState, task: str, machines: Iterable[AgentRecord], actio
     return f"formiga continue {task}"
 
 
-def obstacle(state: EngineState, agent: AgentRecord, action: Lookup) -> tuple[str, str] | None:
-    """Return (code, text) of why a machine under our command cannot go on now, or None."""
+def obstacle(state: EngineState, agent: AgentRecord, action: Lookup, *, steps: bool = True) -> tuple[str, str] | None:
+    """Return (code, text) of why a machine under our command cannot go on now, or None.
+
+    `steps=False`: only the order on it goes on; the steps of its task stay interrupted, whether they can be continued or not.
+    """
     order = state.orders.get(agent.id)
     carrier = state.tasks.get(order.task) if order is not None else None
     if order is not None and order.stop == "cut" and order.state != "failed":
@@ -111,8 +115,8 @@ def obstacle(state: EngineState, agent: AgentRecord, action: Lookup) -> tuple[st
     if agent.rebooted and agent.seq >= 0:  # else it has announced itself only, and may fly
         return "rebooted", f"{agent.id} was started anew; look at it, then: formiga agents clear {agent.id}"
     for goal in waiting(state, agent):
-        text = cannot(state, goal, agent, action)
-        if text and goal.section == "steps":
+        text = cannot(state, goal, agent, action) if steps and goal.section == "steps" else ""
+        if text:
             way_out = f"formiga restart {goal.task} begins anew, formiga abort {goal.task} ends it"
             return "cannot_continue", f"{text}; {way_out}"
     return None

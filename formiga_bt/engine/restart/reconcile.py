@@ -339,8 +339,9 @@ class Reconcile:
 
     def _way_on(self, task: TaskRecord) -> str:
         core = self._core
-        machines = [agent for agent in core.state.agents.values() if agent.task == task.id and not agent.human]
-        return way_on(core.state, task.id, machines, core.action)
+        agents = core.state.agents.values()
+        machines = [a for a in agents if not a.human and (a.task == task.id or a.id == task.system_agent)]
+        return way_on(core.state, task, machines, core.action)
 
     # -- from phase to phase -----------------------------------------------------------------------------------------
     def on_wall(self, due: ResumeDue | AskDue) -> None:

@@ -35,8 +35,13 @@ def _family(state: EngineState, task_id: str) -> Iterator[TaskRecord]:
             yield from _family(state, child)
 
 
-def in_the_way(state: EngineState, agent: AgentRecord, catalogue: Catalogue | None) -> tuple[str, str] | None:
-    """Return (code, text) of why `continue` of a machine would be refused or soon be, or None."""
+def in_the_way(
+    state: EngineState, agent: AgentRecord, catalogue: Catalogue | None, *, steps: bool = True
+) -> tuple[str, str] | None:
+    """Return (code, text) of why `continue` of a machine would be refused or soon be, or None.
+
+    `steps=False`: of what carries out the order on it, whatever becomes of the steps of its task.
+    """
     if agent.control != "engine":
         return "not_in_command", f"{agent.id} is in the hands of its {agent.control}"
     if agent.taken:
@@ -46,7 +51,7 @@ def in_the_way(state: EngineState, agent: AgentRecord, catalogue: Catalogue | No
         return "order_under_way", f"{agent.id} is on its way ({order.stop})"
     if catalogue is None:
         return None
-    problem = obstacle(state, agent, lambda name: catalogue.actions[name])
+    problem = obstacle(state, agent, lambda name: catalogue.actions[name], steps=steps)
     return None if problem is None else (problem[0], problem[1].partition("; formiga")[0])
 
 
@@ -54,7 +59,9 @@ def stays(state: EngineState, task_id: str, catalogue: Catalogue | None) -> str:
     """Return why a task cannot be continued now, or an empty text."""
     if state.lockdown is not None:
         return "the site is locked down"
-    found = [in_the_way(state, agent, catalogue) for agent in machines_of(state, task_id)]
+    task = state.tasks.get(task_id)
+    steps = task is None or not task.system_agent
+    found = [in_the_way(state, agent, catalogue, steps=steps) for agent in machines_of(state, task_id)]
     return "; ".join(problem[1] for problem in found if problem is not None)
 
 
@@ -64,24 +71,25 @@ def ways_on(state: EngineState, task: TaskRecord, catalogue: Catalogue | None) -
         return ["formiga lockdown release"]
     if (task.section != "steps" and "resume" not in task.held) or task.stopping:
         return [f"formiga why {task.id}"]
-    end = f"formiga abort {task.id}"
+    system = bool(task.system_agent)  # only another order ends what carries out an order
+    end = [] if system else [f"formiga abort {task.id}"]
     machines = machines_of(state, task.id)
     for agent in machines:
-        problem = in_the_way(state, agent, catalogue)
+        problem = in_the_way(state, agent, catalogue, steps=not system)
         match problem[0] if problem is not None else "":
             case "":
                 continue
             case "not_in_command" if agent.control == "engine":
-                return [HANDBACK.format(agent=agent.id), end]
+                return [HANDBACK.format(agent=agent.id), *end]
             case "cannot_continue":
-                return [f"formiga restart {task.id}", end]
+                return [f"formiga restart {task.id}", *end]
             case "rebooted":
-                return [CLEAR.format(agent=agent.id), end]
+                return [CLEAR.format(agent=agent.id), *end]
             case _:  # first it must come to its end, or be given back
-                return [f"formiga why {task.id}", end]
+                return [f"formiga why {task.id}", *end]
     if task.section == "steps" and any(came_down(state, agent) for agent in machines):
-        return [f"formiga restart {task.id}", end]  # `continue` is not refused, but its next step may be
-    return [f"formiga continue {task.id}", end]
+        return [f"formiga restart {task.id}", *end]  # `continue` is not refused, but its next step may be
+    return [f"formiga continue {task.id}", *end]
 
 
 def ways_on_of(state: EngineState, agent: AgentRecord, catalogue: Catalogue | None) -> list[str]:
