@@ -8,6 +8,7 @@ from formiga_bt.base.clock import Micros
 from formiga_bt.base.errors import JournalError
 from formiga_bt.engine.kernel import changes as ch
 from formiga_bt.engine.kernel.inputs import Step
+from formiga_bt.engine.kernel.records import holder_of
 from formiga_bt.engine.kernel.state import EngineState, apply, board_of
 from formiga_bt.journal.reading import Readable
 from formiga_bt.journal.thin import lay_over
@@ -86,7 +87,7 @@ def follow(state: EngineState, step: Step) -> None:
 def without_ended(state: EngineState) -> EngineState:
     """Return a state without the explanations of tasks that have ended: thousands of them, and the steps tell each."""
     done = {task.id for task in state.tasks.values() if task.section == "done"}
-    kept = {of: why for of, why in state.explanations.items() if of.partition("|")[0] not in done}
+    kept = {of: why for of, why in state.explanations.items() if holder_of(of) not in done}
     return replace(state, explanations=kept) if len(kept) < len(state.explanations) else state
 
 

@@ -14,6 +14,7 @@ from formiga_bt.base.clock import Micros
 from formiga_bt.engine.drivers.persist import DURABLE, Outcome
 from formiga_bt.engine.kernel import inputs as inp
 from formiga_bt.engine.kernel.inputs import JournalState, Step
+from formiga_bt.engine.kernel.records import holder_of
 from formiga_bt.engine.kernel.state import EngineState
 from formiga_bt.engine.restart.resume import copy_of
 from formiga_bt.journal.past import without_ended
@@ -302,7 +303,7 @@ def tasks_of(step: Step) -> tuple[str, ...]:
             for finger in _FINGERS[type(part)]:
                 task = finger(part)
                 if task is not None:
-                    found[task if "|" not in task else task.partition("|")[0]] = None
+                    found[holder_of(task)] = None
     found.pop("", None)
     return tuple(found)
 

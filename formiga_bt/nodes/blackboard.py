@@ -9,6 +9,9 @@ from collections.abc import Iterator, Mapping
 from types import MappingProxyType
 from typing import Any
 
+Reader = tuple[str, str]
+"""A task, and the key of one of its nodes."""
+
 
 class Blackboard:
     """Versioned keys with readers."""
@@ -16,8 +19,8 @@ class Blackboard:
     def __init__(self) -> None:
         self._values: dict[str, Any] = {}
         self._versions: dict[str, int] = {}
-        self._readers: dict[str, dict[str, None]] = {}
-        self.hits: dict[str, None] = {}
+        self._readers: dict[str, dict[Reader, None]] = {}
+        self.hits: dict[Reader, None] = {}
         """Readers hit since `take_hits`, in the order of the writes."""
 
     def put(self, key: str, value: Any) -> bool:
@@ -50,11 +53,11 @@ class Blackboard:
         """Return how often the key has changed; 0 = never written."""
         return self._versions.get(key, 0)
 
-    def watch(self, key: str, reader: str) -> None:
+    def watch(self, key: str, reader: Reader) -> None:
         """Note that `reader` wants to know of changes of `key`."""
         self._readers.setdefault(key, {})[reader] = None
 
-    def unwatch(self, key: str, reader: str) -> None:
+    def unwatch(self, key: str, reader: Reader) -> None:
         """Forget a reader of a key."""
         readers = self._readers.get(key)
         if readers is not None:
@@ -62,7 +65,7 @@ class Blackboard:
             if not readers:
                 del self._readers[key]
 
-    def take_hits(self) -> tuple[str, ...]:
+    def take_hits(self) -> tuple[Reader, ...]:
         """Return the readers hit since the last call, in the order of the writes."""
         hits = tuple(self.hits)
         self.hits.clear()

@@ -5,6 +5,8 @@ from py_trees.blackboard import Blackboard as PyTreesBlackboard
 
 from formiga_bt.nodes.blackboard import Blackboard
 
+FIRST, SECOND = ("T-1", "steps[0]"), ("T-2", "steps[0]")
+
 
 def test_a_write_that_changes_nothing_is_no_change() -> None:
     board = Blackboard()
@@ -23,23 +25,23 @@ def test_a_key_never_written_has_the_default_and_version_zero() -> None:
 
 def test_readers_of_a_changed_key_are_told_once_in_the_order_of_the_writes() -> None:
     board = Blackboard()
-    board.watch("/b", "second")
-    board.watch("/a", "first")
-    board.watch("/a", "second")
+    board.watch("/b", SECOND)
+    board.watch("/a", FIRST)
+    board.watch("/a", SECOND)
 
     board.put("/b", 1)
     board.put("/a", 1)
     board.put("/a", 1)
 
-    assert board.take_hits() == ("second", "first")
+    assert board.take_hits() == (SECOND, FIRST)
     assert board.take_hits() == ()
 
 
 def test_who_unwatched_is_not_told() -> None:
     board = Blackboard()
-    board.watch("/a", "x")
-    board.unwatch("/a", "x")
-    board.unwatch("/never", "x")
+    board.watch("/a", FIRST)
+    board.unwatch("/a", FIRST)
+    board.unwatch("/never", FIRST)
 
     board.put("/a", 1)
 

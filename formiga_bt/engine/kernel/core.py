@@ -170,8 +170,7 @@ class Core:
         board = self.board
         APPLY[kind](self.state, board, change)
         if board.hits:
-            for reader in board.take_hits():
-                task_id, _, key = reader.partition("|")
+            for task_id, key in board.take_hits():
                 self.wake(task_id, key, may_wait=True)
 
     def _note_agent(self, change: ch.AgentPut) -> None:

@@ -620,11 +620,23 @@ class Deadline(Struct, frozen=True):
     pausable: bool = False
 
 
-class Request(Struct, frozen=True, kw_only=True):
-    """A waiting task as the allocator sees it (`/allocation/requests/<task>`): expressions are already values."""
+def request_id(task: str, node: str) -> str:
+    """Return the id of the request of a task, or of a `with_agents` of it."""
+    return f"{task}|{node}" if node else task
 
-    task: str
-    """Its id: the task's, or `<task>|<node key>` of a `with_agents`, whose task runs already."""
+
+def holder_of(request: str) -> str:
+    """Return the task that a request is of, by its id."""
+    return request.partition("|")[0]
+
+
+class Request(Struct, frozen=True, kw_only=True):
+    """A waiting task as the allocator sees it (`/allocation/requests/<id>`): expressions are already values."""
+
+    holder: str
+    """The task that will hold the agents."""
+    node: str = ""
+    """Key of the `with_agents` that asks, of a task that runs already; "" = the task itself, before its first step."""
     priority: Priority
     order: int
     at: Micros
@@ -638,14 +650,9 @@ class Request(Struct, frozen=True, kw_only=True):
     """What is left of the roles' `wait`, which stands still meanwhile."""
 
     @property
-    def holder(self) -> str:
-        """Return the task that will hold the agents."""
-        return self.task.partition("|")[0]
-
-    @property
-    def node(self) -> str:
-        """Return the key of the `with_agents` that asks; "" = the task itself, before its first step."""
-        return self.task.partition("|")[2]
+    def task(self) -> str:
+        """Return its id."""
+        return request_id(self.holder, self.node)
 
 
 class RoleRequest(Struct, frozen=True, kw_only=True):

@@ -28,6 +28,7 @@ from formiga_bt.engine.kernel.records import (
     Verdict,
     Version,
     Wakes,
+    holder_of,
 )
 from formiga_bt.engine.kernel.timers import Timer, WallTimer
 from formiga_bt.lang.types import AgentRef
@@ -198,7 +199,7 @@ def _wall(state: EngineState, _: Blackboard, change: ch.WallTimerSet) -> None:
 def _request(state: EngineState, board: Blackboard, change: ch.RequestPut) -> None:
     task_id, request = change.task, change.request
     _set_or_drop(state.requests, task_id, request)
-    if request is None and "|" in task_id:  # of a block: its explanation ends with its wait
+    if request is None and holder_of(task_id) != task_id:  # of a block: its explanation ends with its wait
         state.explanations.pop(task_id, None)
     board.put(f"/allocation/requests/{task_id}", request)
 

@@ -55,7 +55,7 @@ class Requests:
         if task.expires is not None:
             expires = core.now + task.expires
         return Request(
-            task=task.id, priority=task.priority, order=task.order, at=core.now, roles=roles, expires=expires
+            holder=task.id, priority=task.priority, order=task.order, at=core.now, roles=roles, expires=expires
         )
 
     def want(
@@ -68,7 +68,9 @@ class Requests:
             replace(self._role(role, env, WAIT_US), but_not=but_not, rebind=role.if_lost == "rebind")
             for role in roles.values()
         )
-        request = Request(task=f"{task_id}|{node}", priority=task.priority, order=task.order, at=core.now, roles=wanted)
+        request = Request(
+            holder=task_id, node=node, priority=task.priority, order=task.order, at=core.now, roles=wanted
+        )
         core.emit(ch.RequestPut(request.task, request))
         self._core.wake_allocator()
         return request

@@ -12,7 +12,7 @@ from formiga_bt.engine.kernel import drains
 from formiga_bt.engine.kernel.core import Core
 from formiga_bt.engine.kernel.inputs import Notify
 from formiga_bt.engine.kernel.pace import Pace
-from formiga_bt.engine.kernel.records import Question, Releasing, TaskRecord
+from formiga_bt.engine.kernel.records import Question, Releasing, TaskRecord, request_id
 from formiga_bt.engine.kernel.state import event_key
 from formiga_bt.engine.kernel.timers import NodeDue
 from formiga_bt.engine.tasks.children import Children
@@ -187,7 +187,7 @@ class TaskRun:
         if old is None or old.keys != keys:
             self.unwatch(path)
             for key in keys:
-                self._core.board.watch(key, f"{self.task_id}|{path}")
+                self._core.board.watch(key, (self.task_id, path))
         if old is None or old.conditions != conditions or any(0 < at <= self.now for at in old.instants):
             instants = tuple(instant(env) for cond in conditions for instant in cond.deadlines)
         else:
@@ -209,7 +209,7 @@ class TaskRun:
         """Wake a node at each event of that name that an agent tells."""
         key = event_key(agent, event)
         self._watched[path] = Watched((key,), (), ())
-        self._core.board.watch(key, f"{self.task_id}|{path}")
+        self._core.board.watch(key, (self.task_id, path))
 
     def newest_event(self) -> int:
         """Return the order of the newest event of anyone."""
@@ -235,7 +235,7 @@ class TaskRun:
         self._core.instants.drop(self.task_id, path)
         watched = self._watched.pop(path, None)
         for key in watched.keys if watched else ():
-            self._core.board.unwatch(key, f"{self.task_id}|{path}")
+            self._core.board.unwatch(key, (self.task_id, path))
 
     def release(self, agent: str, path: str, after: Drain = ()) -> None:
         """Give an agent back."""
@@ -313,7 +313,7 @@ class TaskRun:
     def withdraw_agents(self, path: str) -> tuple[str, ...]:
         """Ask no more."""
         served = self.take_agents(path)
-        key = f"{self.task_id}|{path}"
+        key = request_id(self.task_id, path)
         if key in self._core.state.requests:
             self._core.emit(ch.RequestPut(key, None))
         return tuple(agent for group in served.roles.values() for agent in group) if served is not None else ()

@@ -13,7 +13,7 @@ from formiga_bt.base.clock import SECOND, Micros
 from formiga_bt.base.errors import UnusableFile
 from formiga_bt.engine.kernel import changes as ch
 from formiga_bt.engine.kernel.inputs import Abort, LockdownOrder, Notify, Operator, Resumed, SendGoal, Step
-from formiga_bt.engine.kernel.records import AgentRecord, GoalRecord, Question, TaskRecord
+from formiga_bt.engine.kernel.records import AgentRecord, GoalRecord, Question, TaskRecord, holder_of
 from formiga_bt.engine.kernel.replies import Refusal
 from formiga_bt.engine.kernel.state import EngineState
 from formiga_bt.journal.writer import tasks_of
@@ -186,7 +186,7 @@ class _Reader:
             story.orders.append((step.at, step.input))
         for change in step.changes:
             match change:
-                case ch.Granted(task, roles) if task.partition("|")[0] == self._id:
+                case ch.Granted(task, roles) if holder_of(task) == self._id:
                     self._roles |= roles
                 case ch.TaskPut(task) if task.id == self._id:
                     self._now = task.roles or self._now

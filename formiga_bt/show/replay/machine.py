@@ -17,7 +17,7 @@ from formiga_bt.base.clock import SECOND, Micros
 from formiga_bt.base.errors import JournalError
 from formiga_bt.engine.kernel import changes as ch
 from formiga_bt.engine.kernel.inputs import Resumed, Step
-from formiga_bt.engine.kernel.records import TaskRecord
+from formiga_bt.engine.kernel.records import TaskRecord, holder_of
 from formiga_bt.engine.kernel.state import EngineState
 from formiga_bt.journal.records import Gap, Kept
 from formiga_bt.journal.store import Journal
@@ -267,7 +267,7 @@ def _is_about(change: ch.Change, task_id: str, state: EngineState) -> bool:
         case ch.TaskGone():
             return False
         case _:
-            return str(getattr(change, "task", "")).partition("|")[0] == task_id
+            return holder_of(str(getattr(change, "task", ""))) == task_id
 
 
 def _close(ledger: Ledger, task: TaskRecord) -> None:

@@ -11,7 +11,7 @@ from typing import Final, assert_never
 from msgspec import Struct
 
 from formiga_bt.engine.kernel.drains import is_over
-from formiga_bt.engine.kernel.records import GoalRecord, Question, Request, TaskRecord, Tidy
+from formiga_bt.engine.kernel.records import GoalRecord, Question, Request, TaskRecord, Tidy, request_id
 from formiga_bt.engine.kernel.state import EngineState
 from formiga_bt.engine.kernel.timers import (
     AcceptDue,
@@ -205,7 +205,7 @@ class _Waits:
         return due in self.state.deadlines or self.task.clock.left_of(due) is not None
 
     def _block(self, key: str) -> Cause:
-        name = f"{self.task.id}|{key}"
+        name = request_id(self.task.id, key)
         request = self.state.requests.get(name)
         bound = self._is_set(NodeDue(self.task.id, key)) or (request is not None and request.wait_left is not None)
         return self._request(request, key) if bound else Cause("", key, "the end of its wait")

@@ -34,7 +34,7 @@ def role(**fields: Any) -> RoleRequest:
 
 
 def request(task: str, *roles: RoleRequest, order: int = 1, **fields: Any) -> Request:
-    return Request(task=task, priority="medium", order=order, at=0, roles=roles or (role(),), **fields)
+    return Request(holder=task, priority="medium", order=order, at=0, roles=roles or (role(),), **fields)
 
 
 def test_a_team_gets_the_assignment_of_least_total_distance() -> None:

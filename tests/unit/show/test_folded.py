@@ -158,7 +158,7 @@ def test_tasks_are_found_by_id_agent_code_and_words() -> None:
         task(1, roles={"cart": ("c1",)}),
         ch.GoalPut(GoalRecord(id="T-1/1/steps/steps[0]", agent="c1", action="Haul", task="T-1", state="running")),
         task(2, "PENDING"),
-        ch.RequestPut("T-2", Request(task="T-2", priority="medium", order=1, at=0, roles=())),
+        ch.RequestPut("T-2", Request(holder="T-2", priority="medium", order=1, at=0, roles=())),
         task(3, "FAILED", code="agent_lost", ended_at=1),
     )
 

@@ -404,7 +404,7 @@ def test_a_failure_tells_what_was_tried_what_the_cleanup_did_and_who_stayed_out(
 def test_many_agents_refused_for_one_reason_are_counted(state: EngineState) -> None:
     state.tasks["PickUp-3"] = task("PickUp-3", status="PENDING", section="", submitted_at=NOW - 5 * SECOND)
     state.requests["PickUp-3"] = Request(
-        task="PickUp-3", priority="high", order=1, at=NOW,
+        holder="PickUp-3", priority="high", order=1, at=NOW,
         roles=(RoleRequest(role="drone", types=("hwd",), human=False),), expires=NOW + 90 * SECOND,
     )  # fmt: skip
     state.explanations["PickUp-3"] = (
@@ -476,7 +476,7 @@ def test_a_choice_by_charge_gives_the_numbers_of_those_with_little() -> None:
         )
         for number, battery in ((2, 100.0), (1, 27.0))
     )  # fmt: skip
-    asked = Request(task="T-1", priority="medium", order=1, at=0, roles=(wish,))
+    asked = Request(holder="T-1", priority="medium", order=1, at=0, roles=(wish,))
     verdicts = closest_charged([asked], [low, full]).verdicts["T-1"]
     done = task("T-1", status="SUCCEEDED", section="done", roles={})
     scene = Scene(EngineState(tasks={"T-1": done}, explanations={"T-1": verdicts}), {}, NOW)
