@@ -26,7 +26,7 @@ WHERE: dict[str, Where] = {
     "held_tasks_go_on": 96,
     "orders_are_not_carried_out": ("cruising", "land the machine"),
     "orders_are_forgotten": ("cruising", "return the machine"),
-    "goals_are_sent_again_blindly": 188,
+    "goals_are_sent_again_blindly": 19,
     "returned_machines_are_left": ("quarantined in the air", "clear the machine"),
     "strays_are_not_seen": ("joined in the air", "removed the machine"),
     "strays_that_are_unsure_are_not_seen": ("joined in the air, unsure", "removed the machine"),

@@ -444,8 +444,8 @@ PLANTS: Final[dict[str, tuple[Callable[[Patch], None], Where, frozenset[str]]]] 
     for plant, seed, *rules in (
         (old_news_counts, 4, "life"),
         (an_end_wakes_nobody, 0, *WAKE),
-        (a_drained_goal_wakes_nobody, 0, *WAKE),
-        (an_end_leaves_the_agent_busy, 0, "wait", "life"),
+        (a_drained_goal_wakes_nobody, 1, *WAKE),
+        (an_end_leaves_the_agent_busy, 1, "wait", "life"),
         (a_result_is_dropped_without_a_look, 10, "wait", "left", "rest"),
         (a_cancel_is_not_repeated, 0, "wait"),
         (a_cancel_forgets_its_goal, 0, "leak", "exception", *WAKE),
@@ -461,7 +461,7 @@ PLANTS: Final[dict[str, tuple[Callable[[Patch], None], Where, frozenset[str]]]] 
         (the_allocator_sleeps, 0, "wait"),
         (an_aborted_task_still_waits_for_agents, 0, "leak"),
         (the_way_home_is_skipped, 0, "released", "left", "wait"),
-        (a_second_try_is_forgotten, 0, "wait"),
+        (a_second_try_is_forgotten, 10, "wait"),
         (a_quarantined_machine_is_used, 0, "life"),
         (a_restart_loses_its_request, 0, "wait"),
         (a_lost_machine_stays_with_its_task, 0, "wait"),
@@ -482,7 +482,7 @@ PLANTS: Final[dict[str, tuple[Callable[[Patch], None], Where, frozenset[str]]]] 
         (the_epoch_stays, 1, "epoch"),
         (a_standstill_goes_unnoticed, 30_000, "reconcile"),
         (timers_fire_before_results_are_in, 1, "reconcile"),
-        (goals_leave_before_results_are_in, 11, "reconcile"),
+        (goals_leave_before_results_are_in, 6, "reconcile"),
         (unknown_goals_are_waited_for, 9, "wait"),
         (a_hold_of_an_outage_is_left_out, 4, "wait"),
     )
