@@ -29,6 +29,7 @@ from formiga_bt.geo import Position
 from formiga_bt.transport.agent_side import AgentSide
 from formiga_bt.transport.messages import AgentCard
 from formiga_bt.transport.zenoh_agent import ZenohAgentLink
+from formiga_bt.engine.kernel.replies import Accepted
 
 class Body:
     todo = []
@@ -92,7 +93,9 @@ def main() -> None:
     try:
         while "hwd_1" not in driver.engine.state.agents or driver.engine.state.agents["hwd_1"].position is None:
             time.sleep(0.05)
-        task_id = driver.ask(Submit("Many"))
+        reply = driver.ask(Submit("Many"))
+        assert isinstance(reply, Accepted)
+        task_id = reply.task
         while driver.engine.state.tasks[task_id].section != "done":
             time.sleep(0.05)
         outcome = driver.engine.state.tasks[task_id]

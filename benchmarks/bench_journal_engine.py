@@ -174,7 +174,7 @@ class Fleet:
 
     def _ask(self, picker: AgentSpec) -> None:
         assert isinstance(picker.at, Place)
-        self.ids.append(self.world.ask(inp.Submit("PickUp", {"target": picker.at, "user": AgentRef(picker.id)})))
+        self.ids.append(self.world.submit("PickUp", {"target": picker.at, "user": AgentRef(picker.id)}))
 
 
 def fly(way: Durability | None, missions: int, group_us: Micros, path: Path, profile: Any = None) -> dict[str, Any]:

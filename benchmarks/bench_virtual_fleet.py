@@ -23,6 +23,7 @@ from formiga_bt.base.clock import SECOND
 from formiga_bt.base.geo import Place
 from formiga_bt.base.packaged import files, folder
 from formiga_bt.engine.kernel.inputs import Step, Submit
+from formiga_bt.engine.kernel.replies import Accepted
 from formiga_bt.lang.loader import load_catalogue, load_task
 from formiga_bt.lang.types import AgentRef
 from formiga_bt.rehearsal.rehearsal import Rehearsal
@@ -87,7 +88,9 @@ class Run:
         zero = world.now
 
         def submit(request: Submit) -> None:
-            self.ids.append(world.ask(request))
+            reply = world.ask(request)
+            assert isinstance(reply, Accepted)
+            self.ids.append(reply.task)
 
         for at, request in self.requests:
             world.scheduler.call_at(zero + round(at * SECOND), lambda request=request: submit(request))

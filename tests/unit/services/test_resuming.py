@@ -316,10 +316,10 @@ class TestBlame:
             kill("one", "two")
         restore = resume._restore
 
-        def breaks(core: Any, tasks: Any, task: Any) -> None:
+        def breaks(core: Any, runs: Any, recovery: Any, task: Any) -> None:
             if task.id == mine:
                 raise KeyError("steps[0]")
-            restore(core, tasks, task)
+            restore(core, runs, recovery, task)
 
         monkeypatch.setattr(resume, "_restore", breaks)
         with up("two") as second:
