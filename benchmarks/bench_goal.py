@@ -19,17 +19,17 @@ from formiga_bt.base.packaged import files, folder
 from formiga_bt.engine.drivers.realtime import RealtimeDriver
 from formiga_bt.engine.engine import Engine
 from formiga_bt.engine.kernel.inputs import SendGoal, Step, Submit
+from formiga_bt.engine.kernel.replies import Accepted
 from formiga_bt.lang.loader import load_catalogue, load_site, load_task_text
 from formiga_bt.transport.messages import QueryReplied
 from formiga_bt.transport.zenoh import ZenohTransport
 
 AGENT = """
 import sys, time
-from formiga_bt.geo import Position
+from formiga_bt.base.geo import Position
 from formiga_bt.transport.agent_side import AgentSide
 from formiga_bt.transport.messages import AgentCard
 from formiga_bt.transport.zenoh_agent import ZenohAgentLink
-from formiga_bt.engine.kernel.replies import Accepted
 
 class Body:
     todo = []
