@@ -42,7 +42,7 @@ steps:
 """
 AGENT = """
 import json, sys, threading, time
-from formiga_bt.geo import Position
+from formiga_bt.base.geo import Position
 from formiga_bt.transport.agent_side import AgentSide
 from formiga_bt.transport.messages import AgentCard
 from formiga_bt.transport.zenoh_agent import ZenohAgentLink
