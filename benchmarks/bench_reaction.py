@@ -23,6 +23,7 @@ from benchmarks.peers.trees import ACTIONS_IN_TURN, mission, task_text
 from formiga_bt.engine.drivers.realtime import RealtimeDriver
 from formiga_bt.engine.engine import Engine
 from formiga_bt.engine.kernel.inputs import Submit
+from formiga_bt.engine.kernel.replies import Accepted
 from formiga_bt.lang.loader import load_task_text
 from formiga_bt.transport.zenoh import ZenohTransport
 from formiga_bt.transport.zenoh_session import close_session, free_endpoint, on_network_thread, open_session
@@ -168,7 +169,7 @@ def over_zenoh(tasks: int, goals: int) -> dict[str, Any]:
     try:
         for first in range(0, tasks, PORTION):
             for answer in [driver.post(Submit("Idle")) for _ in range(min(PORTION, tasks - first))]:
-                assert not answer.result(PATIENCE_S).startswith("error")
+                assert isinstance(answer.result(PATIENCE_S), Accepted)
             _wait(lambda first=first: _active(engine) >= min(first + PORTION, tasks))
         arguments = [site.name, transport.endpoint, endpoint, str(goals // 2), str(BYTES), str(goals)]
         agent = subprocess.Popen([sys.executable, "-c", AGENT, *arguments], stdout=subprocess.PIPE, text=True)

@@ -240,7 +240,7 @@ class Client:
             )
             if said.ok:
                 self.note("release", f"agents/{agent['id']}", said, [agent["id"]], "handback")
-        if agent["quarantine"]:
+        if agent["quarantine"] or agent["rebooted"]:
             said = self.ask(f"{path}/clear", {"by": "bench"})
             if said.ok:
                 self.note("clear", f"agents/{agent['id']}", said, [agent["id"]])

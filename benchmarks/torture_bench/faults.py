@@ -20,7 +20,7 @@ from .deaf import Crowd
 from .engine import pythons
 from .judge import Finding
 from .privileged import Disk, Net
-from .site import MACHINES, PEOPLE, PLACES, PORTS
+from .site import HOMES, MACHINES, PEOPLE, PLACES, PORTS
 from .wall import Wall
 
 if TYPE_CHECKING:
@@ -242,6 +242,8 @@ class Weather:
         """Carry a machine away, or home, while its process is dead; mostly on the ground."""
         east, north = (PORTS | PLACES)[fault.place]
         taken = [torture.crew.body(one).get("segment", {}).get("p1", {}) for one in MACHINES if one != fault.who]
+        if any((east, north) == PORTS[port] for who, port in HOMES.items() if who != fault.who):
+            east += 7.0  # whose port it is may come home by itself, and knows nothing of this one
         if any(abs(at.get("east_m", 1e9) - east) < 6 and abs(at.get("north_m", 1e9) - north) < 6 for at in taken):
             east += 7.0
         torture.crew.reboot(fault.who, (east, north, 0.0 if fault.number < 0.85 else 40.0))
@@ -276,10 +278,10 @@ class Weather:
         try:
             ran = subprocess.run(
                 torture.engine.words(), cwd=torture.folder, env=pythons(), stdin=subprocess.DEVNULL,
-                capture_output=True, text=True, timeout=60.0, check=False,
+                capture_output=True, text=True, timeout=180.0, check=False,
             )  # fmt: skip
         except subprocess.TimeoutExpired:
-            self.findings.append(Finding("second", "a second engine on the site did not end within 60 s"))
+            self.findings.append(Finding("second", "a second engine on the site did not end within 180 s"))
             return
         said = ran.stdout + ran.stderr
         if ran.returncode == 0 or "help:" not in said or "Traceback" in said:

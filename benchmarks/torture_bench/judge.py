@@ -186,7 +186,9 @@ def _stop(seen: Evidence, ack: Ack, agent: str, notes: Sequence[GoalNote]) -> It
             open_[note.goal] = note
         else:
             open_.pop(note.goal, None)
-    if not open_:
+    boots = [boot.wall for boot in seen.reboots if boot.agent == agent and boot.wall < ack.wall]
+    open_ = {name: note for name, note in open_.items() if not boots or note.wall / 1e6 > boots[-1]}
+    if not open_:  # what a process had that died has ended with it
         return
     goal = list(open_.values())[-1]
     news = [

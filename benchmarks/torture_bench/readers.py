@@ -66,7 +66,7 @@ except sqlite3.Error as error:
     print("outsider:", error)
 db.close()
 """
-TAKES_S: Final = 60.0
+TAKES_S: Final = 180.0
 
 
 class Readers:

@@ -39,6 +39,7 @@ agents:
 transports: {{zenoh: {{listen: "tcp/127.0.0.1:0", insecure: true}}}}
 mode: simulation
 """
+HOMES: Final[Mapping[str, str]] = {"lwd_1": "p1", "lwd_2": "p2", "hwd_1": "p3"}
 PORTS: Final[Mapping[str, tuple[float, float]]] = {"p1": (-60, 40), "p2": (0, 40), "p3": (60, 40), "p4": (120, 40)}
 """East and north of each port, metres."""
 PLACES: Final[Mapping[str, tuple[float, float]]] = {

@@ -166,6 +166,8 @@ class AgentFact(Struct, frozen=True, kw_only=True, omit_defaults=True):
     taken: bool = False
     breach: str = ""
     quarantine: str = ""
+    rebooted: bool = False
+    """Started anew, and it stands: nothing makes it start before a person cleared it or a task is granted anew."""
     refused: str = ""
     word: str = ""
 

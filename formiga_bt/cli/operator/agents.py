@@ -102,7 +102,7 @@ def _suggestions(found: dict[str, Any]) -> list[str]:
     bad = [
         f"formiga why {a['id']}" if a["quarantine"] == "double" else f"formiga agents clear {a['id']}"
         for a in found["agents"]
-        if a["quarantine"] and a["liveness"] == "ALIVE"
+        if (a["quarantine"] or (a["rebooted"] and (a["order"] or a["task"]))) and a["liveness"] == "ALIVE"
     ]
     back = [
         f"formiga handback {a['id']} --continue|--return|--end"
@@ -125,7 +125,11 @@ def _row(agent: dict[str, Any]) -> tuple[str, ...]:
     state = agent["pool"] if not agent["human"] else "here" if agent["at_desk"] else "person"
     order = agent["order"]
     notes = [] if order is None else [order["note"]]
-    notes += [agent["quarantine"], agent["refused"] and f"not admitted: {agent['refused']}"]
+    notes += [
+        agent["quarantine"],
+        "started anew" if agent["rebooted"] else "",
+        agent["refused"] and f"not admitted: {agent['refused']}",
+    ]
     notes.append("" if agent["control"] == "engine" else f"control: {agent['control']}")
     notes.append("waits for handback" if agent["taken"] and agent["control"] == "engine" else "")
     notes.append(agent["breach"] and f"breaks its limit: {agent['breach'].removeprefix('!')}")

@@ -39,12 +39,13 @@ def _fault(book: Book, mapping: Mapping_) -> list[ScenarioFault]:
     keys = read_keys(mapping, (*general, *(FAULTS[kind] if kind else every)), book.problems, owner)
     lasts = keys.number("for") if "for" in keys else 0.0
     agents = _agents(book, keys, kind)
+    at = micros(keys.number("at"))
     if not kind:
         return []
     given: dict[str, Any] = {_FIELDS[key]: keys.value(key) for key in keys if key in _FIELDS}
     if "vanishes" in given:
         given["vanishes"] = given["vanishes"] == "gone"
-    begin = ScenarioFault(micros(keys.number("at")), "", _KINDS[kind], **given)
+    begin = ScenarioFault(at, "", _KINDS[kind], **given)
     if begin.event:
         _check_event(book, keys["event"].value, begin.event, agents)
     ends = [replace(begin, at=begin.at + micros(lasts), kind=ENDS[kind], on=False, delay_s=0.0)] if lasts > 0.0 else []

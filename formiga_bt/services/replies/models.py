@@ -278,6 +278,8 @@ class AgentOut(BaseModel):
     on_link_loss: str
     """What it does by itself when it hears nothing of the engine."""
     quarantine: str
+    rebooted: bool
+    """Started anew, and it stands: nothing makes it start before a person cleared it or a task is granted anew."""
     refused: str
     bad: int
     """Unreadable or untrue messages in a row."""

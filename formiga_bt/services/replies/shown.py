@@ -13,6 +13,7 @@ from formiga_bt.services.replies import models as out
 from formiga_bt.services.replies.library_models import LibraryTask
 from formiga_bt.services.standing import standing_out
 from formiga_bt.services.view import Line
+from formiga_bt.show.history.records import stands_rebooted
 from formiga_bt.show.history.rows import ActionRow, rest_words
 from formiga_bt.show.lapse import lapses_at
 from formiga_bt.show.why.going_on import ways_on_of
@@ -168,6 +169,7 @@ def agent_out(
         breach=agent.breach,
         on_link_loss=agent.on_link_loss,
         quarantine=agent.quarantine,
+        rebooted=stands_rebooted(agent),
         refused=agent.refused or agent.refused_at_rest,
         bad=agent.bad,
     )

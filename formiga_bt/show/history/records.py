@@ -63,6 +63,11 @@ def agents_of(task: TaskRecord) -> tuple[str, ...]:
     return tuple(dict.fromkeys((*held, *((task.system_agent,) if task.system_agent else ()))))
 
 
+def stands_rebooted(agent: AgentRecord) -> bool:
+    """Return whether a machine stands since its process was started anew, and waits for a person to look at it."""
+    return agent.rebooted and not agent.human and agent.landed != "airborne"
+
+
 def agent_fact(state: EngineState, agent: AgentRecord, now: Micros, wall: Micros = 0, port: str = "") -> AgentFact:
     """Return an agent; `port`: at which it stands."""
     order = state.orders.get(agent.id)
@@ -85,6 +90,7 @@ def agent_fact(state: EngineState, agent: AgentRecord, now: Micros, wall: Micros
         taken=agent.taken,
         breach=agent.breach.removeprefix("!"),
         quarantine=agent.quarantine,
+        rebooted=stands_rebooted(agent),
         refused=agent.refused or agent.refused_at_rest,
         word=agent.word,
     )

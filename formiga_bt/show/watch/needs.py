@@ -61,7 +61,8 @@ def choices(row_id: str, now: Now) -> list[Order]:
         return []
     if agent.taken and agent.control == "engine":
         return [Order(verb="handback", kind="agent", target=agent.id, how=how) for how in HANDBACKS]
-    return [Order(verb="clear", kind="agent", target=agent.id)] if agent.quarantine not in ("", DOUBLE) else []
+    looked = agent.quarantine not in ("", DOUBLE) or (not agent.quarantine and _waits_for_a_look(agent))
+    return [Order(verb="clear", kind="agent", target=agent.id)] if looked else []
 
 
 def name_of(row_id: str) -> str:
@@ -113,9 +114,14 @@ def _spread(words: list[str], width: int) -> list[str]:
     return lines
 
 
+def _waits_for_a_look(agent: AgentFact) -> bool:
+    return agent.rebooted and bool(agent.order or agent.task)
+
+
 def _needs_somebody(agent: AgentFact) -> bool:
     away = agent.quarantine == "removed" and agent.liveness == "LOST"
-    return bool(agent.taken or (agent.quarantine and not away) or agent.breach or agent.pool == "PARKED_AWAY")
+    unusable = agent.quarantine and not away
+    return bool(agent.taken or unusable or agent.breach or agent.pool == "PARKED_AWAY" or _waits_for_a_look(agent))
 
 
 def _agent(agent: AgentFact, width: int) -> tuple[Line, ...]:
@@ -127,8 +133,8 @@ def _agent(agent: AgentFact, width: int) -> tuple[Line, ...]:
         return _told(f"{agent.control.upper()} has {agent.id}: the engine sends it nothing", width, "warn")
     if agent.quarantine == DOUBLE:
         return _told(quarantine_hint(agent.id, DOUBLE), width, "alarm")
-    if agent.quarantine:
-        text = f"LOOK AT {agent.id}: {agent.quarantine}"
+    if agent.quarantine or _waits_for_a_look(agent):
+        text = f"LOOK AT {agent.id}: {agent.quarantine or 'it was started anew'}"
         return _told(text, width, "alarm", line(" " * INDENT, Piece("1 clear, when you have looked", "warn")))
     if agent.breach:
         return _told(f"{agent.id} breaks a limit: {agent.breach.removeprefix('!')}", width, "alarm")

@@ -14,18 +14,18 @@ from formiga_bt.cli.operator.why import suggestions
 
 Capture = pytest.CaptureFixture[str]
 VERBS = (
-    "hold",
-    "return_",
-    "land",
-    "continue_",
-    "cut",
-    "restart",
-    "lockdown",
-    "handback",
-    "preflight",
-    "agents",
-    "tasks",
-    "hurry",
+    "orders.hold",
+    "orders.return_",
+    "orders.land",
+    "orders.continue_",
+    "orders.cut",
+    "orders.restart",
+    "orders.lockdown",
+    "orders.handback",
+    "orders.preflight",
+    "operator.agents",
+    "operator.tasks",
+    "orders.hurry",
 )
 NO_LOCKDOWN = {"on": False, "how": "", "by": "", "unix_millis_at": None, "text": ""}
 LOCKDOWN = {"on": True, "how": "return", "by": "eve", "unix_millis_at": 1, "text": "LOCKDOWN (return) by eve"}
@@ -64,7 +64,7 @@ def agent(name: str, **more: Any) -> dict[str, Any]:
         "landed": "airborne", "battery": 61.4, "position": None, "port": "", "task": "PickUp-3",
         "role": "drone", "action": "",
         "home": "p3", "layer_m": None, "at_desk": False, "word": "", "order": None, "next": [], "taken": False, "breach": "",
-        "on_link_loss": "return", "quarantine": "", "refused": "", "bad": 0, **more,
+        "on_link_loss": "return", "quarantine": "", "rebooted": False, "refused": "", "bad": 0, **more,
     }  # fmt: skip
 
 

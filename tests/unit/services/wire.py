@@ -4,6 +4,7 @@ import threading
 from collections import deque
 from collections.abc import Callable, Sequence
 from typing import Any
+from uuid import uuid4
 
 from formiga_bt.base.geo import Place, Position
 from formiga_bt.transport.messages import (
@@ -28,8 +29,8 @@ ACTIONS = ("TakeOff", "GoTo", "LandIn")
 class Machine:
     """One drone."""
 
-    def __init__(self, agent: str, kind: str, at: Place) -> None:
-        self.id, self.kind = agent, kind
+    def __init__(self, agent: str, kind: str, at: Place, boot: str) -> None:
+        self.id, self.kind, self.boot = agent, kind, boot
         self.at = Position(at.east_m, at.north_m, 0.0)
         self.landed: Any = "grounded"
         self.control: Any = "engine"
@@ -42,7 +43,7 @@ class Machine:
         self.seq += 1
         return AgentStatus(
             id=self.id, type=self.kind, status="EXECUTING ACTION" if self.goal else "STANDBY", position=self.at,
-            landed=self.landed, control=self.control, seq=self.seq, stamp=self.seq * MINUTE, boot_id=f"{self.id}-1",
+            landed=self.landed, control=self.control, seq=self.seq, stamp=self.seq * MINUTE, boot_id=self.boot,
             checks=self.checks, epoch=self.epoch,
         )  # fmt: skip
 
@@ -65,6 +66,7 @@ class Wire:
 
     def __init__(self, *, auto: bool = True) -> None:
         self.auto = auto
+        self.boot = uuid4().hex
         self.machines: dict[str, Machine] = {}
         self._inbox: deque[TransportEvent] = deque()
         self._lock = threading.RLock()
@@ -72,10 +74,10 @@ class Wire:
 
     def add(self, agent: str, kind: str, at: Place, *, control: str = "engine", human: bool = False) -> Machine:
         with self._lock:
-            machine = self.machines[agent] = Machine(agent, kind, at)
+            machine = self.machines[agent] = Machine(agent, kind, at, f"{agent}-{self.boot}")
             machine.control = control
             actions = ("Confirm",) if human else ACTIONS
-            card = AgentCard(id=agent, type=kind, boot_id=f"{agent}-1", actions=actions, human=human)
+            card = AgentCard(id=agent, type=kind, boot_id=machine.boot, actions=actions, human=human)
             self._inbox.append(AgentSeen(card))
             self._inbox.append(StatusArrived(machine.status()))
         self._wake()
