@@ -13,6 +13,7 @@ from formiga_bt.base.geo import horizontal_m
 from formiga_bt.base.packaged import files, folder
 from formiga_bt.engine.kernel.inputs import Abort, LockdownOrder, Operator
 from formiga_bt.engine.kernel.records import GoalRecord, TaskRecord
+from formiga_bt.engine.kernel.replies import Accepted
 from formiga_bt.engine.kernel.state import EngineState
 from formiga_bt.lang.loader import load_catalogue
 from formiga_bt.lang.scenario import Scenario, ScenarioFault, ScenarioOrder, load_scenario
@@ -161,7 +162,7 @@ def test_while_a_fault_makes_an_agent_silent_for_a_time_a_demo_runs_at_the_scena
     demo = ScenarioDemo(play, speed=20.0)
     now = [0]
     demo.driver.now = lambda: now[0]  # type: ignore[method-assign]
-    demo.driver.ask = lambda given, timeout_s=10.0: "ok"  # type: ignore[method-assign]
+    demo.driver.ask = lambda given, timeout_s=10.0: Accepted("A-1")  # type: ignore[method-assign]
     demo.fleet = Deaf()  # type: ignore[assignment]
     demo.begin()
     paces = {}
