@@ -56,14 +56,14 @@ class Disk:
         subprocess.run(["dd", "if=/dev/zero", f"of={self._at}/filling", "bs=64k"], capture_output=True, check=False)
 
     def free(self) -> None:
-        """Give the room back."""
+        """Give the room back; for that it must be writable, whatever else was broken meanwhile."""
+        self.read_only(False)
         (self._at / "filling").unlink(missing_ok=True)
 
     def close(self) -> None:
         """Keep what is on it, and take it away."""
         kept = self._at.with_name("kept")
         shutil.rmtree(kept, ignore_errors=True)
-        self.read_only(False)
         self.free()
         shutil.copytree(self._at, kept, symlinks=True, ignore=_sockets)
         _do("umount", "-l", str(self._at))
