@@ -96,6 +96,9 @@ class MemoryLink:
         self.last_beat: Micros = 0
         """The last of them before it was frozen or cut off."""
         self.held: list[Callable[[], None]] = []
+        """What was sent to it while it was frozen."""
+        self.unsaid: list[Callable[[], None]] = []
+        """What it meant to say meanwhile: one process's words leave in the order in which it says them."""
         self.asks: list[_Ask] = []
         self._hub = hub
 
@@ -206,13 +209,13 @@ class MemoryHub:
         self.scheduler.call_at(self.scheduler.now() + self._lease_us, lambda: self._lease_over(link))
 
     def thaw(self, agent: str) -> None:
-        """Let a frozen agent go on: it hears all that was sent to it, and all it meant to say leaves."""
+        """Let a frozen agent go on: all it meant to say leaves, before what it says to all that it hears now."""
         link = self._links[agent]
         link.frozen = False
         if not link.seen:
             link.seen = True
             self.show(link)
-        held, link.held = link.held, []
+        held, link.unsaid, link.held = [*link.unsaid, *link.held], [], []
         for call in held:
             call()
 
@@ -308,7 +311,7 @@ class MemoryHub:
     def to_engine(self, link: MemoryLink, deliver: Callable[[], None]) -> None:
         """Carry what an agent says to the engine's end, where `deliver` hands it over."""
         if link.frozen:
-            link.held.append(lambda: self.to_engine(link, deliver))
+            link.unsaid.append(lambda: self.to_engine(link, deliver))
         elif not link.dead and not link.is_cut:
             self._send(link.agent, True, lambda: None if link.is_cut else deliver())
 

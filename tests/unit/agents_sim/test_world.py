@@ -4,7 +4,7 @@ import pytest
 
 from agents_sim.world import AgentSpec
 from formiga_bt.base.geo import Place, Position
-from formiga_bt.transport.messages import AgentGone, AgentSeen, BadMessage
+from formiga_bt.transport.messages import AgentGone, AgentSeen, BadMessage, QueryReplied, StatusArrived
 from tests.unit.agents_sim.conftest import World, point
 
 FLYING = AgentSpec(id="d", type="lwd", at=Position(0.0, 0.0, 60.0), limits={"speed_m_s": 10.0})
@@ -37,6 +37,20 @@ def test_a_frozen_drone_flies_on_in_silence(world: World) -> None:
     world.fleet.thaw("d")
     world.run(0.0)
     assert world.end(leg)[1].state == "succeeded"
+
+
+def test_what_a_frozen_drone_meant_to_say_leaves_before_what_it_answers_now(world: World) -> None:
+    world.fleet.add(FLYING)
+    world.run(1.0)
+    world.fleet.freeze("d")
+    world.run(1.0)
+    world.hub.transport.query_goals("d", [])  # it hears that after it was thawed
+    world.run(4.0)
+    before = len(world.heard)
+    world.fleet.thaw("d")
+    world.run(0.0)
+    said = [type(event) for _, event in world.heard[before:] if isinstance(event, StatusArrived | QueryReplied)]
+    assert said == [StatusArrived, QueryReplied]
 
 
 def test_the_pilot_takes_over_and_hands_back(world: World) -> None:
