@@ -14,6 +14,7 @@ from formiga_bt.engine.kernel import changes as ch
 from formiga_bt.engine.kernel import inputs as inp
 from formiga_bt.engine.kernel.records import AgentRecord, TaskRecord
 from formiga_bt.engine.kernel.state import APPLY, EngineState, snapshot
+from formiga_bt.engine.kernel.timers import GraceDue
 from formiga_bt.nodes.blackboard import Blackboard
 from formiga_bt.transport.messages import GoalRequest
 from tests.simulation.causes import cause_of, unwoken, waits
@@ -282,6 +283,10 @@ class Invariants:
         cared = cared or any(t.system_agent == agent.id and t.section == "recover" for t in state.tasks.values())
         cared = cared or agent.id in state.orders or agent.control != "engine" or agent.taken
         cared = cared or (agent.pool == "QUARANTINED" and agent.id in self._alarmed) or agent.liveness == "SUSPECT"
+        goal = state.goals.get(
+            agent.goal
+        )  # what it does is being canceled: it is brought home, or quarantined, within the grace
+        cared = cared or (goal is not None and goal.state == "canceling" and GraceDue(goal.id) in state.wall)
         # One that said that it stood, flew off without a goal, told so in a step that was not kept, and says nothing since.
         unknown = not agent.may_be_airborne and (agent.heard_at or 0) <= self._resumed and agent.liveness == "LOST"
         if not airborne or cared or unknown or self.world.drones[agent.id].state().control != "engine":
