@@ -3,7 +3,7 @@
     {"people": {"ann": {"kdf": "scrypt", "n": 32768, "r": 8, "p": 1, "salt": "5e...", "hash": "a0..."}}}
 
 The file is read anew each time, so a secret that is set counts at once. What cannot be used lets nobody in. Called by the
-engine (`services.proving`) and by the commands (`formiga access`, `formiga approve` without an engine).
+engine (`services.http.proving`) and by the commands (`formiga access`, `formiga approve` without an engine).
 """
 
 import fcntl

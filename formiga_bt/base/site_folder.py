@@ -11,7 +11,7 @@
 | `token` | the word that callers from other machines must know, in mode real all callers |
 | `secrets.json` | of each person with a secret of their own: its hash |
 | `approvals.jsonl` | who approved what, and took it back: a line each, never changed |
-| `bundles/` | tasks that were loaded into the engine while it ran (`services.bundles`) |
+| `bundles/` | tasks that were loaded into the engine while it ran (`services.kept.bundles`) |
 | `journal.db` | the journal: every step of the engine (`formiga_bt.journal`) |
 | `journal.at` | where the journal is instead, if it was told to be elsewhere: a path or a URL without password |
 | `no-journal` | the last start kept no journal, or none has begun yet |

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from formiga_bt.services.kept.drafted import Known
 
 BODY_LIMIT: Final = 1_000_000
-"""As `services.door` has it."""
+"""As `services.http.door` has it."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,6 +1,6 @@
 """A source of pictures that asks a running engine over HTTP: what `show.source.Source` promises, from this machine or another.
 
-The engine draws its answers from the same facts (`services.seeing_routes`), so a picture is the same from both ends.
+The engine draws its answers from the same facts (`services.http.seeing_routes`), so a picture is the same from both ends.
 """
 
 from collections.abc import Sequence

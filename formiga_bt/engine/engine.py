@@ -35,17 +35,17 @@ from formiga_bt.engine.restart.journal_backpressure import note_journal, refuse_
 from formiga_bt.engine.restart.reconcile import Reconcile
 from formiga_bt.engine.restart.rescue import Rescue
 from formiga_bt.engine.restart.resume import restore_trees
-from formiga_bt.engine.tasks.agent_events import Happenings
+from formiga_bt.engine.tasks.agent_events import AgentEvents
 from formiga_bt.engine.tasks.authority import Authority
 from formiga_bt.engine.tasks.children import Children
 from formiga_bt.engine.tasks.intake import Intake
 from formiga_bt.engine.tasks.recovery import Recovery
 from formiga_bt.engine.tasks.requests import Requests
 from formiga_bt.engine.tasks.runs import Runs
-from formiga_bt.engine.tasks.system_tasks import Errands
+from formiga_bt.engine.tasks.system_tasks import SystemTasks
 from formiga_bt.engine.tasks.tasks import Tasks
 from formiga_bt.engine.tasks.treerun import CompiledTrees, TreesFactory
-from formiga_bt.engine.tasks.wake_queue import Turns
+from formiga_bt.engine.tasks.wake_queue import WakeQueue
 from formiga_bt.lang.model import Catalogue, Site, Task
 from formiga_bt.transport.messages import GoalEvent
 
@@ -89,15 +89,15 @@ class Engine:
         self.gatekeeper = Gatekeeper(core, self.clearances)
         self.goals = Goals(core, self.gatekeeper)
         self.fleet = Fleet(core, self.goals, self.people, self.clearances)
-        self.happenings = Happenings(core, self.fleet)
+        self.happenings = AgentEvents(core, self.fleet)
         requests = Requests(core)
         self.intake = Intake(core, self.authority, requests)
         children = Children(core, self.intake)
         self.runs = Runs(core, self.goals, self.people, requests, children, trees)
         self.recovery = Recovery(core, self.fleet, self.runs)
-        self.errands = Errands(core, self.goals, self.runs, self.recovery)
+        self.errands = SystemTasks(core, self.goals, self.runs, self.recovery)
         self.tasks = Tasks(core, self.goals, self.people, self.fleet, requests, self.runs, children, self.recovery)
-        self.turns = Turns(core, self.runs)
+        self.turns = WakeQueue(core, self.runs)
         self.orders = Orders(core, self.fleet, self.goals, self.clearances, self.recovery, self.errands)
         self.command = Command(core, self.fleet, self.goals, self.tasks, self.orders)
         self.lockdowns = Lockdowns(core, self.orders)

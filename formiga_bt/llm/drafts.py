@@ -7,7 +7,7 @@
 | `draft.json` | the whole draft (`records.Draft`); written last, so that a folder without it is no draft |
 
 Numbers only grow, and a folder is never written twice by two programs. Nothing here starts anything. What a model wrote is
-known for good from another file (`services.drafted`), so that drafts may be removed.
+known for good from another file (`services.kept.drafted`), so that drafts may be removed.
 """
 
 import os

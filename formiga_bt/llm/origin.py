@@ -28,7 +28,7 @@ def kept_with_origin(
     """Keep a draft with its rounds, messages and replies, and where it came from. No keys are in it.
 
     Its text begins with the line that says who had it written (`safety.drafted`), and what it does is written down beside the
-    drafts (`services.drafted`): on a site in mode real another person approves it.
+    drafts (`services.kept.drafted`): on a site in mode real another person approves it.
 
     Args:
         draft: what came of a request.

@@ -49,7 +49,7 @@ class GoalView(Protocol):
 
     @property
     def state(self) -> str:
-        """Return the state of the goal (`engine.records.GoalState`)."""
+        """Return the state of the goal (`engine.kernel.records.GoalState`)."""
         ...
 
     @property

@@ -1,7 +1,7 @@
 """What a person approves before a task may fly in `mode: real`: the digest of all that decides what it does, and who must.
 
-Pure functions. Called by the engine at each request and grant (`engine.authority`), and by whoever shows a person what they
-are about to approve (`formiga approve`, the API).
+Pure functions. Called by the engine at each request and grant (`engine.tasks.authority`), and by whoever shows a person what
+they are about to approve (`formiga approve`, the API).
 """
 
 import hashlib

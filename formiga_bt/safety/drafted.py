@@ -1,7 +1,7 @@
 """What is known of a task that a language model wrote: who asked for it; and the line that says so in its file.
 
-Pure functions. `services.drafted` keeps what was drafted in the site's folder; the engine is told of it with each version that
-it serves (`inputs.Serve`), and asks for the word of another person (`engine.authority`).
+Pure functions. `services.kept.drafted` keeps what was drafted in the site's folder; the engine is told of it with each version
+that it serves (`inputs.Serve`), and asks for the word of another person (`engine.tasks.authority`).
 
 A file that a model wrote begins with a line such as
 

@@ -1,7 +1,7 @@
 """The fingerprint of what a task does: the same for a copy with other names, comments, or values of its params.
 
-Pure functions. It tells whether a task is one that a model wrote before (`services.drafted`). Two tasks with one fingerprint
-send the same machines the same goals in the same order; what may differ:
+Pure functions. It tells whether a task is one that a model wrote before (`services.kept.drafted`). Two tasks with one
+fingerprint send the same machines the same goals in the same order; what may differ:
 
 | differs | because |
 |---|---|

@@ -1,7 +1,7 @@
 """People who are there twice: at the desk of this engine, and in a process that says it is the same person.
 
 `formiga sim` beside an engine with `--desk` does it. What the second one says would be taken for the first one's: questions go
-to the wrong place. `OneEach` notices and tells it. Two processes that are one machine: `engine.boots`.
+to the wrong place. `OneEach` notices and tells it. Two processes that are one machine: `engine.agents.process_identity`.
 """
 
 from collections.abc import Callable, Collection, Sequence

@@ -54,9 +54,9 @@ from formiga_bt.services.orders import Orders
 from formiga_bt.services.replies import models as m
 from formiga_bt.services.replies import shown
 from formiga_bt.services.standing import lockdown_out, wall_us
-from formiga_bt.services.standing_alarms import House, Trouble, clock_check
+from formiga_bt.services.standing_alarms import StandingAlarms, Trouble, clock_check
 from formiga_bt.services.view import View
-from formiga_bt.show.facts import HouseFact
+from formiga_bt.show.facts import StandingFact
 from formiga_bt.show.history.folded import FoldedSource
 from formiga_bt.show.offset import offset_words
 from formiga_bt.show.source import Source
@@ -244,7 +244,9 @@ class EngineHost:
         self._opened.append(self.view.stop)
         flights.start()
         self._opened.append(flights.stop)
-        self.house = House(self._tell_trouble, [clock_check(self.driver.clock), self._set_aside, self.proofs.troubles])
+        self.house = StandingAlarms(
+            self._tell_trouble, [clock_check(self.driver.clock), self._set_aside, self.proofs.troubles]
+        )
         self._opened.append(self.house.stop)
         self._opened.append(self._stop_server)
         self._opened.append(self._stop_driver)  # first: requests that wait for it are answered, then the server ends
@@ -396,10 +398,10 @@ class EngineHost:
         self.feed.add(severity, self.driver.now(), text, data={"code": trouble.code, "severity": severity})
         self.feed.announce()
 
-    def _house_facts(self) -> tuple[HouseFact, ...]:
+    def _house_facts(self) -> tuple[StandingFact, ...]:
         """Return what is wrong with the engine's own house, as pictures show it."""
         found = self.house.standing if hasattr(self, "house") else ()
-        return tuple(HouseFact(code=t.code, subject=t.subject, text=t.text) for t in (one.trouble for one in found))
+        return tuple(StandingFact(code=t.code, subject=t.subject, text=t.text) for t in (one.trouble for one in found))
 
     @property
     def feed(self) -> Feed:

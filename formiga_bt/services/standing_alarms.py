@@ -1,7 +1,7 @@
-"""Alarms of the engine's own house that stand: its clock, its runtime folder, its journal. The engine itself knows none of it.
+"""Alarms that stand of the engine's own process: its clock, its folder, people's secrets. The engine itself knows none of it.
 
-Each second `House` asks its checks what is wrong now. What is new is an alarm in the feed, what is no more a notice. What
-stands is in `GET /v1/health`, on the top line of `formiga watch` and in its list of what needs a person.
+Each second `StandingAlarms` asks its checks what is wrong now. What is new is an alarm in the feed, what is no more a notice.
+What stands is in `GET /v1/health`, on the top line of `formiga watch` and in its list of what needs a person.
 """
 
 import logging
@@ -40,7 +40,7 @@ Tell = Callable[[str, Trouble], None]
 """Called with `alarm` when a trouble begins, with `notice` when it is over."""
 
 
-class House:
+class StandingAlarms:
     """Watches over the house of an engine in a thread of its own; `standing` may be read from any.
 
     Args:

@@ -1,7 +1,7 @@
 """A read-only copy of the engine's state for everyone who asks, folded from its steps in a thread of its own.
 
 The driver's thread only puts its steps into a queue. HTTP threads read here, under one lock, and never touch the engine.
-`show.ledger` folds; the view has the thread, the lock, and the feed of events. Ended tasks are kept up to a number.
+`show.history.ledger` folds; the view has the thread, the lock, and the feed of events. Ended tasks are kept up to a number.
 """
 
 import logging

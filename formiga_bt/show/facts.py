@@ -221,7 +221,7 @@ class LineFact(Struct, frozen=True, kw_only=True, omit_defaults=True):
     agent: str = ""
 
 
-class HouseFact(Struct, frozen=True, kw_only=True):
+class StandingFact(Struct, frozen=True, kw_only=True):
     """Something that is wrong with the engine's own house, as long as it is: its clock, its runtime folder, its journal."""
 
     code: str
@@ -269,7 +269,7 @@ class Now(Struct, frozen=True, kw_only=True):
     questions: tuple[QuestionFact, ...]
     lines: tuple[LineFact, ...] = ()
     """The newest, oldest first."""
-    house: tuple[HouseFact, ...] = ()
+    house: tuple[StandingFact, ...] = ()
     """Alarms of the engine's own house that stand: its clock, its runtime folder, its journal."""
 
 

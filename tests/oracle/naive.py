@@ -81,7 +81,7 @@ def is_own(at: At) -> bool:
 
 
 class NaiveTrees:
-    """Implements `engine.treerun.TaskTrees`."""
+    """Implements `engine.tasks.treerun.TaskTrees`."""
 
     looks_at_everything = True
     """Any change of anything leads to a pass (`tests.property.world`), so that no wake can be missing here."""

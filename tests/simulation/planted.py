@@ -28,9 +28,9 @@ from formiga_bt.engine.kernel.core import Core
 from formiga_bt.engine.kernel.index import DeadlineHeap
 from formiga_bt.engine.kernel.timers import AcceptDue, CancelDue, ClearanceDue, GraceDue, LiveDue, NodeDue, WallTimer
 from formiga_bt.engine.restart.reconcile import Reconcile
-from formiga_bt.engine.tasks.cleanup import Tidies
+from formiga_bt.engine.tasks.cleanup import Cleanups
 from formiga_bt.engine.tasks.recovery import Recovery
-from formiga_bt.engine.tasks.system_tasks import Errands
+from formiga_bt.engine.tasks.system_tasks import SystemTasks
 from formiga_bt.engine.tasks.tasks import Tasks
 from formiga_bt.nodes import draining
 from formiga_bt.nodes.blackboard import Blackboard
@@ -276,7 +276,7 @@ def held_tasks_go_on(patch: Patch) -> None:
 
 def a_carried_out_order_is_told_nobody(patch: Patch) -> None:
     """A task that waits for the order that brings its machine down is not told that it is down."""
-    patch.setattr(Errands, "ordered_home", lambda self, task_id: None)
+    patch.setattr(SystemTasks, "ordered_home", lambda self, task_id: None)
 
 
 def lockdown_ends_with_the_engine(patch: Patch) -> None:
@@ -393,7 +393,7 @@ def _forgets(patch: Patch, forget: Callable[[Any], Any]) -> None:
 
 def a_finally_is_skipped_after_a_kill(patch: Patch) -> None:
     """The cleanup of a stopped sequence that ran when the engine died is not taken up again."""
-    patch.setattr(Tidies, "restore", lambda self: None)
+    patch.setattr(Cleanups, "restore", lambda self: None)
 
 
 def the_epoch_stays(patch: Patch) -> None:

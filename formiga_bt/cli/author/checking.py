@@ -1,7 +1,8 @@
 """What `formiga check` does, and its plain command lines read without the library that reads the others.
 
 `check` runs at every save of an editor and in every commit hook. Importing the command line library takes as long as
-checking a task, so `quick` understands the usual words by itself and leaves the rest (`--help`, mistakes) to `cli.check`.
+checking a task, so `quick` understands the usual words by itself and leaves the rest (`--help`, mistakes) to
+`cli.author.check`.
 """
 
 import re
@@ -116,7 +117,7 @@ def _count(number: int, noun: str) -> str:
 
 
 def quick(words: Sequence[str]) -> int | None:
-    """Carry out a plain command line of `check`; None if `cli.check` is to read it.
+    """Carry out a plain command line of `check`; None if `cli.author.check` is to read it.
 
     Args:
         words: what follows `check`.

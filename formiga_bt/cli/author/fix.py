@@ -1,4 +1,4 @@
-"""`formiga fix`: apply the fixes that the checker offers. The work is done by `lang.mending`."""
+"""`formiga fix`: apply the fixes that the checker offers. The work is done by `lang.text.fixing`."""
 
 import sys
 from functools import partial

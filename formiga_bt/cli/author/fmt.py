@@ -1,4 +1,4 @@
-"""`formiga fmt`: lay files out in the one canonical way. The work is done by `lang.formatting`."""
+"""`formiga fmt`: lay files out in the one canonical way. The work is done by `lang.text.formatting`."""
 
 from pathlib import Path
 from typing import Annotated

@@ -16,7 +16,7 @@ from msgspec.structs import replace
 from formiga_bt.base.clock import SECOND
 from formiga_bt.base.geo import distance_m, horizontal_m
 from formiga_bt.engine.agents.admission import COMES_BACK, Admission
-from formiga_bt.engine.agents.process_identity import BAD_LIMIT, DOUBLE, Boots
+from formiga_bt.engine.agents.process_identity import BAD_LIMIT, DOUBLE, ProcessIdentity
 from formiga_bt.engine.goals import epochs
 from formiga_bt.engine.goals.clearances import Clearances
 from formiga_bt.engine.goals.goals import Goals
@@ -53,7 +53,7 @@ class Fleet:
         self._people = people
         self._clearances = clearances
         self._admission = Admission(core, goals)
-        self._boots = Boots(core, goals)
+        self._boots = ProcessIdentity(core, goals)
 
     # -- presence ------------------------------------------------------------------------------------------------
     def on_seen(self, card: AgentCard, wall: int) -> None:

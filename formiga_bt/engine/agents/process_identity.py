@@ -59,7 +59,7 @@ TWICE: Final = (
 THEN: Final = "; it gets no task until then, and comes back by itself"
 
 
-class Boots:
+class ProcessIdentity:
     """Judges which process of an agent speaks."""
 
     def __init__(self, core: Core, goals: Goals) -> None:

@@ -3,7 +3,8 @@
     FORMIGA_FAILPOINT=after_commit:17 formiga up        dies at the 17th time that it passes there
 
 Off unless the environment names one; no file, no request and no task can. They stand around the driver's seams, what keeps
-steps and the wires, and only while one is set: without, an engine has nothing of them. Called by `cli.up` and `services.host`.
+steps and the wires, and only while one is set: without, an engine has nothing of them. Called by `cli.operator.up` and
+`services.host`.
 """
 
 import os

@@ -44,7 +44,7 @@ Send = Callable[[GoalRecord], Verdict]
 """Show a new safety goal to the gate: send it if it may go now, else forget it; return what the gate says."""
 
 
-class Room:
+class AirHolding:
     """For goals that wait at the gate for other machines."""
 
     def __init__(self, core: Core, view: GateView, clearances: Clearances, send: Send) -> None:

@@ -2,7 +2,8 @@
 
 A machine that hovers below the altitude of its TakeOff has not done it, and cannot do it a second time: that needs it on the
 ground. When a person says continue, the step's next goal is the machine's own action that flies it to a position, straight up
-from where it hovers; its success is the step's. Asked by `engine.continuing` before and by `engine.goals` when it goes on.
+from where it hovers; its success is the step's. Asked by `engine.orders.continuing` before and by `engine.goals.goals` when it
+goes on.
 """
 
 from collections.abc import Callable

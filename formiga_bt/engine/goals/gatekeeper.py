@@ -1,11 +1,11 @@
 """The gatekeeper: shows every goal to the safety gate, sends what may go, keeps what must wait and looks at it again.
 
 Waiting goals are looked at when something that one may wait for has changed (a goal ended, a machine moved, an answer came),
-in the order safety goal or way home, priority, age. What the gate sees is `engine.gateview`; what becomes of machines that
-wait for each other is `engine.room`.
+in the order safety goal or way home, priority, age. What the gate sees is `engine.goals.gateview`; what becomes of machines
+that wait for each other is `engine.goals.air_holding`.
 """
 
-from formiga_bt.engine.goals.air_holding import Room
+from formiga_bt.engine.goals.air_holding import AirHolding
 from formiga_bt.engine.goals.clearances import Clearances
 from formiga_bt.engine.goals.gateview import GateView
 from formiga_bt.engine.kernel import changes as ch
@@ -27,7 +27,7 @@ class Gatekeeper:
         self._core = core
         self._clearances = clearances
         self.view = GateView(core, clearances)
-        self.room = Room(core, self.view, clearances, self._send_at_once)
+        self.room = AirHolding(core, self.view, clearances, self._send_at_once)
 
     def verdict(self, goal: GoalRecord) -> Verdict:
         """Return what the gate says of a goal now."""

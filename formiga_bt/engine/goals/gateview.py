@@ -1,7 +1,8 @@
 """What the gate sees: goals as `Ask`, machines as `Traffic`, limits as `Rules`, all made from the engine's records.
 
 Traffic and its grid are kept and made anew only for machines that changed (`Core.moved`). So is what is known of a goal that
-waits, while nothing that it is made from has changed. Called by the gatekeeper and by `engine.room`; decides nothing.
+waits, while nothing that it is made from has changed. Called by the gatekeeper and by `engine.goals.air_holding`; decides
+nothing.
 """
 
 from operator import attrgetter

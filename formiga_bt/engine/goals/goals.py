@@ -12,7 +12,7 @@
 | canceling by an order | a person says continue | as it ends: again |
 | interrupted, gated | a person says continue | again: its step sends its next attempt under another id |
 
-Of a take-off that was broken off in the air, the next attempt is what is left of it (`engine.climbing`).
+Of a take-off that was broken off in the air, the next attempt is what is left of it (`engine.goals.climbing`).
 """
 
 from typing import Any

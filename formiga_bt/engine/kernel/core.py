@@ -126,7 +126,7 @@ class Core:
         self.open: dict[str, None] = {task.id: None for task in state.tasks.values() if task.section != "done"}
         """Tasks that have not ended: an index of the state."""
         self.touched: dict[str, bool] = {}
-        """Tasks that are looked at -> whether that must be in this step (`engine.turns`)."""
+        """Tasks that are looked at -> whether that must be in this step (`engine.tasks.wake_queue`)."""
         self._deadlines = DeadlineHeap(state)
         index = self.index
         self._notes: dict[type, Callable[[Any], None]] = {

@@ -57,7 +57,7 @@ OperatorOrder = Literal[
     "clear", "removed", "handback_continue", "handback_return", "handback_end",
     "hold", "return", "land", "cut", "continue", "restart",
 ]  # fmt: skip
-"""Orders of a person: `engine.orders` says what each does in each state of task and agent."""
+"""Orders of a person: `engine.orders.orders` says what each does in each state of task and agent."""
 
 
 class Operator(Struct, frozen=True, tag=True):

@@ -320,7 +320,7 @@ class TaskRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
 def family(tasks: Mapping[str, TaskRecord], task_id: str) -> tuple[str, ...]:
     """Return a task, then those that it requested and that end with it, and theirs: what has not ended.
 
-    A copy of the state may have forgotten children that ended long ago (`show.ledger`).
+    A copy of the state may have forgotten children that ended long ago (`show.history.ledger`).
     """
     mine = [child for child in tasks[task_id].children if child in tasks and tasks[child].attached]
     return (task_id, *(one for child in mine for one in family(tasks, child)))
@@ -373,7 +373,7 @@ class AgentRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
     """The limit of its envelope that it breaks now; a `!` before it: its landing is finished first, then its task ends."""
     boot_id: str = ""
     former: tuple[str, ...] = ()
-    """Processes of it that were heard before this one (`engine.boots`)."""
+    """Processes of it that were heard before this one (`engine.agents.process_identity`)."""
     boot_wall: Micros = 0
     """Wall time since which this one is, or since which it and another speak in turn."""
     rebooted: bool = False
@@ -383,9 +383,9 @@ class AgentRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
     """Wall time at which a second one was last heard beside it, to a second."""
     seq: int = -1
     stamp: Micros = 0
-    """Engine time of the newest status as stamped by the agent; it may be ahead by some minutes (`engine.boots`)."""
+    """Engine time of the newest status as stamped by the agent; it may be ahead by some minutes."""
     stray_stamp: Micros = 0
-    """Stamp of a status that did not count up but is newer (`engine.boots`), since the last one that did; 0: none."""
+    """Stamp of a status that does not count up but is newer, since the last one that did (`process_identity`); 0: none."""
     stray_wall: Micros = 0
     """Wall time of its arrival."""
     epoch: int = 0
@@ -400,7 +400,7 @@ class AgentRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
     quarantine: str = ""
     """Why it is quarantined."""
     refused: str = ""
-    """Why this agent is not admitted (`engine.admission`), or empty."""
+    """Why this agent is not admitted (`engine.agents.admission`), or empty."""
     refused_at_rest: str = ""
     """Why it will not be, once it rests and nothing holds it: until then it can be stopped, and gets no new task."""
     told_late: str = ""
@@ -599,7 +599,7 @@ class Resuming(Struct, frozen=True, kw_only=True):
 
 
 class Wakes(Struct, frozen=True, omit_defaults=True):
-    """What a task has used of its budget of wakes (`engine.pace`)."""
+    """What a task has used of its budget of wakes (`engine.kernel.pace`)."""
 
     spent: Micros = 0
     """Its budget is spent up to this instant; up to a second before now is saved up."""

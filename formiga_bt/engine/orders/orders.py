@@ -31,7 +31,7 @@ from formiga_bt.engine.kernel.records import AgentRecord, GoalRecord, StandingOr
 from formiga_bt.engine.kernel.timers import OrderDue
 from formiga_bt.engine.orders import continuing
 from formiga_bt.engine.tasks.recovery import NO_PORT, Recovery, has_no_port
-from formiga_bt.engine.tasks.system_tasks import Errands
+from formiga_bt.engine.tasks.system_tasks import SystemTasks
 from formiga_bt.safety.gate import AT_PORT_M
 
 RANK: Final = {"agent": 0, "all": 1, "task": 2, "lockdown": 3, "engine": 4}
@@ -48,7 +48,7 @@ class Orders:
     """All standing orders, and lockdown."""
 
     def __init__(
-        self, core: Core, fleet: Fleet, goals: Goals, clearances: Clearances, recovery: Recovery, errands: Errands
+        self, core: Core, fleet: Fleet, goals: Goals, clearances: Clearances, recovery: Recovery, errands: SystemTasks
     ) -> None:
         self._core = core
         self._fleet = fleet

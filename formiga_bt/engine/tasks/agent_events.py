@@ -14,7 +14,7 @@ from formiga_bt.engine.kernel.state import KEPT_EVENTS
 from formiga_bt.transport.messages import AgentEvent
 
 
-class Happenings:
+class AgentEvents:
     """Takes events in."""
 
     def __init__(self, core: Core, fleet: Fleet) -> None:

@@ -37,7 +37,7 @@ TASK_SECTIONS: Final = ("steps", "on_failure", "on_abort", "finally")
 """Of a way home that is replaced by another order nothing is tidied up: the order goes first."""
 
 
-class Tidies:
+class Cleanups:
     """Every `finally` of one task that was handed over."""
 
     def __init__(self, core: Core, task_id: str, trees: TaskTrees) -> None:

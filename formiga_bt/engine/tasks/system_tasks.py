@@ -1,4 +1,4 @@
-"""Errands: the engine's own tasks, each of one machine. They bring it home, or carry out an order on it.
+"""The engine's own tasks, each of one machine. They bring it home, or carry out an order on it.
 
 `Recover` owns its machine, which belonged to nobody. `Return` and `Land` borrow it: it stays its task's, which waits. All three
 consist of the part `recover` alone.
@@ -19,7 +19,7 @@ from formiga_bt.lang.types import AgentRef
 RECOVER_TASK = "Recover"
 
 
-class Errands:
+class SystemTasks:
     """The engine's own tasks."""
 
     def __init__(self, core: Core, goals: Goals, runs: Runs, recovery: Recovery) -> None:

@@ -16,7 +16,7 @@ from formiga_bt.engine.kernel.records import Question, Releasing, TaskRecord, re
 from formiga_bt.engine.kernel.state import event_key
 from formiga_bt.engine.kernel.timers import NodeDue
 from formiga_bt.engine.tasks.children import Children
-from formiga_bt.engine.tasks.cleanup import Tidies
+from formiga_bt.engine.tasks.cleanup import Cleanups
 from formiga_bt.engine.tasks.env import TaskEnv
 from formiga_bt.engine.tasks.requests import Requests
 from formiga_bt.engine.tasks.treerun import CompiledTrees, TaskTrees, TreesFactory
@@ -77,7 +77,7 @@ class TaskRun:
         self._watched: dict[str, Watched] = {}
         self._pace = Pace(core, task_id)
         self.trees: TaskTrees = factory(self)
-        self.tidies = Tidies(core, task_id, self.trees)
+        self.tidies = Cleanups(core, task_id, self.trees)
         self._compiled = self.trees if isinstance(self.trees, CompiledTrees) else None
 
     def close(self) -> None:

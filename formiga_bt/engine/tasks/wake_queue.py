@@ -1,4 +1,4 @@
-"""Turns: one input may wake thousands of tasks. Some are looked at in its own step, the others in steps of their own after it.
+"""One input may wake thousands of tasks. Some are looked at in its own step, the others in steps of their own after it.
 
 Only what a live condition woke may wait: its key changed, or its instant came. Tasks of high priority never wait, nor does
 what must be done in the step itself (goals that ended, sections, releases, orders). The rest goes on with the deadline
@@ -21,7 +21,7 @@ REST: Final = TurnDue()
 """The deadline that goes on with the others."""
 
 
-class Turns:
+class WakeQueue:
     """Who is looked at in this step, and who waits."""
 
     def __init__(self, core: Core, runs: Runs) -> None:

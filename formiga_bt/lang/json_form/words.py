@@ -5,7 +5,7 @@ Where YAML has a mapping with names of the author's own, this form has a list of
 `{"expr": "above(target, 60 m)"}`, `{"lit": "15 s"}` (also a place), `{"text": "Row ${n}"}`, `{"list": [..]}`. null stands for
 "not given".
 
-`llm_in` reads it, `llm_out` writes it, `schemas.llm` describes it.
+`llm_in` reads it, `llm_out` writes it, `editor.llm_schema` describes it.
 """
 
 from collections.abc import Mapping

@@ -1,4 +1,4 @@
-"""The short form of a task, which small models write, and what it means in JSON form (`lang.llm_form`).
+"""The short form of a task, which small models write, and what it means in JSON form (`lang.json_form.words`).
 
     {"task": "LookAtCamp",
      "agents": [{"name": "drone", "type": "lwd"}],

@@ -138,7 +138,7 @@ class Proofs:
         return [one for one in self._speakers if one not in known]
 
     def troubles(self) -> Iterable[Trouble]:
-        """Return what is wrong now, for `House`."""
+        """Return what is wrong now, for `StandingAlarms`."""
         if not self.needed:
             return
         try:

@@ -23,9 +23,9 @@ from formiga_bt.show.facts import (
     Because,
     Chart,
     Drawing,
-    HouseFact,
     Now,
     Spot,
+    StandingFact,
     Stats,
     StepFact,
     TaskFact,
@@ -84,7 +84,7 @@ class FoldedSource:
         speed: float = 1.0,
         lock: AbstractContextManager[Any] | None = None,
         recall: Callable[[Sequence[str]], None] = lambda _ids: None,
-        house: Callable[[], tuple[HouseFact, ...]] = tuple,
+        house: Callable[[], tuple[StandingFact, ...]] = tuple,
         ahead: Callable[[], Micros] = lambda: 0,
     ) -> None:
         self.ledger = ledger

@@ -7,7 +7,7 @@ be read and not answered. `choices` gives what the number keys do to a row.
 from collections.abc import Callable, Sequence
 from functools import partial
 
-from formiga_bt.show.facts import AgentFact, HouseFact, LineFact, Now, QuestionFact, TaskFact
+from formiga_bt.show.facts import AgentFact, LineFact, Now, QuestionFact, StandingFact, TaskFact
 from formiga_bt.show.watch.orders import HANDBACKS, Order
 from formiga_bt.show.watch.text import Glyphs, Line, Piece, Row, Rows, Tone, clean, left, line, span, wrap
 from formiga_bt.show.why.unanswered import then
@@ -149,7 +149,7 @@ def _alarm(one: LineFact, now: Now, width: int) -> tuple[Line, ...]:
     return _told(f"ALARM {span(now.at - one.at)} ago: {one.text}", width, "alarm")
 
 
-def _house(one: HouseFact, width: int) -> tuple[Line, ...]:
+def _house(one: StandingFact, width: int) -> tuple[Line, ...]:
     return _told(f"ALARM that stands: {one.text} ({one.code})", width, "alarm")
 
 

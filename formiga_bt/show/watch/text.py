@@ -16,7 +16,7 @@ Tone = Literal[
     "plain", "dim", "bold", "title", "kind", "agent", "good", "warn", "alarm", "alarm_bar", "warn_bar", "calm_bar",
     "note", "waiting", "running", "success", "failure", "ignored", "skipped", "stopped",
 ]  # fmt: skip
-"""The last ones are those of drawn trees (`show.terminal`)."""
+"""The last ones are those of drawn trees (`show.tree.terminal`)."""
 
 
 class Piece(Struct, frozen=True):

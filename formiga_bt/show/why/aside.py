@@ -17,7 +17,7 @@ KEPT: Final[Mapping[str, str]] = {
     "loaded": "a machine of it is loaded",
     "critical": "a critical step of it runs",
 }
-"""Why a task is not preempted now (`engine.preemption`)."""
+"""Why a task is not preempted now (`engine.allocator.preemption`)."""
 
 ENDED: Final[Mapping[str, str]] = {
     "preempted": "was preempted",

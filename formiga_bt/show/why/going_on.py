@@ -1,6 +1,6 @@
 """How a stopped task or machine goes on: the commands that would not be refused now, and why it stays as it is.
 
-Pure functions over a state. They ask what the engine itself asks (`engine.continuing`).
+Pure functions over a state. They ask what the engine itself asks (`engine.orders.continuing`).
 """
 
 from collections.abc import Iterator

@@ -3,7 +3,7 @@
 import pytest
 
 from formiga_bt.base.clock import OFF, SECOND, EngineClock, Micros
-from formiga_bt.services.standing_alarms import House, Trouble, clock_check
+from formiga_bt.services.standing_alarms import StandingAlarms, Trouble, clock_check
 
 WALL: Micros = 1_800_000_000 * SECOND
 
@@ -11,7 +11,7 @@ WALL: Micros = 1_800_000_000 * SECOND
 def test_a_trouble_is_told_when_it_begins_and_when_it_is_over_and_stands_in_between() -> None:
     now: list[Trouble] = []
     told: list[tuple[str, str]] = []
-    house = House(lambda severity, one: told.append((severity, one.subject)), [lambda: now, lambda: ()])
+    house = StandingAlarms(lambda severity, one: told.append((severity, one.subject)), [lambda: now, lambda: ()])
     house.look()
     assert (told, house.standing) == ([], ())
     now[:] = [Trouble("unreadable", "epoch", "first"), Trouble("unreadable", "marks.json", "m")]

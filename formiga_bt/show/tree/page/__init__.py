@@ -1,1 +1,1 @@
-"""Style and script of the page that `show.html` makes, put into it as they are."""
+"""Style and script of the page that `show.tree.html` makes, put into it as they are."""
