@@ -12,7 +12,6 @@ from msgspec.structs import replace
 from agents_sim.world import AgentSpec
 from formiga_bt.engine.kernel.inputs import Abort, Step, Submit
 from formiga_bt.engine.kernel.records import AgentRecord, GoalRecord, TaskRecord
-from formiga_bt.engine.kernel.replies import Accepted
 from formiga_bt.lang.loader import load_catalogue, load_site, load_task
 from formiga_bt.lang.model import Catalogue, Site, Task
 from formiga_bt.lang.types import AgentRef
@@ -161,20 +160,15 @@ class Rig(Demo):
         goals = self.log.state.goals.values()
         return next((g for g in goals if g.task == task_id and g.action == action and g.state == "running"), None)
 
-    def submit(self, task: str, params: dict[str, Any]) -> str:
-        reply = self.driver.ask(Submit(task, params))
-        assert isinstance(reply, Accepted)
-        return reply.task
-
     def pick_up(self, place: str = "north_field", user: str = "picker_1") -> str:
         from formiga_bt.lang.types import AgentRef
 
-        return self.submit("PickUp", {"target": self.site.places[place], "user": AgentRef(user)})
+        return self.submit([Submit("PickUp", {"target": self.site.places[place], "user": AgentRef(user)})])[0]
 
     def move(self, robot: str) -> str:
         from formiga_bt.lang.types import AgentRef
 
-        return self.submit("MoveTask", {"robot": AgentRef(robot)})
+        return self.submit([Submit("MoveTask", {"robot": AgentRef(robot)})])[0]
 
     def abort(self, task_id: str) -> None:
         self.driver.ask(Abort(task_id, by="test"))

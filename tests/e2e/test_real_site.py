@@ -24,7 +24,7 @@ REAL = "people: {watchers: [watcher_1], approvers: [ann, bob]}\npilots: [{id: pi
 
 
 FAST = (
-    "from formiga_bt.cli import main, up; up.gaps = lambda site, speed: []\n"
+    "from formiga_bt.cli import main; from formiga_bt.cli.operator import up; up.gaps = lambda site, speed: []\n"
     "from formiga_bt.services import beginning; beginning.follows_wall = lambda site: False\n"
     "main()"
 )
