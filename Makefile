@@ -38,19 +38,20 @@ define environment
     echo "$(PYTHON) cannot make a virtual environment: install its venv module (Debian, Ubuntu: apt install python3-venv)" >&2; \
     exit 1; }; }
 endef
-install = { command -v uv >/dev/null && uv pip install --quiet --compile-bytecode --python $(PY) $(1) 2>/dev/null; } || \
-  $(PY) -m pip install --quiet --disable-pip-version-check $(1)
+# $(install) WHAT: "$$@" takes it whole, because a comma would end an argument of make's own call.
+install = install() { { command -v uv >/dev/null && uv pip install --quiet --compile-bytecode --python $(PY) "$$@" 2>/dev/null; } || \
+  $(PY) -m pip install --quiet --disable-pip-version-check "$$@"; }; install
 
 $(BASE): pyproject.toml
 	$(environment)
 	@echo "installing formiga_bt into $(VENV)"
-	@$(call install,--editable .)
+	@$(install) --editable .
 	@touch $@
 
 $(STAMP): pyproject.toml
 	$(environment)
 	@echo "installing formiga_bt and its tools into $(VENV)"
-	@$(call install,--editable '.[dev]')
+	@$(install) --editable '.[dev]'
 	@touch $(BASE) $@
 
 demo: $(if $(wildcard $(STAMP)),$(STAMP),$(BASE))
@@ -63,7 +64,7 @@ test: $(STAMP) $(if $(EXTERNAL),external)
 
 # What tests marked `external` need of pip; Node.js, npm, graphviz and tmux are the machine's (.ci/run installs them).
 external: $(STAMP)
-	@$(call install,--editable '.[dev,btcpp,peers,local-llm,experiments,postgres,parquet]')
+	@$(install) --editable '.[dev,btcpp,peers,local-llm,experiments,postgres,parquet]'
 	@command -v npm >/dev/null || { echo "tests marked external need Node.js and npm (Debian, Ubuntu: apt install nodejs npm)" >&2; exit 1; }
 	@command -v dot >/dev/null || { echo "tests marked external need graphviz (Debian, Ubuntu: apt install graphviz)" >&2; exit 1; }
 	@command -v postgres >/dev/null || ls /usr/lib/postgresql/*/bin/postgres >/dev/null 2>&1 || { echo "tests marked external need PostgreSQL (Debian, Ubuntu: apt install postgresql)" >&2; exit 1; }
@@ -85,7 +86,7 @@ bench: $(STAMP)
 
 # Writes tables, JSON and a plot to benchmarks/results/. Let nothing else run meanwhile.
 bench-peers: $(STAMP)
-	@$(call install,--editable '.[dev,btcpp,peers]')
+	@$(install) --editable '.[dev,btcpp,peers]'
 	@$(PY) benchmarks/bench_peers.py --full
 	@$(PY) benchmarks/bench_reaction.py
 	@$(PY) benchmarks/bench_leak.py

@@ -13,7 +13,7 @@ from mcp import Client, Implementation, StdioServerParameters, stdio_client
 from tests.e2e.terminal import at_terminal
 from tests.e2e.test_loading import ANSWER, FILE, WORDS
 from tests.e2e.test_mcp import LOOK, Assistant
-from tests.e2e.test_real_site import approve
+from tests.e2e.test_real_site import approve, set_secrets
 from tests.e2e.test_real_site import field as field
 from tests.e2e.test_service import Shell
 from tests.unit.llm.fake_endpoint import FakeEndpoint
@@ -43,6 +43,7 @@ def refused(field: Shell, file: str, by: str) -> str:
 
 
 def test_what_a_model_wrote_is_approved_by_another_whichever_way_it_comes(field: Shell, endpoint: FakeEndpoint) -> None:
+    set_secrets(field, "bob")
     shown = drafted(field, endpoint)  # no engine runs
     assert "an approver who did not ask for it reads" in shown
     assert f"formiga approve {FILE} --by bob" in shown
